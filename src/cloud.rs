@@ -1,0 +1,177 @@
+//! A point cloud: columns of equal length, metres, sensor frame.
+
+use crate::error::{Error, Result};
+
+/// N points of one sweep in the sensor's own frame (x forward, y left, z up for most drivers).
+///
+/// Columns all have length N. An organised cloud of `height` rows and `width` columns stores point
+/// (row, column) at `row * width + column`; an unorganised one has `height == 1`.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PointCloud {
+    /// x in metres, sensor frame.
+    pub x: Vec<f32>,
+    /// y in metres, sensor frame.
+    pub y: Vec<f32>,
+    /// z in metres, sensor frame.
+    pub z: Vec<f32>,
+    /// Beam number per point as the driver gives it (`ring` or `channel`), in either order.
+    pub ring: Option<Vec<u16>>,
+    /// Semantic class per point in the recording's own ids.
+    pub class: Option<Vec<u16>>,
+    /// Rows of an organised cloud, else 1.
+    pub height: usize,
+    /// Columns of an organised cloud, else N.
+    pub width: usize,
+}
+
+impl PointCloud {
+    /// An unorganised cloud from coordinates in metres.
+    ///
+    /// # Errors
+    /// [`Error::ColumnLength`] if the columns differ in length.
+    pub fn new(x: Vec<f32>, y: Vec<f32>, z: Vec<f32>) -> Result<Self> {
+        let cloud = PointCloud {
+            height: 1,
+            width: x.len(),
+            x,
+            y,
+            z,
+            ring: None,
+            class: None,
+        };
+        cloud.check()?;
+        Ok(cloud)
+    }
+
+    /// The same points declared as `height` rows of `width`.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] if that is not the number of points.
+    pub fn organised(mut self, height: usize, width: usize) -> Result<Self> {
+        (self.height, self.width) = (height, width);
+        self.check()?;
+        Ok(self)
+    }
+
+    /// The same points with a beam number each.
+    ///
+    /// # Errors
+    /// [`Error::ColumnLength`] if there is not one for each point.
+    pub fn with_ring(mut self, ring: Vec<u16>) -> Result<Self> {
+        self.ring = Some(ring);
+        self.check()?;
+        Ok(self)
+    }
+
+    /// The same points with a semantic class each.
+    ///
+    /// # Errors
+    /// [`Error::ColumnLength`] if there is not one for each point.
+    pub fn with_class(mut self, class: Vec<u16>) -> Result<Self> {
+        self.class = Some(class);
+        self.check()?;
+        Ok(self)
+    }
+
+    /// Checks that all columns have one length and that the shape holds them.
+    ///
+    /// # Errors
+    /// [`Error::ColumnLength`] or [`Error::Shape`].
+    pub fn check(&self) -> Result<()> {
+        let expected = self.x.len();
+        let columns = [
+            ("y", Some(self.y.len())),
+            ("z", Some(self.z.len())),
+            ("ring", self.ring.as_ref().map(Vec::len)),
+            ("class", self.class.as_ref().map(Vec::len)),
+        ];
+        for (column, found) in columns {
+            if let Some(found) = found.filter(|&found| found != expected) {
+                return Err(Error::ColumnLength {
+                    column,
+                    expected,
+                    found,
+                });
+            }
+        }
+        if self.height.checked_mul(self.width) != Some(expected) {
+            return Err(Error::Shape {
+                height: self.height,
+                width: self.width,
+                points: expected,
+            });
+        }
+        Ok(())
+    }
+
+    /// Number of points N.
+    pub fn len(&self) -> usize {
+        self.x.len()
+    }
+
+    /// Whether there is no point at all.
+    pub fn is_empty(&self) -> bool {
+        self.x.is_empty()
+    }
+
+    /// Whether the cloud has rows and columns of its own.
+    pub fn is_organised(&self) -> bool {
+        self.height > 1
+    }
+
+    /// Position of point `index` in metres.
+    pub fn position(&self, index: usize) -> [f32; 3] {
+        [self.x[index], self.y[index], self.z[index]]
+    }
+
+    /// Whether point `index` is a return: finite and not at the origin, where drivers put beams that
+    /// came back with nothing.
+    pub fn is_return(&self, index: usize) -> bool {
+        let [x, y, z] = self.position(index);
+        x.is_finite() && y.is_finite() && z.is_finite() && (x != 0.0 || y != 0.0 || z != 0.0)
+    }
+
+    /// Squared range of point `index` in square metres.
+    pub fn squared_range(&self, index: usize) -> f64 {
+        let [x, y, z] = self.position(index).map(f64::from);
+        x * x + y * y + z * z
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_must_agree() {
+        let cloud = PointCloud::new(vec![1.0; 4], vec![0.0; 4], vec![0.0; 4]).unwrap();
+        assert!(matches!(
+            cloud.clone().with_ring(vec![0; 3]),
+            Err(Error::ColumnLength {
+                column: "ring",
+                expected: 4,
+                found: 3
+            })
+        ));
+        assert!(matches!(
+            cloud.organised(3, 2),
+            Err(Error::Shape {
+                height: 3,
+                width: 2,
+                points: 4
+            })
+        ));
+    }
+
+    #[test]
+    fn origin_nan_and_infinity_are_no_returns() {
+        let cloud = PointCloud::new(
+            vec![0.0, f32::NAN, f32::INFINITY, 1.0],
+            vec![0.0; 4],
+            vec![-0.0; 4],
+        )
+        .unwrap();
+        let returns: Vec<bool> = (0..4).map(|i| cloud.is_return(i)).collect();
+        assert_eq!(returns, [false, false, false, true]);
+    }
+}

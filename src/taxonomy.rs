@@ -1,0 +1,242 @@
+//! What the ids in a semantic field mean: which are things, which are one class, what they are called.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Deserialize;
+
+use crate::error::{Error, Result};
+
+/// A class that ids are folded into before anything compares them ("moving car" is "car").
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Class {
+    /// Name as the taxonomy gives it.
+    pub name: String,
+    /// Whether its objects can be counted; only these are cut into instances.
+    pub is_thing: bool,
+    /// Whether evaluation leaves its points out.
+    pub is_ignored: bool,
+}
+
+/// Raw ids to classes. Class 0 is always "no class": unlabelled, an outlier, or an id that the taxonomy
+/// does not know.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Taxonomy {
+    /// Name for the run's own record, such as `semantic-kitti` or a file name.
+    pub name: String,
+    classes: Vec<Class>,
+    class_of: BTreeMap<u16, u16>,
+}
+
+impl Taxonomy {
+    /// SemanticKITTI's raw ids folded into its 19 classes of the single-scan benchmarks (class 1 car ...
+    /// class 19 traffic-sign; eight things).
+    pub fn semantic_kitti() -> Self {
+        let mut classes = vec![Class {
+            name: "unlabeled".into(),
+            is_thing: false,
+            is_ignored: true,
+        }];
+        let mut class_of = BTreeMap::from([(0, 0), (1, 0), (52, 0), (99, 0)]);
+        for (number, (name, is_thing, ids)) in SEMANTIC_KITTI.iter().enumerate() {
+            classes.push(Class {
+                name: (*name).into(),
+                is_thing: *is_thing,
+                is_ignored: false,
+            });
+            class_of.extend(ids.iter().map(|&id| (id, number as u16 + 1)));
+        }
+        Taxonomy {
+            name: "semantic-kitti".into(),
+            classes,
+            class_of,
+        }
+    }
+
+    /// Reads a YAML file in semantic-kitti-api's form (`labels`, `learning_map`, `learning_map_inv`,
+    /// `learning_ignore`). Things are those under `thing_class` (class to true or false) where there is
+    /// such a map, else the classes with the names of movable objects that the field's data sets use.
+    ///
+    /// # Errors
+    /// [`Error::Io`] if it cannot be read, [`Error::Taxonomy`] if it is not such a file or has no thing.
+    pub fn from_yaml_file(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path).map_err(|source| Error::Io {
+            path: path.into(),
+            source,
+        })?;
+        let name = path
+            .file_stem()
+            .map(|stem| stem.to_string_lossy().into_owned());
+        Self::from_yaml(&name.unwrap_or_default(), &text).map_err(|problem| Error::Taxonomy {
+            path: path.into(),
+            problem,
+        })
+    }
+
+    fn from_yaml(name: &str, text: &str) -> std::result::Result<Self, String> {
+        let file: File = serde_saphyr::from_str(text).map_err(|error| error.to_string())?;
+        if file.labels.is_empty() {
+            return Err("`labels` is empty".into());
+        }
+        let learning_map = if file.learning_map.is_empty() {
+            file.labels.keys().map(|&id| (id, id)).collect()
+        } else {
+            file.learning_map
+        };
+        let class_count = learning_map.values().max().map_or(0, |&last| last as usize) + 1;
+        let classes: Vec<Class> = (0..class_count as u16)
+            .map(|class| {
+                let raw = file.learning_map_inv.get(&class).copied().or_else(|| {
+                    let folded = learning_map.iter().find(|&(_, &to)| to == class);
+                    folded.map(|(&id, _)| id)
+                });
+                let name = raw.and_then(|id| file.labels.get(&id)).cloned();
+                let name = name.unwrap_or_else(|| format!("class {class}"));
+                let is_thing = match &file.thing_class {
+                    Some(things) => things.get(&class).copied().unwrap_or(false),
+                    None => THING_NAMES.contains(&normalised(&name).as_str()),
+                };
+                Class {
+                    is_ignored: class == 0
+                        || file.learning_ignore.get(&class).copied().unwrap_or(false),
+                    is_thing: is_thing && class != 0,
+                    name,
+                }
+            })
+            .collect();
+        if !classes.iter().any(|class| class.is_thing) {
+            return Err("no class is a thing: add a map `thing_class` (class: true)".into());
+        }
+        Ok(Taxonomy {
+            name: name.into(),
+            classes,
+            class_of: learning_map,
+        })
+    }
+
+    /// The classes; the index is the class number, 0 is "no class".
+    pub fn classes(&self) -> &[Class] {
+        &self.classes
+    }
+
+    /// The class number that a raw id is folded into, or `None` for an id the taxonomy does not know.
+    pub fn class_of(&self, raw: u16) -> Option<u16> {
+        self.class_of.get(&raw).copied()
+    }
+
+    /// Class number for every possible raw id (65,536 entries; unknown ids are 0).
+    pub fn lookup(&self) -> Vec<u16> {
+        let mut table = vec![0; 1 << 16];
+        for (&raw, &class) in &self.class_of {
+            table[raw as usize] = class;
+        }
+        table
+    }
+
+    /// Number of the class of that name.
+    pub fn class_named(&self, name: &str) -> Option<u16> {
+        let position = self.classes.iter().position(|class| class.name == name);
+        position.map(|class| class as u16)
+    }
+}
+
+/// The parts of semantic-kitti-api's file that are used here.
+#[derive(Deserialize)]
+struct File {
+    labels: BTreeMap<u16, String>,
+    #[serde(default)]
+    learning_map: BTreeMap<u16, u16>,
+    #[serde(default)]
+    learning_map_inv: BTreeMap<u16, u16>,
+    #[serde(default)]
+    learning_ignore: BTreeMap<u16, bool>,
+    #[serde(default)]
+    thing_class: Option<BTreeMap<u16, bool>>,
+}
+
+fn normalised(name: &str) -> String {
+    let last = name.rsplit('.').next().unwrap_or(name);
+    last.to_lowercase().replace(['_', ' '], "-")
+}
+
+/// Names under which SemanticKITTI, nuScenes, SemanticPOSS and Waymo keep their movable objects.
+const THING_NAMES: &[&str] = &[
+    "car",
+    "bicycle",
+    "motorcycle",
+    "truck",
+    "bus",
+    "trailer",
+    "construction-vehicle",
+    "other-vehicle",
+    "person",
+    "people",
+    "pedestrian",
+    "bicyclist",
+    "cyclist",
+    "motorcyclist",
+    "rider",
+];
+
+/// The 19 classes in the order of their numbers: name, thing, raw ids.
+const SEMANTIC_KITTI: [(&str, bool, &[u16]); 19] = [
+    ("car", true, &[10, 252]),
+    ("bicycle", true, &[11]),
+    ("motorcycle", true, &[15]),
+    ("truck", true, &[18, 258]),
+    ("other-vehicle", true, &[20, 13, 16, 256, 257, 259]),
+    ("person", true, &[30, 254]),
+    ("bicyclist", true, &[31, 253]),
+    ("motorcyclist", true, &[32, 255]),
+    ("road", false, &[40, 60]),
+    ("parking", false, &[44]),
+    ("sidewalk", false, &[48]),
+    ("other-ground", false, &[49]),
+    ("building", false, &[50]),
+    ("fence", false, &[51]),
+    ("vegetation", false, &[70]),
+    ("trunk", false, &[71]),
+    ("terrain", false, &[72]),
+    ("pole", false, &[80]),
+    ("traffic-sign", false, &[81]),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn semantic_kitti_folds_moving_classes() {
+        let taxonomy = Taxonomy::semantic_kitti();
+        assert_eq!(taxonomy.classes().len(), 20);
+        assert_eq!(taxonomy.class_of(252), taxonomy.class_of(10));
+        assert_eq!(taxonomy.class_of(254), taxonomy.class_named("person"));
+        assert_eq!(taxonomy.class_of(1), Some(0));
+        assert_eq!(taxonomy.class_of(7), None);
+        assert_eq!(taxonomy.classes().iter().filter(|c| c.is_thing).count(), 8);
+    }
+
+    #[test]
+    fn yaml_in_semantic_kitti_form() {
+        let text = "
+labels: {0: unlabeled, 10: car, 40: road, 252: moving-car}
+color_map: {10: [245, 150, 100]}
+learning_map: {0: 0, 10: 1, 252: 1, 40: 2}
+learning_map_inv: {0: 0, 1: 10, 2: 40}
+learning_ignore: {0: true, 1: false, 2: false}
+";
+        let taxonomy = Taxonomy::from_yaml("mine", text).unwrap();
+        assert_eq!(taxonomy.class_of(252), Some(1));
+        assert!(taxonomy.classes()[1].is_thing && !taxonomy.classes()[2].is_thing);
+        assert_eq!(taxonomy.classes()[2].name, "road");
+        let with_things = format!("{text}thing_class: {{2: true}}\n");
+        let taxonomy = Taxonomy::from_yaml("mine", &with_things).unwrap();
+        assert!(!taxonomy.classes()[1].is_thing && taxonomy.classes()[2].is_thing);
+    }
+
+    #[test]
+    fn yaml_that_is_something_else_is_refused() {
+        assert!(Taxonomy::from_yaml("x", "a: 1").is_err());
+        assert!(Taxonomy::from_yaml("x", "labels: {0: road}").is_err());
+    }
+}
