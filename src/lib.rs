@@ -1,8 +1,14 @@
 //! LiDAR instance clustering by divide and merge.
 
 pub mod cloud;
+pub mod cluster;
 pub mod error;
+pub mod footprint;
 pub mod grid;
+pub mod instances;
+pub mod pipeline;
+pub mod range_image;
+pub mod semantics;
 pub mod taxonomy;
 
 pub use cloud::PointCloud;

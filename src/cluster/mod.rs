@@ -1,0 +1,31 @@
+//! Divide and merge: the paper, a file a step.
+//!
+//! | step | file | paper | ALGORITHM |
+//! | --- | --- | --- | --- |
+//! | parameters, presets | [`params`] | | 7 |
+//! | object pixels, neighbours | [`objects`] | Neighborhood of Alg. 1 | 2, 4 |
+//! | condition | [`condition`] | Fig. 2 | 3 |
+//! | seeds | [`seeds`](mod@seeds) | III.B | 4 |
+//! | growth | [`divide`](mod@divide) | Alg. 1 | 4 |
+//! | votes | [`votes`] | V+ and V- | 4, 5 |
+//! | merge | [`merge`](mod@merge) | Alg. 2 | 5 |
+//! | bird's-eye merge | [`birds_eye`](mod@birds_eye) | III.E | 6 |
+//! | back to points | [`back_projection`] | | 6 |
+
+pub mod back_projection;
+pub mod birds_eye;
+pub mod condition;
+pub mod divide;
+pub mod merge;
+pub mod objects;
+pub mod params;
+pub mod seeds;
+pub mod votes;
+
+pub use birds_eye::birds_eye;
+pub use divide::{Components, divide};
+pub use merge::{Merge, MergeStep, merge};
+pub use objects::ObjectPixels;
+pub use params::ClusterParams;
+pub use seeds::seeds;
+pub use votes::{Vote, Votes};

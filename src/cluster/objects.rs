@@ -1,0 +1,121 @@
+//! Object pixels as a dense list: what the divide step walks on.
+
+use crate::cloud::PointCloud;
+use crate::cluster::condition::is_connected;
+use crate::cluster::params::ClusterParams;
+use crate::grid::Grid;
+use crate::range_image::{NEIGHBOURS, NO_NEIGHBOUR, RangeImage, Reach, neighbours};
+use crate::semantics::ObjectMask;
+
+/// The M object pixels of an image in row-major order, with their neighbours and the condition towards
+/// each.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ObjectPixels {
+    /// M: pixel number in the range image, ascending.
+    pub pixel: Vec<u32>,
+    /// M: position in metres, sensor frame.
+    pub position: Vec<[f32; 3]>,
+    /// M: class number, 0 where there are no classes.
+    pub class: Vec<u16>,
+    /// M x 4: neighbours left, right, up, down as object pixel numbers, or
+    /// [`NO_NEIGHBOUR`](crate::range_image::NO_NEIGHBOUR).
+    pub neighbours: Vec<[u32; NEIGHBOURS]>,
+    /// M x 4: whether the condition holds towards each neighbour; false where there is none.
+    pub connected: Vec<[bool; NEIGHBOURS]>,
+}
+
+impl ObjectPixels {
+    /// Collects the object pixels and judges the condition of every pair of neighbours once.
+    pub fn new(
+        cloud: &PointCloud,
+        image: &RangeImage,
+        mask: &ObjectMask,
+        params: &ClusterParams,
+    ) -> Self {
+        let mut objects = ObjectPixels::default();
+        let mut number = Grid::filled(image.rows(), image.columns(), NO_NEIGHBOUR);
+        for (pixel, number) in number.values_mut().iter_mut().enumerate() {
+            let Some(point) = image.point_at(pixel).filter(|&p| mask.is_object[p]) else {
+                continue;
+            };
+            *number = objects.pixel.len() as u32;
+            objects.pixel.push(pixel as u32);
+            objects.position.push(cloud.position(point));
+            objects.class.push(mask.class[point]);
+        }
+        let reach = Reach {
+            columns: params.gap_columns,
+            rows: params.gap_rows,
+            wraps: image.wraps,
+        };
+        let one_group = vec![0; objects.pixel.len()];
+        let group = if params.same_class_neighbours {
+            &objects.class
+        } else {
+            &one_group
+        };
+        objects.neighbours = neighbours(&number, group, reach);
+        objects.connected = connected(&objects, image, params);
+        objects
+    }
+
+    /// Number of object pixels M.
+    pub fn len(&self) -> usize {
+        self.pixel.len()
+    }
+
+    /// Whether there is no object pixel.
+    pub fn is_empty(&self) -> bool {
+        self.pixel.is_empty()
+    }
+}
+
+/// The condition is symmetric, and so are neighbours: judged towards the right and downwards, copied to
+/// the left and upwards.
+fn connected(
+    objects: &ObjectPixels,
+    image: &RangeImage,
+    params: &ClusterParams,
+) -> Vec<[bool; NEIGHBOURS]> {
+    let mut connected = vec![[false; NEIGHBOURS]; objects.len()];
+    for from in 0..objects.len() {
+        for (forward, backward) in [(1, 0), (3, 2)] {
+            let to = objects.neighbours[from][forward];
+            if to == NO_NEIGHBOUR {
+                continue;
+            }
+            let to = to as usize;
+            let apart = pixels_apart(objects.pixel[from], objects.pixel[to], image.columns());
+            let nominal = nominal_angle(apart, forward, image, params);
+            let [p, q] = [from, to].map(|i| objects.position[i].map(f64::from));
+            let holds = is_connected(p, q, apart, nominal, &params.condition);
+            connected[from][forward] = holds;
+            connected[to][backward] = holds;
+        }
+    }
+    connected
+}
+
+fn pixels_apart(from: u32, to: u32, columns: usize) -> usize {
+    let (from, to) = (from as usize, to as usize);
+    let rows = (to / columns).abs_diff(from / columns);
+    if rows > 0 {
+        rows
+    } else {
+        (to + columns - from) % columns
+    }
+}
+
+fn nominal_angle(
+    apart: usize,
+    direction: usize,
+    image: &RangeImage,
+    params: &ClusterParams,
+) -> f64 {
+    let super::params::Rays::Nominal { row_step } = params.condition.rays else {
+        return 0.0;
+    };
+    let column_step = std::f64::consts::TAU / image.columns() as f64;
+    let step = if direction < 2 { column_step } else { row_step };
+    apart as f64 * step
+}

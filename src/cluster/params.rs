@@ -1,0 +1,255 @@
+//! Every parameter of the clustering, and the three presets as values of it.
+
+/// Parameters of the divide step, the merge step and what follows. The presets are values of this one
+/// struct; none has code of its own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClusterParams {
+    /// Side of a voxel in metres (the paper's l). Default 0.5.
+    pub voxel: f64,
+    /// How coordinates become voxels. `paper`: floor.
+    pub rounding: Rounding,
+    /// When two neighbouring pixels belong together.
+    pub condition: Condition,
+    /// Most columns to a neighbour. `paper`: 1.
+    pub gap_columns: usize,
+    /// Most rows to a neighbour. `paper`: 1.
+    pub gap_rows: usize,
+    /// Whether only pixels of one class are neighbours. `paper`: no.
+    pub same_class_neighbours: bool,
+    /// When a seed's pixel gets its label. `paper`: at once.
+    pub seeding: Seeding,
+    /// What becomes of object pixels that no seed reaches. `paper`: they stay without a label.
+    pub leftovers: Leftovers,
+    /// Two components merge if V+ / (V+ + V-) exceeds this. `paper`: 0.5, that is V+ > V-.
+    pub merge_ratio: f64,
+    /// Whose row the votes of a merge are added to. `paper`: the query's.
+    pub accumulation: Accumulation,
+    /// Merge of instances whose regions overlap on the bird's-eye plane.
+    pub birds_eye: Option<BirdsEye>,
+    /// Instances with fewer pixels become "too small". `paper`: 0, off.
+    pub min_pixels: usize,
+    /// Where shadowed points look for a label.
+    pub back_projection: BackProjection,
+}
+
+/// How a coordinate becomes a voxel number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rounding {
+    /// floor(x / l).
+    Floor,
+    /// The nearest integer to x / l, halves away from zero.
+    Nearest,
+}
+
+/// When two neighbouring pixels belong together: the angle condition of Bogoslavskyi and Stachniss
+/// (2016), beta > theta, and optional distance gates.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Condition {
+    /// theta in radians. `paper`: 10 degrees.
+    pub angle: f64,
+    /// Where the angle between the two rays comes from.
+    pub rays: Rays,
+    /// Distance gates. `paper`: none.
+    pub gate: Option<Gate>,
+}
+
+/// Where the angle between two rays comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Rays {
+    /// From the two points themselves: |p x q| > tan(theta) (p.p - p.q), p the farther.
+    Measured,
+    /// From the distance in pixels: 2 pi / W per column, `row_step` radians per row.
+    Nominal {
+        /// Elevation between two rows in radians.
+        row_step: f64,
+    },
+}
+
+/// Distance gates on the condition (the released C++).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gate {
+    /// The angle counts only for points nearer to each other than this, metres.
+    pub farthest: f64,
+    /// Points nearer to each other than this belong together whatever the angle, metres ...
+    pub touching: f64,
+    /// ... if both ranges are below this, metres.
+    pub touching_range: f64,
+    /// (range, pixels): where the nearer range exceeds `range` metres, the angle counts only up to so
+    /// many pixels apart.
+    pub reach_by_range: Vec<(f64, usize)>,
+}
+
+/// When a seed's pixel gets its label.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Seeding {
+    /// Before the growth begins.
+    AtOnce,
+    /// When it is popped; until then another component may take it, and every pop writes its own label
+    /// again, so that a pixel can change hands.
+    AtPop,
+}
+
+/// What becomes of object pixels that no seed reaches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Leftovers {
+    /// They stay without a label.
+    Unlabelled,
+    /// Each connected leftover becomes a component, and an instance, of its own.
+    Reseeded,
+}
+
+/// Whose row the votes of a merge are added to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Accumulation {
+    /// The target's row is added to the row of the query that joins.
+    IntoQuery,
+    /// The row of a query that joins is added to the opening label's row while that is scanned; later
+    /// targets use their own rows.
+    IntoOpener,
+}
+
+/// The bird's-eye merge (paper, section III.E).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BirdsEye {
+    /// The region that stands for an instance.
+    pub region: Region,
+    /// Boxes count as overlapping up to this far apart, metres; [`Region::Box`] only.
+    pub margin: f64,
+    /// Whether only instances of one class merge. An instance without a class merges with none then.
+    pub same_class: bool,
+    /// Whether a chain of overlaps is one instance. Else one pass over all pairs i < j, in which j takes
+    /// i's label and the union of their boxes: the last writer wins; [`Region::Box`] only.
+    pub transitive: bool,
+    /// Whether the region holds only pixels that the growth added, not the seeds (the released C++);
+    /// [`Region::Box`] only.
+    pub grown_pixels_only: bool,
+}
+
+/// The region that stands for an instance on the bird's-eye plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Region {
+    /// Axis-aligned box.
+    Box,
+    /// Rectangle of least area.
+    Rectangle,
+    /// Convex hull.
+    Hull,
+}
+
+/// Where a shadowed object point looks for the pixel whose label it takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BackProjection {
+    /// Rows to look up and down. `paper`: 2, a 5 x 5 window.
+    pub rows: usize,
+    /// Columns to look left and right. `paper`: 2.
+    pub columns: usize,
+    /// What "nearest" means.
+    pub nearest: Nearest,
+}
+
+/// What the nearest pixel is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Nearest {
+    /// Least difference in range.
+    Range,
+    /// Least distance in space.
+    Space,
+}
+
+impl ClusterParams {
+    /// The paper, as ALGORITHM pins it.
+    pub fn paper() -> Self {
+        ClusterParams {
+            voxel: 0.5,
+            rounding: Rounding::Floor,
+            condition: Condition {
+                angle: 10_f64.to_radians(),
+                rays: Rays::Measured,
+                gate: None,
+            },
+            gap_columns: 1,
+            gap_rows: 1,
+            same_class_neighbours: false,
+            seeding: Seeding::AtOnce,
+            leftovers: Leftovers::Unlabelled,
+            merge_ratio: 0.5,
+            accumulation: Accumulation::IntoQuery,
+            birds_eye: Some(BirdsEye {
+                region: Region::Box,
+                margin: 0.0,
+                same_class: true,
+                transitive: true,
+                grown_pixels_only: false,
+            }),
+            min_pixels: 0,
+            back_projection: BackProjection {
+                rows: 2,
+                columns: 2,
+                nearest: Nearest::Range,
+            },
+        }
+    }
+
+    /// What the released C++ does, less its memory errors (ALGORITHM section 7).
+    pub fn authors() -> Self {
+        ClusterParams {
+            voxel: 0.2,
+            rounding: Rounding::Nearest,
+            condition: Condition {
+                angle: 0.15,
+                rays: Rays::Nominal {
+                    row_step: 28_f64.to_radians() / 64.0,
+                },
+                gate: Some(Gate {
+                    farthest: 1.5,
+                    touching: 0.5,
+                    touching_range: 5.0,
+                    reach_by_range: vec![(1.5, 11), (3.0, 9), (5.0, 7), (8.0, 5), (15.0, 3)],
+                }),
+            },
+            gap_columns: usize::MAX,
+            gap_rows: 10,
+            seeding: Seeding::AtPop,
+            merge_ratio: 0.4,
+            accumulation: Accumulation::IntoOpener,
+            birds_eye: Some(BirdsEye {
+                region: Region::Box,
+                margin: 0.1,
+                same_class: false,
+                transitive: false,
+                grown_pixels_only: true,
+            }),
+            min_pixels: 31,
+            ..Self::paper()
+        }
+    }
+
+    /// Ours, free to differ from the paper wherever measurement says so.
+    pub fn best() -> Self {
+        ClusterParams {
+            gap_columns: 4,
+            gap_rows: 2,
+            same_class_neighbours: true,
+            leftovers: Leftovers::Reseeded,
+            birds_eye: Some(BirdsEye {
+                region: Region::Hull,
+                margin: 0.0,
+                same_class: true,
+                transitive: true,
+                grown_pixels_only: false,
+            }),
+            back_projection: BackProjection {
+                rows: 3,
+                columns: 8,
+                nearest: Nearest::Space,
+            },
+            ..Self::paper()
+        }
+    }
+}
+
+impl Default for ClusterParams {
+    fn default() -> Self {
+        Self::best()
+    }
+}

@@ -1,0 +1,195 @@
+//! Regions on the bird's-eye plane: convex hulls, minimum-area rectangles, and whether two overlap.
+
+/// A point on the bird's-eye plane: x and y in metres.
+pub type PlanePoint = [f64; 2];
+
+/// A rectangle on the bird's-eye plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rectangle {
+    /// Centre in metres.
+    pub centre: PlanePoint,
+    /// Side lengths in metres, the longer first.
+    pub size: [f64; 2],
+    /// Direction of the longer side in radians from the x axis, in (-pi/2, pi/2].
+    pub yaw: f64,
+}
+
+impl Rectangle {
+    /// The four corners in counter-clockwise order.
+    pub fn corners(&self) -> [PlanePoint; 4] {
+        let (sin, cos) = self.yaw.sin_cos();
+        let [along, across] = self.size.map(|side| side / 2.0);
+        [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)].map(|(a, b)| {
+            let (u, v) = (a * along, b * across);
+            [
+                self.centre[0] + u * cos - v * sin,
+                self.centre[1] + u * sin + v * cos,
+            ]
+        })
+    }
+}
+
+/// The convex hull in counter-clockwise order, without collinear points (Andrew's monotone chain,
+/// O(n log n)). One point or two give themselves.
+pub fn convex_hull(points: &[PlanePoint]) -> Vec<PlanePoint> {
+    let mut sorted = points.to_vec();
+    sorted.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    sorted.dedup();
+    if sorted.len() < 3 {
+        return sorted;
+    }
+    let mut hull: Vec<PlanePoint> = Vec::with_capacity(16);
+    let extend = |hull: &mut Vec<PlanePoint>, floor: usize, point: PlanePoint| {
+        while hull.len() >= floor + 2
+            && cross(hull[hull.len() - 2], hull[hull.len() - 1], point) <= 0.0
+        {
+            hull.pop();
+        }
+        hull.push(point);
+    };
+    for &point in &sorted {
+        extend(&mut hull, 0, point);
+    }
+    let lower = hull.len() - 1;
+    for &point in sorted.iter().rev().skip(1) {
+        extend(&mut hull, lower, point);
+    }
+    hull.pop();
+    hull
+}
+
+fn cross(origin: PlanePoint, a: PlanePoint, b: PlanePoint) -> f64 {
+    (a[0] - origin[0]) * (b[1] - origin[1]) - (a[1] - origin[1]) * (b[0] - origin[0])
+}
+
+/// The rectangle of least area around a convex hull; one of its sides lies along a side of the hull
+/// (Freeman and Shapira 1975). `None` of an empty hull. O(h^2) in the corners of the hull.
+pub fn minimum_area_rectangle(hull: &[PlanePoint]) -> Option<Rectangle> {
+    let first = *hull.first()?;
+    if hull.len() == 1 {
+        return Some(Rectangle {
+            centre: first,
+            size: [0.0, 0.0],
+            yaw: 0.0,
+        });
+    }
+    let sides = (0..hull.len()).map(|i| (hull[i], hull[(i + 1) % hull.len()]));
+    let rectangles = sides.map(|(a, b)| around(hull, (b[1] - a[1]).atan2(b[0] - a[0])));
+    rectangles.min_by(|a, b| {
+        let area = |r: &Rectangle| r.size[0] * r.size[1];
+        area(a).total_cmp(&area(b))
+    })
+}
+
+/// The rectangle around a hull with one side in the direction `yaw`.
+fn around(hull: &[PlanePoint], yaw: f64) -> Rectangle {
+    let (sin, cos) = yaw.sin_cos();
+    let (u, v) = (span(hull, [cos, sin]), span(hull, [-sin, cos]));
+    let middle = [(u.0 + u.1) / 2.0, (v.0 + v.1) / 2.0];
+    let centre = [
+        middle[0] * cos - middle[1] * sin,
+        middle[0] * sin + middle[1] * cos,
+    ];
+    let (mut size, mut yaw) = ([u.1 - u.0, v.1 - v.0], yaw);
+    if size[0] < size[1] {
+        size.swap(0, 1);
+        yaw += std::f64::consts::FRAC_PI_2;
+    }
+    let half_turn = std::f64::consts::PI;
+    yaw = yaw.rem_euclid(half_turn);
+    if yaw > half_turn / 2.0 {
+        yaw -= half_turn;
+    }
+    Rectangle { centre, size, yaw }
+}
+
+/// Least and greatest coordinate along an axis.
+fn span(points: &[PlanePoint], axis: [f64; 2]) -> (f64, f64) {
+    let along = points.iter().map(|p| p[0] * axis[0] + p[1] * axis[1]);
+    along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), t| {
+        (low.min(t), high.max(t))
+    })
+}
+
+/// Whether two convex regions touch or overlap (separating axes). Points and segments count as regions.
+pub fn overlap(a: &[PlanePoint], b: &[PlanePoint]) -> bool {
+    !a.is_empty() && !b.is_empty() && !separated_by_a_side(a, b) && !separated_by_a_side(b, a)
+}
+
+fn separated_by_a_side(a: &[PlanePoint], b: &[PlanePoint]) -> bool {
+    let apart = |axis: [f64; 2]| {
+        let (a, b) = (span(a, axis), span(b, axis));
+        a.1 < b.0 || b.1 < a.0
+    };
+    if a.len() == 1 {
+        return apart([1.0, 0.0]) || apart([0.0, 1.0]);
+    }
+    (0..a.len()).any(|i| {
+        let (from, to) = (a[i], a[(i + 1) % a.len()]);
+        let side = [to[0] - from[0], to[1] - from[1]];
+        apart([-side[1], side[0]]) || apart(side)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hull_of_a_square_with_points_inside_and_on_its_sides() {
+        let points = [
+            [0.0, 0.0],
+            [2.0, 0.0],
+            [1.0, 0.0],
+            [2.0, 2.0],
+            [1.0, 1.0],
+            [0.0, 2.0],
+            [0.0, 0.0],
+        ];
+        let hull = convex_hull(&points);
+        assert_eq!(hull, [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]);
+    }
+
+    #[test]
+    fn rectangle_of_a_turned_box() {
+        let truth = Rectangle {
+            centre: [3.0, -1.0],
+            size: [4.0, 1.5],
+            yaw: 0.6,
+        };
+        let found = minimum_area_rectangle(&convex_hull(&truth.corners())).unwrap();
+        assert!((found.yaw - truth.yaw).abs() < 1e-9, "{found:?}");
+        for axis in 0..2 {
+            assert!((found.centre[axis] - truth.centre[axis]).abs() < 1e-9);
+            assert!((found.size[axis] - truth.size[axis]).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn diagonal_neighbours_do_not_overlap_though_their_boxes_do() {
+        let car = |x: f64| {
+            Rectangle {
+                centre: [x, 0.0],
+                size: [4.5, 1.8],
+                yaw: 1.0,
+            }
+            .corners()
+        };
+        assert!(!overlap(&car(0.0), &car(2.6)));
+        assert!(overlap(&car(0.0), &car(1.5)));
+    }
+
+    #[test]
+    fn points_and_segments_are_regions() {
+        let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        assert!(overlap(&[[0.5, 0.5]], &square));
+        assert!(!overlap(&[[1.5, 0.5]], &square));
+        assert!(overlap(&[[0.5, 0.5], [3.0, 0.5]], &square));
+        assert!(!overlap(
+            &[[2.0, 0.0], [3.0, 0.0]],
+            &[[0.0, 0.0], [1.0, 0.0]]
+        ));
+        assert!(overlap(&[[1.0, 1.0]], &[[1.0, 1.0]]));
+        assert!(!overlap(&[[1.0, 1.0]], &[[1.0, 1.1]]));
+    }
+}

@@ -1,0 +1,127 @@
+//! What comes out: a reason or an instance for every point, and the instances themselves.
+
+use serde::Serialize;
+
+use crate::cloud::PointCloud;
+use crate::footprint::{convex_hull, minimum_area_rectangle};
+
+/// Why a point has no instance. The numbers are those of the field `reason` in an annotated cloud.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[repr(u8)]
+pub enum Reason {
+    /// It has an instance.
+    None = 0,
+    /// The beam came back with nothing: NaN, infinite, or at the origin.
+    NoReturn = 1,
+    /// Its class is no thing, or the taxonomy does not know it.
+    NotAnObject = 2,
+    /// Ground, by geometry.
+    Ground = 3,
+    /// Hidden behind another point of its pixel, and no pixel of its class nearby to take a label from.
+    Shadowed = 4,
+    /// An object pixel that no seed reached.
+    Unreached = 5,
+    /// Its instance had fewer pixels than the minimum.
+    TooSmall = 6,
+}
+
+impl Reason {
+    /// All reasons in the order of their numbers.
+    pub const ALL: [Reason; 7] = [
+        Reason::None,
+        Reason::NoReturn,
+        Reason::NotAnObject,
+        Reason::Ground,
+        Reason::Shadowed,
+        Reason::Unreached,
+        Reason::TooSmall,
+    ];
+
+    /// A few words for people; "instance" for points that have one.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Reason::None => "instance",
+            Reason::NoReturn => "no return",
+            Reason::NotAnObject => "not an object",
+            Reason::Ground => "ground",
+            Reason::Shadowed => "shadowed without a match",
+            Reason::Unreached => "unreached",
+            Reason::TooSmall => "too small",
+        }
+    }
+}
+
+/// One verdict per point; all columns have length N.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct PointLabels {
+    /// Instance from 1, or 0 with a reason.
+    pub instance: Vec<u32>,
+    /// Local component before the merge, from 1, or 0.
+    pub component: Vec<u32>,
+    /// Class of the point's instance (majority vote), else its own, in the recording's ids; 0 where
+    /// there are no classes.
+    pub semantic: Vec<u16>,
+    /// Why there is no instance.
+    pub reason: Vec<Reason>,
+}
+
+impl PointLabels {
+    /// Points per reason, in the order of [`Reason::ALL`].
+    pub fn counts(&self) -> [u64; Reason::ALL.len()] {
+        let mut counts = [0; Reason::ALL.len()];
+        for &reason in &self.reason {
+            counts[reason as usize] += 1;
+        }
+        counts
+    }
+}
+
+/// One instance of a frame.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Instance {
+    /// Id from 1, as in [`PointLabels::instance`].
+    pub id: u32,
+    /// Class in the recording's ids, 0 where there are no classes.
+    pub semantic: u16,
+    /// Name of the class, empty where there are no classes.
+    pub class_name: String,
+    /// Number of its points.
+    pub points: u32,
+    /// Number of its pixels.
+    pub pixels: u32,
+    /// Number of local components it was merged from.
+    pub components: u32,
+    /// Its box.
+    pub bounds: UprightBox,
+}
+
+/// A box that stands upright: the minimum-area rectangle on the bird's-eye plane and a height.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct UprightBox {
+    /// Centre in metres, sensor frame.
+    pub centre: [f64; 3],
+    /// Length, width, height in metres; length is the longer horizontal side.
+    pub size: [f64; 3],
+    /// Direction of the length in radians from the x axis, in (-pi/2, pi/2].
+    pub yaw: f64,
+}
+
+impl UprightBox {
+    /// The box around some points of a cloud. `None` of no points.
+    pub fn around(cloud: &PointCloud, points: &[u32]) -> Option<Self> {
+        let positions = points
+            .iter()
+            .map(|&p| cloud.position(p as usize).map(f64::from));
+        let plane: Vec<[f64; 2]> = positions.clone().map(|[x, y, _]| [x, y]).collect();
+        let rectangle = minimum_area_rectangle(&convex_hull(&plane))?;
+        let (low, high) = positions.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
+            (low.min(p[2]), high.max(p[2]))
+        });
+        Some(UprightBox {
+            centre: [rectangle.centre[0], rectangle.centre[1], (low + high) / 2.0],
+            size: [rectangle.size[0], rectangle.size[1], high - low],
+            yaw: rectangle.yaw,
+        })
+    }
+}

@@ -1,0 +1,364 @@
+//! The whole method on one page: a cloud and a mask in, every intermediate out.
+
+use std::time::Instant;
+
+use crate::cloud::PointCloud;
+use crate::cluster::back_projection::nearest_pixel;
+use crate::cluster::{self, ClusterParams, Components, Merge, ObjectPixels, Votes};
+use crate::instances::{Instance, PointLabels, Reason, UprightBox};
+use crate::range_image::{ProjectionParams, RangeImage, RowsFrom, Wrap};
+use crate::semantics::{MaskSource, ObjectMask, object_mask};
+
+/// Every parameter of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Config {
+    /// Name of the preset these parameters started from.
+    pub preset: &'static str,
+    /// From cloud to range image.
+    pub projection: ProjectionParams,
+    /// Divide, merge and what follows.
+    pub cluster: ClusterParams,
+}
+
+impl Config {
+    /// Preset `paper`: ALGORITHM to the letter.
+    pub fn paper() -> Self {
+        Config {
+            preset: "paper",
+            projection: ProjectionParams {
+                wrap: Wrap::Always,
+                ..ProjectionParams::default()
+            },
+            cluster: ClusterParams::paper(),
+        }
+    }
+
+    /// Preset `authors`: what the released C++ does, less its memory errors. Clouds that are not
+    /// organised become its 64 x 2048 image of +3 to -25 degrees.
+    pub fn authors() -> Self {
+        Config {
+            preset: "authors",
+            projection: ProjectionParams {
+                rows_from: RowsFrom::UniformElevation,
+                rows: Some(64),
+                columns: Some(2048),
+                field_of_view: Some((3_f64.to_radians(), -25_f64.to_radians())),
+                wrap: Wrap::Never,
+            },
+            cluster: ClusterParams::authors(),
+        }
+    }
+
+    /// Preset `best`: ours, the default.
+    pub fn best() -> Self {
+        Config {
+            preset: "best",
+            projection: ProjectionParams::default(),
+            cluster: ClusterParams::best(),
+        }
+    }
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self::best()
+    }
+}
+
+/// Every intermediate of a run, owned. N points, H x W pixels, M object pixels, m components.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stages {
+    /// The range image.
+    pub image: RangeImage,
+    /// Which points are objects.
+    pub mask: ObjectMask,
+    /// The object pixels with their neighbours and conditions.
+    pub objects: ObjectPixels,
+    /// Seeds as object pixel numbers; seed k carries label k + 1.
+    pub seeds: Vec<u32>,
+    /// The local components of the divide step.
+    pub components: Components,
+    /// The votes on their borders.
+    pub votes: Votes,
+    /// The instances of the merge step, and every merge in its order.
+    pub merge: Merge,
+    /// For each instance of the merge step its instance after the bird's-eye merge.
+    pub birds_eye: Vec<u32>,
+    /// Instance, component, class and reason of every point.
+    pub labels: PointLabels,
+    /// The instances by id.
+    pub instances: Vec<Instance>,
+    /// Milliseconds per stage.
+    pub times: StageTimes,
+}
+
+impl Stages {
+    /// Instance of an object pixel after the merge step alone; 0 without a component.
+    pub fn merged_instance(&self, object: usize) -> u32 {
+        match self.components.label[object] {
+            0 => 0,
+            label => self.merge.instance_of_component[label as usize - 1],
+        }
+    }
+}
+
+/// Milliseconds per stage of one run.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+pub struct StageTimes {
+    /// Cloud to range image.
+    pub projection_ms: f64,
+    /// Object mask.
+    pub mask_ms: f64,
+    /// Object pixels, neighbours, conditions, seeds, growth.
+    pub divide_ms: f64,
+    /// Merge on the votes and on the bird's-eye plane.
+    pub merge_ms: f64,
+    /// Back to points, instances, boxes.
+    pub labels_ms: f64,
+}
+
+impl StageTimes {
+    /// All stages together.
+    pub fn total_ms(&self) -> f64 {
+        self.projection_ms + self.mask_ms + self.divide_ms + self.merge_ms + self.labels_ms
+    }
+}
+
+/// Clusters one cloud.
+pub fn run(cloud: &PointCloud, mask: MaskSource, config: &Config) -> Stages {
+    let params = &config.cluster;
+    let mut clock = Clock::start();
+
+    let image = RangeImage::new(cloud, &config.projection);
+    let projection_ms = clock.lap();
+
+    let mask_of = mask;
+    let mask = object_mask(cloud, &image, mask_of);
+    let mask_ms = clock.lap();
+
+    let objects = ObjectPixels::new(cloud, &image, &mask, params);
+    let seeds = cluster::seeds(&objects, params);
+    let (components, votes) = cluster::divide(&objects, &seeds, params); // Alg. 1
+    let divide_ms = clock.lap();
+
+    let merge = cluster::merge(&votes, params); // Alg. 2
+    let birds_eye = cluster::birds_eye(&objects, &components, &merge, params.birds_eye); // III.E
+    let merge_ms = clock.lap();
+
+    let pixels = instance_pixels(&components, &merge, &birds_eye, params);
+    let mut labels = label_points(cloud, &image, &mask, &objects, &components, &pixels, params);
+    let instances = describe(cloud, &mask, &components, &pixels, mask_of, &mut labels);
+    let labels_ms = clock.lap();
+
+    Stages {
+        image,
+        mask,
+        objects,
+        seeds,
+        components,
+        votes,
+        merge,
+        birds_eye,
+        labels,
+        instances,
+        times: StageTimes {
+            projection_ms,
+            mask_ms,
+            divide_ms,
+            merge_ms,
+            labels_ms,
+        },
+    }
+}
+
+struct Clock(Instant);
+
+impl Clock {
+    fn start() -> Self {
+        Clock(Instant::now())
+    }
+
+    fn lap(&mut self) -> f64 {
+        let lap = self.0.elapsed().as_secs_f64() * 1e3;
+        self.0 = Instant::now();
+        lap
+    }
+}
+
+/// The final instance of each object pixel, or why it has none.
+struct InstancePixels {
+    /// M: final instance from 1, or 0.
+    instance: Vec<u32>,
+    /// M: why there is none.
+    reason: Vec<Reason>,
+    /// Pixels of each final instance; instance k at k - 1.
+    pixels: Vec<u32>,
+}
+
+/// Instances with fewer pixels than the minimum are dropped and the others numbered from 1, in the order
+/// of the merge.
+fn instance_pixels(
+    components: &Components,
+    merge: &Merge,
+    birds_eye: &[u32],
+    params: &ClusterParams,
+) -> InstancePixels {
+    let merged = |label: u32| match label {
+        0 => 0,
+        label => birds_eye[merge.instance_of_component[label as usize - 1] as usize - 1],
+    };
+    let count = birds_eye.iter().copied().max().unwrap_or(0) as usize;
+    let mut sizes = vec![0_u32; count + 1];
+    for &label in &components.label {
+        sizes[merged(label) as usize] += 1;
+    }
+    let mut number = vec![0_u32; count + 1];
+    let mut pixels = Vec::new();
+    for instance in 1..=count {
+        if sizes[instance] > 0 && sizes[instance] as usize >= params.min_pixels {
+            pixels.push(sizes[instance]);
+            number[instance] = pixels.len() as u32;
+        }
+    }
+    let instance: Vec<u32> = components
+        .label
+        .iter()
+        .map(|&label| number[merged(label) as usize])
+        .collect();
+    let reason = components
+        .label
+        .iter()
+        .zip(&instance)
+        .map(|pair| match pair {
+            (0, _) => Reason::Unreached,
+            (_, 0) => Reason::TooSmall,
+            _ => Reason::None,
+        });
+    InstancePixels {
+        reason: reason.collect(),
+        instance,
+        pixels,
+    }
+}
+
+/// Every point gets the instance of its pixel; a shadowed one that of a pixel of its class nearby; all
+/// others a reason.
+fn label_points(
+    cloud: &PointCloud,
+    image: &RangeImage,
+    mask: &ObjectMask,
+    objects: &ObjectPixels,
+    components: &Components,
+    pixels: &InstancePixels,
+    params: &ClusterParams,
+) -> PointLabels {
+    let mut object_at = vec![u32::MAX; image.rows() * image.columns()];
+    for (object, &pixel) in (0_u32..).zip(&objects.pixel) {
+        object_at[pixel as usize] = object;
+    }
+    let mut labels = PointLabels {
+        instance: vec![0; cloud.len()],
+        component: vec![0; cloud.len()],
+        semantic: cloud.class.clone().unwrap_or_else(|| vec![0; cloud.len()]),
+        reason: mask.reason.clone(),
+    };
+    for point in (0..cloud.len()).filter(|&point| mask.is_object[point]) {
+        let pixel = if image.is_shadowed(point) {
+            nearest_pixel(cloud, image, point, params.back_projection, |pixel| {
+                let object = object_at[pixel];
+                object != u32::MAX && objects.class[object as usize] == mask.class[point]
+            })
+        } else {
+            image.pixel_of(point)
+        };
+        let Some(object) = pixel.map(|pixel| object_at[pixel] as usize) else {
+            labels.reason[point] = Reason::Shadowed;
+            continue;
+        };
+        labels.instance[point] = pixels.instance[object];
+        labels.reason[point] = pixels.reason[object];
+        if pixels.instance[object] != 0 {
+            labels.component[point] = components.label[object];
+        }
+    }
+    labels
+}
+
+/// The instances with class, box and counts; the points of an instance take its class.
+fn describe(
+    cloud: &PointCloud,
+    mask: &ObjectMask,
+    components: &Components,
+    pixels: &InstancePixels,
+    source: MaskSource,
+    labels: &mut PointLabels,
+) -> Vec<Instance> {
+    let members = members(&labels.instance, pixels.pixels.len());
+    let component_counts = component_counts(components, pixels);
+    let mut instances = Vec::with_capacity(members.len());
+    for (id, points) in (1_u32..).zip(&members) {
+        let Some(bounds) = UprightBox::around(cloud, points) else {
+            continue;
+        };
+        let (class, semantic) = majority(points, &mask.class, &labels.semantic);
+        for &point in points {
+            labels.semantic[point as usize] = semantic;
+        }
+        instances.push(Instance {
+            id,
+            semantic,
+            class_name: match source {
+                MaskSource::Classes(taxonomy) => {
+                    taxonomy.classes()[usize::from(class)].name.clone()
+                }
+                _ => String::new(),
+            },
+            points: points.len() as u32,
+            pixels: pixels.pixels[id as usize - 1],
+            components: component_counts[id as usize - 1],
+            bounds,
+        });
+    }
+    instances
+}
+
+/// Points of each instance.
+fn members(instance: &[u32], count: usize) -> Vec<Vec<u32>> {
+    let mut members = vec![Vec::new(); count];
+    for (point, &instance) in (0_u32..).zip(instance) {
+        if instance != 0 {
+            members[instance as usize - 1].push(point);
+        }
+    }
+    members
+}
+
+/// Number of components in each instance.
+fn component_counts(components: &Components, pixels: &InstancePixels) -> Vec<u32> {
+    let mut seen = vec![false; components.count as usize + 1];
+    let mut counts = vec![0; pixels.pixels.len()];
+    for (&label, &instance) in components.label.iter().zip(&pixels.instance) {
+        if instance != 0 && !std::mem::replace(&mut seen[label as usize], true) {
+            counts[instance as usize - 1] += 1;
+        }
+    }
+    counts
+}
+
+/// The most frequent class of some points, and within it the most frequent raw id. Ties go to the lower
+/// number.
+fn majority(points: &[u32], class: &[u16], raw: &[u16]) -> (u16, u16) {
+    let mut ids: Vec<(u16, u16)> = points
+        .iter()
+        .map(|&p| (class[p as usize], raw[p as usize]))
+        .collect();
+    ids.sort_unstable();
+    let most = |ids: &[(u16, u16)], key: fn(&(u16, u16)) -> u16| {
+        let runs = ids.chunk_by(|a, b| key(a) == key(b));
+        let best = runs.reduce(|best, run| if run.len() > best.len() { run } else { best });
+        best.map_or(0, |run| key(&run[0]))
+    };
+    let class = most(&ids, |id| id.0);
+    ids.retain(|id| id.0 == class);
+    (class, most(&ids, |id| id.1))
+}

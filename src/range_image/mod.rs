@@ -1,0 +1,199 @@
+//! The range image: H x W pixels, row 0 the highest beam, columns in scan order (paper, section III;
+//! ALGORITHM section 1).
+//!
+//! Three projections lead there: an organised cloud is the image as it stands; a `ring` or `channel`
+//! field gives the rows; without one the rows come from the elevation, its beams estimated from the
+//! data. Columns then come from the azimuth. Where several points fall into one pixel the nearest wins
+//! (ties: the lower point index); the others are *shadowed* and get their label after the clustering.
+
+mod beams;
+mod columns;
+mod neighbours;
+mod organised;
+mod project;
+
+use crate::cloud::PointCloud;
+use crate::grid::Grid;
+
+pub use neighbours::{NEIGHBOURS, NO_NEIGHBOUR, Reach, neighbours};
+
+/// Marks a pixel without a point, or a point without a pixel.
+pub const NOWHERE: u32 = u32::MAX;
+
+/// How clouds become images. Unset sizes are estimated from the data.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ProjectionParams {
+    /// What gives the rows of a cloud that is not organised. Default: the best that the cloud offers.
+    pub rows_from: RowsFrom,
+    /// Rows of the uniform spherical projection. Default 64 (the paper's).
+    pub rows: Option<usize>,
+    /// Columns of the full circle. Default: from the azimuth step between returns of one beam; 2048
+    /// (the paper's) where the beams are not known.
+    pub columns: Option<usize>,
+    /// Elevation of the image's upper and lower edge in radians, uniform spherical projection only.
+    /// Default: the elevations that hold all but 0.2 % of the returns.
+    pub field_of_view: Option<(f64, f64)>,
+    /// Whether the first and the last column are neighbours.
+    pub wrap: Wrap,
+}
+
+/// Where the rows of an unorganised cloud come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum RowsFrom {
+    /// The ring field, else beams found in the data, else equal steps of elevation.
+    #[default]
+    Best,
+    /// Equal steps of elevation, whatever the cloud offers.
+    UniformElevation,
+}
+
+/// Whether the first and the last column are neighbours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Wrap {
+    /// Always, as ALGORITHM section 1 has it.
+    Always,
+    /// Never, as in the released C++.
+    Never,
+    /// Where the columns go all the way round; a sensor with a limited field of view has an edge there.
+    #[default]
+    WhereScanCloses,
+}
+
+/// Which projection made an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Projection {
+    /// The cloud's own rows and columns.
+    Organised,
+    /// The cloud's own rows and columns, exchanged: its driver stores a beam per column.
+    OrganisedTransposed,
+    /// Rows from the ring field, columns from the azimuth.
+    Ring,
+    /// Rows from the order in which the points are stored, one turn of the azimuth per beam.
+    ScanOrder,
+    /// Rows from peaks in the distribution of the elevation.
+    Elevations,
+    /// Rows of equal elevation.
+    UniformElevation,
+}
+
+impl Projection {
+    /// A few words for people.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Projection::Organised => "organised cloud",
+            Projection::OrganisedTransposed => "organised cloud, one column per beam",
+            Projection::Ring => "ring field",
+            Projection::ScanOrder => "storage order, one turn per beam",
+            Projection::Elevations => "beams found in the elevations",
+            Projection::UniformElevation => "equal steps of elevation",
+        }
+    }
+}
+
+/// An H x W range image over a cloud of N points: pixel to point and point to pixel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RangeImage {
+    /// Which projection made it.
+    pub projection: Projection,
+    /// Whether columns 0 and W-1 are neighbours.
+    pub wraps: bool,
+    /// Whether row 0 is the highest beam. Always so but for an organised cloud stored bottom up, which
+    /// stays as it stands.
+    pub top_row_first: bool,
+    /// H x W: the point in each pixel, or [`NOWHERE`].
+    pub point_of_pixel: Grid<u32>,
+    /// N: the pixel that each point falls into, or [`NOWHERE`] if it is no return. A shadowed point has
+    /// the pixel of the point that shadows it.
+    pub pixel_of_point: Vec<u32>,
+}
+
+impl RangeImage {
+    /// Projects a cloud.
+    ///
+    /// Steps: rows and a column count from whichever projection fits; pixel of each return; nearest
+    /// point of each pixel. Time O(N), plus sorting a sample of the azimuths.
+    pub fn new(cloud: &PointCloud, params: &ProjectionParams) -> RangeImage {
+        if cloud.is_organised() {
+            organised::project(cloud, params)
+        } else {
+            project::project(cloud, params)
+        }
+    }
+
+    /// Number of rows H.
+    pub fn rows(&self) -> usize {
+        self.point_of_pixel.rows()
+    }
+
+    /// Number of columns W.
+    pub fn columns(&self) -> usize {
+        self.point_of_pixel.columns()
+    }
+
+    /// The point seen in a pixel.
+    pub fn point_at(&self, pixel: usize) -> Option<usize> {
+        let point = self.point_of_pixel.values()[pixel];
+        (point != NOWHERE).then_some(point as usize)
+    }
+
+    /// The pixel that a point falls into.
+    pub fn pixel_of(&self, point: usize) -> Option<usize> {
+        let pixel = self.pixel_of_point[point];
+        (pixel != NOWHERE).then_some(pixel as usize)
+    }
+
+    /// Whether a nearer point occupies the point's pixel.
+    pub fn is_shadowed(&self, point: usize) -> bool {
+        self.pixel_of(point)
+            .is_some_and(|pixel| self.point_of_pixel.values()[pixel] != point as u32)
+    }
+
+    /// How many points have a pixel but are not seen in it.
+    pub fn shadowed_count(&self) -> usize {
+        let placed = self
+            .pixel_of_point
+            .iter()
+            .filter(|&&pixel| pixel != NOWHERE);
+        let seen = self
+            .point_of_pixel
+            .values()
+            .iter()
+            .filter(|&&point| point != NOWHERE);
+        placed.count() - seen.count()
+    }
+
+    /// Elevations in radians of the highest and the lowest return seen, if there is any return.
+    pub fn elevation_span(&self, cloud: &PointCloud) -> Option<(f64, f64)> {
+        let seen = self
+            .point_of_pixel
+            .values()
+            .iter()
+            .filter(|&&point| point != NOWHERE);
+        seen.map(|&point| elevation(cloud, point as usize))
+            .fold(None, |span, e| match span {
+                None => Some((e, e)),
+                Some((high, low)) => Some((e.max(high), e.min(low))),
+            })
+    }
+}
+
+/// Elevation of a point above the sensor's horizontal plane in radians.
+fn elevation(cloud: &PointCloud, point: usize) -> f64 {
+    let [x, y, z] = cloud.position(point).map(f64::from);
+    z.atan2(x.hypot(y))
+}
+
+/// Azimuth of a point in radians, counter-clockwise from the x axis.
+fn azimuth(cloud: &PointCloud, point: usize) -> f64 {
+    f64::from(cloud.y[point]).atan2(f64::from(cloud.x[point]))
+}
+
+/// The median of a list, reordering it; `None` of an empty one.
+fn median(values: &mut [f64]) -> Option<f64> {
+    if values.is_empty() {
+        return None;
+    }
+    let middle = values.len() / 2;
+    let (_, median, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
+    Some(*median)
+}
