@@ -3,9 +3,11 @@
 pub mod cloud;
 pub mod cluster;
 pub mod error;
+pub mod evaluate;
 pub mod footprint;
 pub mod grid;
 pub mod instances;
+pub mod io;
 pub mod pipeline;
 pub mod range_image;
 pub mod semantics;

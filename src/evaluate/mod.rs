@@ -1,0 +1,5 @@
+//! Scores against truth.
+
+pub mod panoptic;
+
+pub use panoptic::{ClassQuality, Panoptic, PanopticQuality};

@@ -1,0 +1,2 @@
+//! Files and messages.
+pub mod semantic_kitti;

@@ -1,0 +1,55 @@
+//! SemanticKITTI's files: `.bin` scans and `.label` words.
+
+use std::path::Path;
+
+use crate::cloud::PointCloud;
+use crate::error::{Error, Result};
+
+/// Reads a `.bin` scan: float32 x, y, z (metres, sensor frame) and intensity per point, little endian.
+///
+/// # Errors
+/// [`Error::Io`] if it cannot be read, [`Error::Malformed`] if its size is not a whole number of points.
+pub fn read_scan(path: &Path) -> Result<PointCloud> {
+    let bytes = read(path)?;
+    let (points, rest) = bytes.as_chunks::<16>();
+    if !rest.is_empty() {
+        return Err(size_problem("scan", path, bytes.len(), 16));
+    }
+    let column = |offset: usize| {
+        let floats = points.iter().map(|point| point[offset..].first_chunk());
+        floats
+            .map(|bytes| bytes.map_or(f32::NAN, |b| f32::from_le_bytes(*b)))
+            .collect()
+    };
+    PointCloud::new(column(0), column(4), column(8))
+}
+
+/// Reads `.label` words: the class in the low 16 bits, the instance in the high 16.
+///
+/// # Errors
+/// [`Error::Io`] if it cannot be read, [`Error::Malformed`] if its size is not a whole number of words.
+pub fn read_labels(path: &Path) -> Result<Vec<u32>> {
+    let bytes = read(path)?;
+    let (words, rest) = bytes.as_chunks::<4>();
+    if !rest.is_empty() {
+        return Err(size_problem("labels", path, bytes.len(), 4));
+    }
+    Ok(words.iter().map(|word| u32::from_le_bytes(*word)).collect())
+}
+
+fn read(path: &Path) -> Result<Vec<u8>> {
+    std::fs::read(path).map_err(|source| Error::Io {
+        path: path.into(),
+        source,
+    })
+}
+
+fn size_problem(message: &'static str, path: &Path, bytes: usize, word: usize) -> Error {
+    Error::Malformed {
+        message,
+        problem: format!(
+            "{}: {bytes} bytes are no multiple of {word}",
+            path.display()
+        ),
+    }
+}
