@@ -6,13 +6,18 @@ use super::{NOWHERE, Projection, ProjectionParams, RangeImage, Wrap, azimuth, el
 use crate::cloud::PointCloud;
 use crate::grid::Grid;
 
+/// The elevation of one beam stays within this standard deviation over a turn, radians: offsets of the
+/// lasers and a tilted mount included, and well below the field of view of any scanner.
+const BEAM_SPREAD: f64 = 0.5 * PI / 180.0;
+
 /// The cloud's own grid.
 pub(super) fn project(cloud: &PointCloud, params: &ProjectionParams) -> RangeImage {
     let (height, width) = (cloud.height, cloud.width);
     let along_row = spread(cloud, height, width, |row, column| row * width + column);
     let along_column = spread(cloud, width, height, |column, row| row * width + column);
-    // Exchanged only on plain evidence: the elevation hardly moves down a column and does along a row.
-    let transposed = along_column * 4.0 < along_row;
+    let is_beam = |spread: Option<f64>| spread.is_some_and(|spread| spread < BEAM_SPREAD);
+    let is_swept = |spread: Option<f64>| spread.is_some_and(|spread| spread > 4.0 * BEAM_SPREAD);
+    let transposed = is_beam(along_column) && is_swept(along_row);
     let (rows, columns) = if transposed {
         (width, height)
     } else {
@@ -56,28 +61,30 @@ pub(super) fn project(cloud: &PointCloud, params: &ProjectionParams) -> RangeIma
     }
 }
 
-/// Median over lines of the standard deviation of the elevation within a line, in radians.
+/// Median over lines of the standard deviation of the elevation within a line, in radians. `None` where
+/// fewer than four lines have enough returns to tell.
 fn spread(
     cloud: &PointCloud,
     lines: usize,
     length: usize,
     point: impl Fn(usize, usize) -> usize,
-) -> f64 {
+) -> Option<f64> {
     const SAMPLED_LINES: usize = 64;
+    const FEWEST_LINES: usize = 4;
+    const FEWEST_RETURNS: f64 = 8.0;
     let mut deviations: Vec<f64> = (0..lines)
-        .step_by(lines.div_ceil(SAMPLED_LINES))
+        .step_by(lines.div_ceil(SAMPLED_LINES).max(1))
         .filter_map(|line| {
             let points = (0..length).map(|along| point(line, along));
-            let elevations = points
-                .filter(|&p| cloud.is_return(p))
-                .map(|p| elevation(cloud, p));
-            let (n, sum, squares) = elevations.fold((0.0, 0.0, 0.0), |(n, sum, squares), e| {
-                (n + 1.0, sum + e, squares + e * e)
+            let returns = points.filter(|&point| cloud.is_return(point));
+            let (n, sum, squares) = returns.fold((0.0, 0.0, 0.0), |(n, sum, squares), point| {
+                let elevation = elevation(cloud, point);
+                (n + 1.0, sum + elevation, squares + elevation * elevation)
             });
-            (n > 2.0).then(|| (squares / n - (sum / n).powi(2)).max(0.0).sqrt())
+            (n >= FEWEST_RETURNS).then(|| (squares / n - (sum / n).powi(2)).max(0.0).sqrt())
         })
         .collect();
-    median(&mut deviations).unwrap_or(0.0)
+    median(&mut deviations).filter(|_| deviations.len() >= FEWEST_LINES)
 }
 
 /// Whether the columns go all the way round: the median azimuth step times the columns is a turn.
@@ -88,7 +95,7 @@ fn closes(
     point: impl Fn(usize, usize) -> usize,
 ) -> bool {
     let mut steps = Vec::new();
-    for row in (0..rows).step_by(rows.div_ceil(16)) {
+    for row in (0..rows).step_by(rows.div_ceil(16).max(1)) {
         for column in 1..columns {
             let (before, after) = (point(row, column - 1), point(row, column));
             if cloud.is_return(before) && cloud.is_return(after) {
@@ -111,7 +118,7 @@ fn top_row_first(
     let mut halves = [Vec::new(), Vec::new()];
     for row in 0..rows {
         let half = usize::from(row >= rows / 2);
-        for column in (0..columns).step_by(columns.div_ceil(128)) {
+        for column in (0..columns).step_by(columns.div_ceil(128).max(1)) {
             let point = point(row, column);
             if cloud.is_return(point) {
                 halves[half].push(elevation(cloud, point));

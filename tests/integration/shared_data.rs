@@ -1,0 +1,60 @@
+//! Tests over real data, found by path beside the checkout; without it they say so and pass.
+
+use std::path::{Path, PathBuf};
+
+use divmerge::io::semantic_kitti::{read_labels, read_scan};
+use divmerge::pipeline::Config;
+
+use crate::partition::compare;
+
+/// `../shared/data` beside the checkout, or `None` after a word on stderr.
+pub fn shared_data() -> Option<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    eprintln!("skipped: no folder {}", folder.display());
+    None
+}
+
+/// Every scan of the labelled sequences with its label file.
+pub fn labelled_scans(data: &Path) -> Vec<(PathBuf, PathBuf)> {
+    let mut scans = Vec::new();
+    let sequences = std::fs::read_dir(data.join("semantickitti/sequences")).expect("sequences");
+    for sequence in sequences {
+        let sequence = sequence.expect("entry").path();
+        for scan in std::fs::read_dir(sequence.join("velodyne")).expect("velodyne") {
+            let scan = scan.expect("entry").path();
+            let name = scan.with_extension("label");
+            let label = sequence
+                .join("labels")
+                .join(name.file_name().expect("name"));
+            scans.push((scan, label));
+        }
+    }
+    scans.sort();
+    scans
+}
+
+#[test]
+fn real_scans_agree_with_the_transcription() {
+    let Some(data) = shared_data() else { return };
+    let scans = labelled_scans(&data);
+    assert!(!scans.is_empty());
+    for (number, (scan, label)) in scans.iter().enumerate() {
+        let words = read_labels(label).expect("labels");
+        let classes = words.iter().map(|&word| word as u16).collect();
+        let cloud = read_scan(scan)
+            .expect("scan")
+            .with_class(classes)
+            .expect("one each");
+        let mut config = Config::paper();
+        compare(&cloud, &config);
+        if number % 8 == 0 {
+            config.cluster.voxel = 0.2;
+            config.cluster.gap_columns = 5;
+            config.cluster.gap_rows = 2;
+            compare(&cloud, &config);
+        }
+    }
+}
