@@ -116,6 +116,39 @@ pub fn overlap(a: &[PlanePoint], b: &[PlanePoint]) -> bool {
     !a.is_empty() && !b.is_empty() && !separated_by_a_side(a, b) && !separated_by_a_side(b, a)
 }
 
+/// Distance between two convex regions in metres, 0 where they touch or overlap; infinite from an empty
+/// region.
+pub fn distance(a: &[PlanePoint], b: &[PlanePoint]) -> f64 {
+    if overlap(a, b) {
+        return 0.0;
+    }
+    let sides = |region: &[PlanePoint]| -> Vec<(PlanePoint, PlanePoint)> {
+        (0..region.len())
+            .map(|i| (region[i], region[(i + 1) % region.len()]))
+            .collect()
+    };
+    let from_corners = |corners: &[PlanePoint], region: &[PlanePoint]| {
+        let sides = sides(region);
+        let each = corners
+            .iter()
+            .flat_map(|&c| sides.iter().map(move |&s| to_segment(c, s)));
+        each.fold(f64::INFINITY, f64::min)
+    };
+    from_corners(a, b).min(from_corners(b, a))
+}
+
+fn to_segment(point: PlanePoint, (from, to): (PlanePoint, PlanePoint)) -> f64 {
+    let along = [to[0] - from[0], to[1] - from[1]];
+    let length = along[0] * along[0] + along[1] * along[1];
+    let dot = (point[0] - from[0]) * along[0] + (point[1] - from[1]) * along[1];
+    let t = if length > 0.0 {
+        (dot / length).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    (point[0] - from[0] - t * along[0]).hypot(point[1] - from[1] - t * along[1])
+}
+
 fn separated_by_a_side(a: &[PlanePoint], b: &[PlanePoint]) -> bool {
     let apart = |axis: [f64; 2]| {
         let (a, b) = (span(a, axis), span(b, axis));
@@ -177,6 +210,15 @@ mod tests {
         };
         assert!(!overlap(&car(0.0), &car(2.6)));
         assert!(overlap(&car(0.0), &car(1.5)));
+    }
+
+    #[test]
+    fn distances_by_hand() {
+        let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        assert_eq!(distance(&square, &[[0.5, 0.5]]), 0.0);
+        assert_eq!(distance(&square, &[[4.0, 5.0]]), 5.0);
+        assert_eq!(distance(&[[3.0, -9.0], [3.0, 9.0]], &square), 2.0);
+        assert_eq!(distance(&square, &[]), f64::INFINITY);
     }
 
     #[test]

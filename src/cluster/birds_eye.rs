@@ -5,7 +5,7 @@ use super::divide::Components;
 use super::merge::Merge;
 use super::objects::ObjectPixels;
 use super::params::{BirdsEye, Region};
-use crate::footprint::{PlanePoint, convex_hull, minimum_area_rectangle, overlap};
+use crate::footprint::{PlanePoint, convex_hull, distance, minimum_area_rectangle};
 
 /// For each instance of the merge step (instance k at k - 1) the instance it belongs to after the
 /// bird's-eye merge, numbered from 1 in the order of their first members.
@@ -68,7 +68,7 @@ impl Outline {
         let boxes = (0..2).all(|axis| {
             self.high[axis].min(other.high[axis]) + margin >= self.low[axis].max(other.low[axis])
         });
-        boxes && (self.corners.is_empty() || overlap(&self.corners, &other.corners))
+        boxes && (self.corners.is_empty() || distance(&self.corners, &other.corners) <= margin)
     }
 
     fn absorb(&mut self, other: &Outline) {

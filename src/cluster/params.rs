@@ -113,7 +113,7 @@ pub enum Accumulation {
 pub struct BirdsEye {
     /// The region that stands for an instance.
     pub region: Region,
-    /// Boxes count as overlapping up to this far apart, metres; [`Region::Box`] only.
+    /// Regions count as overlapping up to this far apart, metres (boxes: along each axis).
     pub margin: f64,
     /// Whether only instances of one class merge. An instance without a class merges with none then.
     pub same_class: bool,
@@ -233,7 +233,7 @@ impl ClusterParams {
             leftovers: Leftovers::Reseeded,
             birds_eye: Some(BirdsEye {
                 region: Region::Hull,
-                margin: 0.0,
+                margin: 0.3,
                 same_class: true,
                 transitive: true,
                 grown_pixels_only: false,
