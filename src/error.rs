@@ -75,6 +75,15 @@ pub enum Error {
         problem: String,
     },
 
+    /// A recording without a cloud to annotate.
+    #[error("{}: {problem}", path.display())]
+    NoCloud {
+        /// The recording.
+        path: PathBuf,
+        /// What was looked for, and what is there.
+        problem: String,
+    },
+
     /// The output would collide with something in the input.
     #[error("{}: {problem}", path.display())]
     Conflict {

@@ -2,6 +2,8 @@
 
 use std::time::Instant;
 
+use serde::Serialize;
+
 use crate::cloud::PointCloud;
 use crate::cluster::back_projection::nearest_pixel;
 use crate::cluster::{self, ClusterParams, Components, Merge, ObjectPixels, Votes};
@@ -10,7 +12,7 @@ use crate::range_image::{ProjectionParams, RangeImage, RowsFrom, Wrap};
 use crate::semantics::{MaskSource, ObjectMask, object_mask};
 
 /// Every parameter of a run.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Config {
     /// Name of the preset these parameters started from.
     pub preset: &'static str,
@@ -103,7 +105,7 @@ impl Stages {
 }
 
 /// Milliseconds per stage of one run.
-#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct StageTimes {
     /// Cloud to range image.
     pub projection_ms: f64,

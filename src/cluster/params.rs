@@ -1,8 +1,10 @@
 //! Every parameter of the clustering, and the three presets as values of it.
 
+use serde::Serialize;
+
 /// Parameters of the divide step, the merge step and what follows. The presets are values of this one
 /// struct; none has code of its own.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ClusterParams {
     /// Side of a voxel in metres (the paper's l). Default 0.5.
     pub voxel: f64,
@@ -33,7 +35,8 @@ pub struct ClusterParams {
 }
 
 /// How a coordinate becomes a voxel number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Rounding {
     /// floor(x / l).
     Floor,
@@ -43,7 +46,7 @@ pub enum Rounding {
 
 /// When two neighbouring pixels belong together: the angle condition of Bogoslavskyi and Stachniss
 /// (2016), beta > theta, and optional distance gates.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Condition {
     /// theta in radians. `paper`: 10 degrees.
     pub angle: f64,
@@ -54,7 +57,8 @@ pub struct Condition {
 }
 
 /// Where the angle between two rays comes from.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Rays {
     /// From the two points themselves: |p x q| > tan(theta) (p.p - p.q), p the farther.
     Measured,
@@ -66,7 +70,7 @@ pub enum Rays {
 }
 
 /// Distance gates on the condition (the released C++).
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Gate {
     /// The angle counts only for points nearer to each other than this, metres.
     pub farthest: f64,
@@ -80,7 +84,8 @@ pub struct Gate {
 }
 
 /// When a seed's pixel gets its label.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Seeding {
     /// Before the growth begins.
     AtOnce,
@@ -90,7 +95,8 @@ pub enum Seeding {
 }
 
 /// What becomes of object pixels that no seed reaches.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Leftovers {
     /// They stay without a label.
     Unlabelled,
@@ -99,7 +105,8 @@ pub enum Leftovers {
 }
 
 /// Whose row the votes of a merge are added to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Accumulation {
     /// The target's row is added to the row of the query that joins.
     IntoQuery,
@@ -109,7 +116,7 @@ pub enum Accumulation {
 }
 
 /// The bird's-eye merge (paper, section III.E).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BirdsEye {
     /// The region that stands for an instance.
     pub region: Region,
@@ -126,7 +133,8 @@ pub struct BirdsEye {
 }
 
 /// The region that stands for an instance on the bird's-eye plane.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Region {
     /// Axis-aligned box.
     Box,
@@ -137,7 +145,7 @@ pub enum Region {
 }
 
 /// Where a shadowed object point looks for the pixel whose label it takes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct BackProjection {
     /// Rows to look up and down. `paper`: 2, a 5 x 5 window.
     pub rows: usize,
@@ -148,7 +156,8 @@ pub struct BackProjection {
 }
 
 /// What the nearest pixel is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Nearest {
     /// Least difference in range.
     Range,

@@ -12,6 +12,8 @@ mod neighbours;
 mod organised;
 mod project;
 
+use serde::Serialize;
+
 use crate::cloud::PointCloud;
 use crate::grid::Grid;
 
@@ -21,7 +23,7 @@ pub use neighbours::{NEIGHBOURS, NO_NEIGHBOUR, Reach, neighbours};
 pub const NOWHERE: u32 = u32::MAX;
 
 /// How clouds become images. Unset sizes are estimated from the data.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct ProjectionParams {
     /// What gives the rows of a cloud that is not organised. Default: the best that the cloud offers.
     pub rows_from: RowsFrom,
@@ -38,7 +40,8 @@ pub struct ProjectionParams {
 }
 
 /// Where the rows of an unorganised cloud come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum RowsFrom {
     /// The ring field, else beams found in the data, else equal steps of elevation.
     #[default]
@@ -48,7 +51,8 @@ pub enum RowsFrom {
 }
 
 /// Whether the first and the last column are neighbours.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Wrap {
     /// Always, as ALGORITHM section 1 has it.
     Always,
@@ -60,7 +64,8 @@ pub enum Wrap {
 }
 
 /// Which projection made an image.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Projection {
     /// The cloud's own rows and columns.
     Organised,
