@@ -3,6 +3,8 @@
 pub mod cloud;
 pub mod error;
 pub mod grid;
+pub mod io;
+pub mod palette;
 pub mod taxonomy;
 
 pub use cloud::PointCloud;
