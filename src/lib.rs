@@ -1,5 +1,6 @@
 //! LiDAR instance clustering by divide and merge.
 
+pub mod annotate;
 pub mod cloud;
 pub mod cluster;
 pub mod error;
@@ -8,6 +9,7 @@ pub mod footprint;
 pub mod grid;
 pub mod instances;
 pub mod io;
+pub mod palette;
 pub mod pipeline;
 pub mod range_image;
 pub mod semantics;

@@ -1,2 +1,21 @@
-//! Files and messages.
+//! Reading and writing recordings: MCAP, the ROS 2 messages in it, and the messages added to it.
+//!
+//! Nothing here knows of clustering. A recording is read record by record ([`recording`]), a cloud
+//! message becomes a [`crate::PointCloud`] ([`point_cloud2`]), and results become messages
+//! ([`annotation`], [`markers`]).
+
+pub mod annotation;
+pub mod cdr;
+pub mod markers;
+pub mod point_cloud2;
+pub mod recording;
 pub mod semantic_kitti;
+
+pub use annotation::{PointAnnotation, annotated_cloud};
+pub use cdr::ByteOrder;
+pub use markers::{MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA, MarkerBox, marker_array};
+pub use point_cloud2::{Datatype, POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA, PointCloud2, PointField};
+pub use recording::{
+    AttachmentHeader, Channel, Compression, MessageHeader, Metadata, Overview, Position, Record,
+    RecordingReader, RecordingWriter, Schema, WriteOptions,
+};

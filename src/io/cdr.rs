@@ -1,0 +1,370 @@
+//! XCDR1, the encoding of ROS 2 messages: a cursor to read it and one to write it.
+//!
+//! A message is a header of four bytes (`00 00` big endian, `00 01` little endian, two bytes of
+//! options that are ignored) and a body. Numbers are aligned to their own size, counted from the
+//! start of the body.
+
+use crate::error::{Error, Result};
+
+/// Bytes of the encapsulation header before the body.
+pub const HEADER_LEN: usize = 4;
+
+/// Order of the bytes of a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ByteOrder {
+    /// Least significant byte first.
+    Little,
+    /// Most significant byte first.
+    Big,
+}
+
+/// The numbers that the messages are made of, from and to bytes of either order.
+macro_rules! numbers {
+    ($($number:ident $size:literal $get:ident $put:ident;)*) => {
+        impl ByteOrder {
+            $(
+                #[doc = concat!("A `", stringify!($number), "` from its bytes.")]
+                #[inline]
+                pub fn $get(self, bytes: [u8; $size]) -> $number {
+                    match self {
+                        ByteOrder::Little => $number::from_le_bytes(bytes),
+                        ByteOrder::Big => $number::from_be_bytes(bytes),
+                    }
+                }
+
+                #[doc = concat!("The bytes of a `", stringify!($number), "`.")]
+                #[inline]
+                pub fn $put(self, value: $number) -> [u8; $size] {
+                    match self {
+                        ByteOrder::Little => value.to_le_bytes(),
+                        ByteOrder::Big => value.to_be_bytes(),
+                    }
+                }
+            )*
+        }
+
+        impl CdrReader<'_> {
+            $(
+                #[doc = concat!("The next `", stringify!($number), "`.")]
+                ///
+                /// # Errors
+                /// [`Error::Malformed`] if the message ends before it does.
+                pub fn $number(&mut self) -> Result<$number> {
+                    let bytes = self.aligned()?;
+                    Ok(self.byte_order.$get(bytes))
+                }
+            )*
+        }
+
+        impl CdrWriter<'_> {
+            $(
+                #[doc = concat!("Appends a `", stringify!($number), "`.")]
+                pub fn $number(&mut self, value: $number) {
+                    self.align($size);
+                    self.out.extend_from_slice(&self.byte_order.$put(value));
+                }
+            )*
+        }
+    };
+}
+
+numbers! {
+    u8 1 get_u8 put_u8;
+    i8 1 get_i8 put_i8;
+    u16 2 get_u16 put_u16;
+    i16 2 get_i16 put_i16;
+    u32 4 get_u32 put_u32;
+    i32 4 get_i32 put_i32;
+    f32 4 get_f32 put_f32;
+    f64 8 get_f64 put_f64;
+}
+
+/// Reads one message from front to back; every read is checked against the bytes that are there.
+#[derive(Debug, Clone)]
+pub struct CdrReader<'a> {
+    message: &'static str,
+    byte_order: ByteOrder,
+    body: &'a [u8],
+    position: usize,
+}
+
+impl<'a> CdrReader<'a> {
+    /// A cursor at the start of the body. `message` names the type in errors.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] for fewer than four bytes, [`Error::Unsupported`] for an encapsulation
+    /// other than plain CDR.
+    pub fn new(message: &'static str, cdr: &'a [u8]) -> Result<Self> {
+        let Some((header, body)) = cdr.split_first_chunk::<HEADER_LEN>() else {
+            return Err(Error::Malformed {
+                message,
+                problem: format!(
+                    "{} bytes cannot hold the encapsulation header of {HEADER_LEN}",
+                    cdr.len()
+                ),
+            });
+        };
+        let byte_order = match [header[0], header[1]] {
+            [0, 0] => ByteOrder::Big,
+            [0, 1] => ByteOrder::Little,
+            [first, second] => {
+                return Err(Error::Unsupported {
+                    message,
+                    problem: format!(
+                        "encapsulation {first:02x} {second:02x}; only plain CDR (00 00 and 00 01) \
+                         can be read"
+                    ),
+                });
+            }
+        };
+        Ok(CdrReader {
+            message,
+            byte_order,
+            body,
+            position: 0,
+        })
+    }
+
+    /// Byte order that the header declares.
+    pub fn byte_order(&self) -> ByteOrder {
+        self.byte_order
+    }
+
+    /// Bytes of the body that are still to be read.
+    pub fn remaining(&self) -> usize {
+        self.body.len() - self.position
+    }
+
+    /// The next `length` bytes, unaligned.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] if there are fewer.
+    pub fn bytes(&mut self, length: usize) -> Result<&'a [u8]> {
+        let bytes = self.body[self.position..]
+            .get(..length)
+            .ok_or_else(|| self.too_short(length))?;
+        self.position += length;
+        Ok(bytes)
+    }
+
+    /// The next `bool`: any byte but zero is true.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] at the end of the message.
+    pub fn bool(&mut self) -> Result<bool> {
+        Ok(self.u8()? != 0)
+    }
+
+    /// The next string, without its closing zero.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] if it does not fit, is not closed by a zero or is not UTF-8.
+    pub fn string(&mut self) -> Result<String> {
+        let length = self.u32()?;
+        if length == 0 {
+            // Not what the encoding says, but some writers do it for an empty string.
+            return Ok(String::new());
+        }
+        let at = self.position;
+        let (&last, text) = self
+            .bytes(length as usize)?
+            .split_last()
+            .unwrap_or((&0, &[]));
+        if last != 0 {
+            return Err(self.malformed(format!(
+                "the string at byte {at} of the body is not closed by a zero but by {last:#04x}"
+            )));
+        }
+        String::from_utf8(text.to_vec()).map_err(|_| {
+            self.malformed(format!("the string at byte {at} of the body is not UTF-8"))
+        })
+    }
+
+    /// The next sequence's length, which must be possible: at least `element_size` bytes each.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] if that many elements cannot be in what is left of the message.
+    pub fn sequence(&mut self, element_size: usize) -> Result<usize> {
+        let length = self.u32()? as usize;
+        let needed = length.checked_mul(element_size);
+        if needed.is_none_or(|needed| needed > self.remaining()) {
+            return Err(self.malformed(format!(
+                "a sequence of {length} elements of at least {element_size} bytes in the {} bytes \
+                 that are left",
+                self.remaining()
+            )));
+        }
+        Ok(length)
+    }
+
+    /// An error about this message.
+    pub fn malformed(&self, problem: String) -> Error {
+        Error::Malformed {
+            message: self.message,
+            problem,
+        }
+    }
+
+    fn too_short(&self, length: usize) -> Error {
+        self.malformed(format!(
+            "{length} bytes wanted at byte {} of the body, {} are left",
+            self.position,
+            self.remaining()
+        ))
+    }
+
+    fn aligned<const N: usize>(&mut self) -> Result<[u8; N]> {
+        let start = self.position.next_multiple_of(N);
+        let bytes = self
+            .body
+            .get(start..)
+            .and_then(<[u8]>::first_chunk::<N>)
+            .ok_or_else(|| self.too_short(N))?;
+        self.position = start + N;
+        Ok(*bytes)
+    }
+}
+
+/// Writes one message from front to back.
+#[derive(Debug)]
+pub struct CdrWriter<'a> {
+    byte_order: ByteOrder,
+    out: &'a mut Vec<u8>,
+}
+
+impl<'a> CdrWriter<'a> {
+    /// Empties `out` and writes the encapsulation header to it.
+    pub fn new(byte_order: ByteOrder, out: &'a mut Vec<u8>) -> Self {
+        out.clear();
+        out.extend_from_slice(&[0, u8::from(byte_order == ByteOrder::Little), 0, 0]);
+        CdrWriter { byte_order, out }
+    }
+
+    /// Goes on with a message of which `out` holds the beginning.
+    pub(super) fn resume(byte_order: ByteOrder, out: &'a mut Vec<u8>) -> Self {
+        CdrWriter { byte_order, out }
+    }
+
+    /// Appends bytes as they are.
+    pub fn bytes(&mut self, bytes: &[u8]) {
+        self.out.extend_from_slice(bytes);
+    }
+
+    /// Appends a `bool`.
+    pub fn bool(&mut self, value: bool) {
+        self.u8(u8::from(value));
+    }
+
+    /// Appends a string and its closing zero.
+    ///
+    /// # Panics
+    /// If it is 4 GiB long.
+    pub fn string(&mut self, text: &str) {
+        self.length(text.len() + 1);
+        self.out.extend_from_slice(text.as_bytes());
+        self.out.push(0);
+    }
+
+    /// Appends the length of a sequence, which its elements must follow.
+    ///
+    /// # Panics
+    /// If it has 2^32 elements.
+    pub fn length(&mut self, length: usize) {
+        self.u32(u32::try_from(length).expect("lengths in CDR have 32 bits"));
+    }
+
+    fn align(&mut self, size: usize) {
+        let body = self.out.len() - HEADER_LEN;
+        let padding = body.next_multiple_of(size) - body;
+        self.out.resize(self.out.len() + padding, 0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn write(byte_order: ByteOrder) -> Vec<u8> {
+        let mut out = vec![9; 3];
+        let mut writer = CdrWriter::new(byte_order, &mut out);
+        writer.u8(7);
+        writer.u32(0x0102_0304);
+        writer.string("ab");
+        writer.f64(1.0);
+        writer.bool(true);
+        writer.u16(0x0506);
+        out
+    }
+
+    #[test]
+    fn known_bytes_little_endian() {
+        let expected = [
+            0, 1, 0, 0, // header
+            7, 0, 0, 0, 4, 3, 2, 1, // u8, padding, u32
+            3, 0, 0, 0, b'a', b'b', 0, 0, // string, padding
+            0, 0, 0, 0, 0, 0, 0xf0, 0x3f, // f64, already aligned
+            1, 0, 6, 5, // bool, padding, u16
+        ];
+        assert_eq!(write(ByteOrder::Little), expected);
+    }
+
+    #[test]
+    fn known_bytes_big_endian() {
+        let expected = [
+            0, 0, 0, 0, 7, 0, 0, 0, 1, 2, 3, 4, 0, 0, 0, 3, b'a', b'b', 0, 0, 0x3f, 0xf0, 0, 0, 0,
+            0, 0, 0, 1, 0, 5, 6,
+        ];
+        assert_eq!(write(ByteOrder::Big), expected);
+    }
+
+    #[test]
+    fn reads_what_it_wrote() {
+        for byte_order in [ByteOrder::Little, ByteOrder::Big] {
+            let bytes = write(byte_order);
+            let mut reader = CdrReader::new("test", &bytes).unwrap();
+            assert_eq!(reader.byte_order(), byte_order);
+            assert_eq!(reader.u8().unwrap(), 7);
+            assert_eq!(reader.u32().unwrap(), 0x0102_0304);
+            assert_eq!(reader.string().unwrap(), "ab");
+            assert_eq!(reader.f64().unwrap(), 1.0);
+            assert!(reader.bool().unwrap());
+            assert_eq!(reader.u16().unwrap(), 0x0506);
+            assert_eq!(reader.remaining(), 0);
+            assert!(matches!(reader.u8(), Err(Error::Malformed { .. })));
+        }
+    }
+
+    #[test]
+    fn other_encapsulations_are_named() {
+        let error = CdrReader::new("test", &[0, 3, 0, 0]).unwrap_err();
+        assert!(matches!(error, Error::Unsupported { .. }));
+        assert!(error.to_string().contains("00 03"), "{error}");
+        assert!(CdrReader::new("test", &[0, 1, 0]).is_err());
+    }
+
+    #[test]
+    fn claimed_lengths_are_checked_before_anything_is_allocated() {
+        let bytes = [0, 1, 0, 0, 0xff, 0xff, 0xff, 0xff, b'a', 0];
+        assert!(CdrReader::new("test", &bytes).unwrap().string().is_err());
+        assert!(CdrReader::new("test", &bytes).unwrap().sequence(1).is_err());
+        assert!(
+            CdrReader::new("test", &bytes)
+                .unwrap()
+                .sequence(usize::MAX)
+                .is_err()
+        );
+    }
+
+    #[test]
+    fn strings_are_closed_and_utf8() {
+        for body in [[2, 0, 0, 0, b'a', b'b'], [2, 0, 0, 0, 0xff, 0]] {
+            let bytes = [[0, 1, 0, 0].as_slice(), &body].concat();
+            assert!(CdrReader::new("test", &bytes).unwrap().string().is_err());
+        }
+        let empty = [0, 1, 0, 0, 0, 0, 0, 0];
+        assert_eq!(
+            CdrReader::new("test", &empty).unwrap().string().unwrap(),
+            ""
+        );
+    }
+}

@@ -1,0 +1,493 @@
+//! `sensor_msgs/msg/PointCloud2`: the message as it is on the wire, and the cloud in it.
+
+use super::cdr::{ByteOrder, CdrReader, CdrWriter};
+use crate::cloud::PointCloud;
+use crate::error::{Error, Result};
+
+/// Name of the schema in a ROS 2 recording.
+pub const POINT_CLOUD2_NAME: &str = "sensor_msgs/msg/PointCloud2";
+
+/// Complete `ros2msg` definition of `sensor_msgs/msg/PointCloud2`.
+pub const POINT_CLOUD2_SCHEMA: &str = "\
+std_msgs/Header header
+uint32 height
+uint32 width
+PointField[] fields
+bool is_bigendian
+uint32 point_step
+uint32 row_step
+uint8[] data
+bool is_dense
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+================================================================================
+MSG: sensor_msgs/PointField
+uint8 INT8=1
+uint8 UINT8=2
+uint8 INT16=3
+uint8 UINT16=4
+uint8 INT32=5
+uint8 UINT32=6
+uint8 FLOAT32=7
+uint8 FLOAT64=8
+string name
+uint32 offset
+uint8 datatype
+uint32 count
+";
+
+/// Type of a field's values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Datatype {
+    /// Code 1.
+    Int8,
+    /// Code 2.
+    UInt8,
+    /// Code 3.
+    Int16,
+    /// Code 4.
+    UInt16,
+    /// Code 5.
+    Int32,
+    /// Code 6.
+    UInt32,
+    /// Code 7.
+    Float32,
+    /// Code 8.
+    Float64,
+    /// A code that the message definition does not name. Such a field is kept but cannot be read.
+    Unknown(u8),
+}
+
+impl Datatype {
+    /// The type that a code of the message definition means.
+    pub fn from_code(code: u8) -> Self {
+        match code {
+            1 => Datatype::Int8,
+            2 => Datatype::UInt8,
+            3 => Datatype::Int16,
+            4 => Datatype::UInt16,
+            5 => Datatype::Int32,
+            6 => Datatype::UInt32,
+            7 => Datatype::Float32,
+            8 => Datatype::Float64,
+            code => Datatype::Unknown(code),
+        }
+    }
+
+    /// The code in the message definition.
+    pub fn code(self) -> u8 {
+        match self {
+            Datatype::Int8 => 1,
+            Datatype::UInt8 => 2,
+            Datatype::Int16 => 3,
+            Datatype::UInt16 => 4,
+            Datatype::Int32 => 5,
+            Datatype::UInt32 => 6,
+            Datatype::Float32 => 7,
+            Datatype::Float64 => 8,
+            Datatype::Unknown(code) => code,
+        }
+    }
+
+    /// Bytes of one value; 0 if unknown.
+    pub fn size(self) -> usize {
+        match self {
+            Datatype::Int8 | Datatype::UInt8 => 1,
+            Datatype::Int16 | Datatype::UInt16 => 2,
+            Datatype::Int32 | Datatype::UInt32 | Datatype::Float32 => 4,
+            Datatype::Float64 => 8,
+            Datatype::Unknown(_) => 0,
+        }
+    }
+
+    /// Whether the values are integers.
+    pub fn is_integer(self) -> bool {
+        !matches!(
+            self,
+            Datatype::Float32 | Datatype::Float64 | Datatype::Unknown(_)
+        )
+    }
+}
+
+/// One column of a cloud's data.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PointField {
+    /// Name, such as `x`.
+    pub name: String,
+    /// Bytes from the start of a point.
+    pub offset: u32,
+    /// Type of the values.
+    pub datatype: Datatype,
+    /// Values per point. Only the first of several is ever read here.
+    pub count: u32,
+}
+
+/// The message as it is on the wire. [`PointCloud2::parse`] has checked that the sizes agree.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointCloud2<'a> {
+    /// Byte order of the message (not of `data`).
+    pub byte_order: ByteOrder,
+    /// Whole seconds of the stamp.
+    pub stamp_sec: i32,
+    /// Nanoseconds of the stamp beyond the seconds.
+    pub stamp_nanosec: u32,
+    /// Coordinate frame.
+    pub frame_id: String,
+    /// Rows; 1 if unorganised.
+    pub height: u32,
+    /// Points per row.
+    pub width: u32,
+    /// Columns.
+    pub fields: Vec<PointField>,
+    /// Whether the numbers in `data` are big endian.
+    pub is_bigendian: bool,
+    /// Bytes from point to point.
+    pub point_step: u32,
+    /// Bytes from row to row as declared; see [`PointCloud2::row_stride`].
+    pub row_step: u32,
+    /// The points.
+    pub data: &'a [u8],
+    /// Whether the writer says that every point is finite.
+    pub is_dense: bool,
+}
+
+impl<'a> PointCloud2<'a> {
+    /// Reads the message. The data stays where it is.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] if the message ends early or its sizes disagree, [`Error::Unsupported`]
+    /// if it is not plain CDR.
+    pub fn parse(cdr: &'a [u8]) -> Result<Self> {
+        let mut reader = CdrReader::new(POINT_CLOUD2_NAME, cdr)?;
+        let cloud = PointCloud2 {
+            byte_order: reader.byte_order(),
+            stamp_sec: reader.i32()?,
+            stamp_nanosec: reader.u32()?,
+            frame_id: reader.string()?,
+            height: reader.u32()?,
+            width: reader.u32()?,
+            fields: read_fields(&mut reader)?,
+            is_bigendian: reader.bool()?,
+            point_step: reader.u32()?,
+            row_step: reader.u32()?,
+            data: {
+                let length = reader.sequence(1)?;
+                reader.bytes(length)?
+            },
+            is_dense: reader.bool()?,
+        };
+        cloud.check()?;
+        Ok(cloud)
+    }
+
+    /// Writes the message, replacing what is in `out`.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] if the sizes disagree.
+    pub fn encode(&self, out: &mut Vec<u8>) -> Result<()> {
+        self.check()?;
+        self.encode_head(&self.fields, self.point_step, self.row_step, out);
+        self.encode_data(self.data.len(), out, |out| out.extend_from_slice(self.data));
+        Ok(())
+    }
+
+    /// Number of points.
+    pub fn point_count(&self) -> usize {
+        self.height as usize * self.width as usize
+    }
+
+    /// Stamp in nanoseconds.
+    pub fn stamp_ns(&self) -> i64 {
+        i64::from(self.stamp_sec) * 1_000_000_000 + i64::from(self.stamp_nanosec)
+    }
+
+    /// Byte order of the numbers in `data`.
+    pub fn data_order(&self) -> ByteOrder {
+        if self.is_bigendian {
+            ByteOrder::Big
+        } else {
+            ByteOrder::Little
+        }
+    }
+
+    /// Bytes from row to row as the data has them: packed if the data is exactly that long, whatever
+    /// `row_step` says.
+    pub fn row_stride(&self) -> usize {
+        let packed = self.width as usize * self.point_step as usize;
+        if self.data.len() == packed * self.height as usize {
+            packed
+        } else {
+            self.row_step as usize
+        }
+    }
+
+    /// The bytes of each point, row by row.
+    pub fn points(&self) -> impl Iterator<Item = &[u8]> {
+        let step = (self.point_step as usize).max(1);
+        let row_len = self.width as usize * self.point_step as usize;
+        self.data
+            .chunks_exact(self.row_stride().max(1))
+            .flat_map(move |row| row[..row_len].chunks_exact(step))
+    }
+
+    /// The field of a name.
+    pub fn field(&self, name: &str) -> Option<&PointField> {
+        self.fields.iter().find(|field| field.name == name)
+    }
+
+    /// Name of the first of `label`, `semantic`, `class_id` and `class_ids` that the cloud has as
+    /// integers.
+    pub fn semantic_field(&self) -> Option<&str> {
+        ["label", "semantic", "class_id", "class_ids"]
+            .into_iter()
+            .find(|name| self.field(name).is_some_and(|f| f.datatype.is_integer()))
+    }
+
+    /// The points as a cloud: `x`, `y`, `z` of any type, the beam number from `ring` or else
+    /// `channel` if there, and the class from `class_field` if given.
+    ///
+    /// Classes above 65535 are words as in SemanticKITTI, of which the low 16 bits are the class.
+    /// A beam number that does not fit 16 bits makes the beam numbers absent.
+    ///
+    /// # Errors
+    /// [`Error::MissingField`] without one of them, [`Error::Malformed`] if one does not fit into a
+    /// point. A message of no points is an empty cloud whatever fields it has.
+    pub fn to_cloud(&self, class_field: Option<&str>) -> Result<PointCloud> {
+        let mut cloud = PointCloud {
+            height: self.height as usize,
+            width: self.width as usize,
+            ..PointCloud::default()
+        };
+        if self.point_count() > 0 {
+            [cloud.x, cloud.y, cloud.z] = self.coordinates()?;
+            cloud.ring = self.ring()?;
+        }
+        cloud.class = class_field.map(|name| self.class(name)).transpose()?;
+        cloud.check()?;
+        Ok(cloud)
+    }
+
+    /// A field's values as `f64`.
+    ///
+    /// # Errors
+    /// [`Error::MissingField`], or [`Error::Malformed`] if it does not fit into a point.
+    pub fn column_f64(&self, name: &str) -> Result<Vec<f64>> {
+        self.column(name, |number| number)
+    }
+
+    /// A field's values as integers; floats are rounded, not-a-number is 0.
+    ///
+    /// # Errors
+    /// [`Error::MissingField`], or [`Error::Malformed`] if it does not fit into a point.
+    pub fn column_i64(&self, name: &str) -> Result<Vec<i64>> {
+        // No integer type of the message has more than 32 bits, so f64 holds each exactly.
+        self.column(name, |number| number.round() as i64)
+    }
+
+    /// A field's values as `u32`; floats are rounded, what is out of range wraps.
+    ///
+    /// # Errors
+    /// [`Error::MissingField`], or [`Error::Malformed`] if it does not fit into a point.
+    pub fn column_u32(&self, name: &str) -> Result<Vec<u32>> {
+        self.column(name, |number| number.round() as i64 as u32)
+    }
+
+    fn coordinates(&self) -> Result<[Vec<f32>; 3]> {
+        let [x, y, z] = ["x", "y", "z"].map(|name| self.readable(name));
+        let fields = [x?, y?, z?];
+        let plain = |field: &&PointField| field.datatype == Datatype::Float32;
+        if self.is_bigendian || !fields.iter().all(plain) {
+            let [x, y, z] = ["x", "y", "z"].map(|name| self.column(name, |n| n as f32));
+            return Ok([x?, y?, z?]);
+        }
+        let [i, j, k] = fields.map(|field| field.offset as usize);
+        let mut columns = [(); 3].map(|()| vec![0.0; self.point_count()]);
+        let [x, y, z] = &mut columns;
+        let places = x.iter_mut().zip(y).zip(z);
+        for (point, ((x, y), z)) in self.points().zip(places) {
+            (*x, *y, *z) = (f32_le(point, i), f32_le(point, j), f32_le(point, k));
+        }
+        Ok(columns)
+    }
+
+    fn ring(&self) -> Result<Option<Vec<u16>>> {
+        let Some(name) = ["ring", "channel"]
+            .into_iter()
+            .find(|name| self.field(name).is_some())
+        else {
+            return Ok(None);
+        };
+        let ring = self.column(name, |number| u16::try_from(number.round() as i64).ok())?;
+        Ok(ring.into_iter().collect())
+    }
+
+    fn class(&self, name: &str) -> Result<Vec<u16>> {
+        if self.point_count() == 0 {
+            return Ok(Vec::new());
+        }
+        self.column(name, |number| number.round() as i64 as u16)
+    }
+
+    fn column<T>(&self, name: &str, convert: impl Fn(f64) -> T) -> Result<Vec<T>> {
+        let field = self.readable(name)?;
+        let (order, at) = (self.data_order(), field.offset as usize);
+        let mut column = Vec::with_capacity(self.point_count());
+        macro_rules! read {
+            ($get:ident) => {
+                column.extend(
+                    self.points()
+                        .map(|point| convert(order.$get(take(point, at)).into())),
+                )
+            };
+        }
+        match field.datatype {
+            Datatype::Int8 => read!(get_i8),
+            Datatype::UInt8 => read!(get_u8),
+            Datatype::Int16 => read!(get_i16),
+            Datatype::UInt16 => read!(get_u16),
+            Datatype::Int32 => read!(get_i32),
+            Datatype::UInt32 => read!(get_u32),
+            Datatype::Float32 => read!(get_f32),
+            Datatype::Float64 => read!(get_f64),
+            Datatype::Unknown(_) => {}
+        }
+        Ok(column)
+    }
+
+    /// The field of a name, if its values can be read from every point.
+    fn readable(&self, name: &str) -> Result<&PointField> {
+        let field = self.field(name).ok_or_else(|| Error::MissingField {
+            name: name.to_owned(),
+            present: self
+                .fields
+                .iter()
+                .map(|field| field.name.as_str())
+                .collect::<Vec<_>>()
+                .join(", "),
+        })?;
+        let size = field.datatype.size() as u64;
+        if size == 0 {
+            return Err(malformed(format!(
+                "field `{name}` has the unknown datatype {}",
+                field.datatype.code()
+            )));
+        }
+        if u64::from(field.offset) + size > u64::from(self.point_step) {
+            return Err(malformed(format!(
+                "field `{name}` of {size} bytes at offset {} does not fit into a point of {} bytes",
+                field.offset, self.point_step
+            )));
+        }
+        Ok(field)
+    }
+
+    /// Checks that height, width, both steps and the data's length agree.
+    fn check(&self) -> Result<()> {
+        let [height, width, point_step, row_step] =
+            [self.height, self.width, self.point_step, self.row_step].map(u128::from);
+        let length = self.data.len() as u128;
+        let shape = format!(
+            "{height} x {width} points of {point_step} bytes in rows of {row_step} bytes, {length} \
+             bytes of data"
+        );
+        if point_step == 0 && height * width > 0 {
+            return Err(malformed(format!("points without bytes: {shape}")));
+        }
+        if length == height * width * point_step {
+            return Ok(());
+        }
+        if row_step < width * point_step {
+            return Err(malformed(format!(
+                "rows shorter than their points: {shape}"
+            )));
+        }
+        if length != height * row_step {
+            return Err(malformed(format!(
+                "the data is not as long as its rows: {shape}"
+            )));
+        }
+        Ok(())
+    }
+
+    /// Everything of the message before the data, with other fields and steps.
+    pub(super) fn encode_head(
+        &self,
+        fields: &[PointField],
+        point_step: u32,
+        row_step: u32,
+        out: &mut Vec<u8>,
+    ) {
+        let mut writer = CdrWriter::new(self.byte_order, out);
+        writer.i32(self.stamp_sec);
+        writer.u32(self.stamp_nanosec);
+        writer.string(&self.frame_id);
+        writer.u32(self.height);
+        writer.u32(self.width);
+        writer.length(fields.len());
+        for field in fields {
+            writer.string(&field.name);
+            writer.u32(field.offset);
+            writer.u8(field.datatype.code());
+            writer.u32(field.count);
+        }
+        writer.bool(self.is_bigendian);
+        writer.u32(point_step);
+        writer.u32(row_step);
+    }
+
+    /// The data, of which `fill` appends `length` bytes, and everything after it.
+    pub(super) fn encode_data(
+        &self,
+        length: usize,
+        out: &mut Vec<u8>,
+        fill: impl FnOnce(&mut Vec<u8>),
+    ) {
+        CdrWriter::resume(self.byte_order, out).length(length);
+        let start = out.len();
+        fill(out);
+        debug_assert_eq!(out.len() - start, length);
+        CdrWriter::resume(self.byte_order, out).bool(self.is_dense);
+    }
+}
+
+pub(super) fn malformed(problem: String) -> Error {
+    Error::Malformed {
+        message: POINT_CLOUD2_NAME,
+        problem,
+    }
+}
+
+fn read_fields(reader: &mut CdrReader) -> Result<Vec<PointField>> {
+    // An empty name, offset, datatype and count, without padding.
+    const SMALLEST: usize = 4 + 4 + 1 + 4;
+    let length = reader.sequence(SMALLEST)?;
+    let mut fields = Vec::with_capacity(length);
+    for _ in 0..length {
+        fields.push(PointField {
+            name: reader.string()?,
+            offset: reader.u32()?,
+            datatype: Datatype::from_code(reader.u8()?),
+            count: reader.u32()?,
+        });
+    }
+    Ok(fields)
+}
+
+#[inline]
+fn take<const N: usize>(point: &[u8], at: usize) -> [u8; N] {
+    let mut bytes = [0; N];
+    bytes.copy_from_slice(&point[at..at + N]);
+    bytes
+}
+
+#[inline]
+fn f32_le(point: &[u8], at: usize) -> f32 {
+    f32::from_le_bytes(take(point, at))
+}

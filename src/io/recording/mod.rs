@@ -1,0 +1,23 @@
+//! A recording: an MCAP file, read record by record and written again as the same recording.
+//!
+//! [`Overview`] says what is in a file, [`RecordingReader`] gives every record with its place and
+//! checks every checksum on the way, [`RecordingWriter`] takes the records as they come and others
+//! besides, and puts the file under its name only when it is whole. No memory grows with the length
+//! of the recording beyond the index that the format itself asks for.
+
+mod chunk;
+mod overview;
+mod reader;
+mod record;
+mod scan;
+mod words;
+mod writer;
+
+#[cfg(test)]
+mod tests;
+
+pub use mcap::records::{AttachmentHeader, Channel, MessageHeader, Metadata};
+pub use overview::Overview;
+pub use reader::RecordingReader;
+pub use record::{Position, Record, Schema};
+pub use writer::{Compression, RecordingWriter, WriteOptions};

@@ -1,0 +1,278 @@
+//! What is in a recording, from its index where there is a good one.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
+use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use mcap::records::{self, Channel, op};
+
+use super::chunk::split_head;
+use super::reader::RecordingReader;
+use super::record::{Record, Schema};
+use super::scan::HEAD_LEN;
+use crate::error::Result;
+
+/// The footer's record: head, two offsets and a checksum.
+const FOOTER_LEN: u64 = (HEAD_LEN + 8 + 8 + 4) as u64;
+/// Problems that are kept; a file can have any number.
+const MAX_PROBLEMS: usize = 16;
+
+/// What is in a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Overview {
+    /// The file.
+    pub path: PathBuf,
+    /// Its bytes.
+    pub file_size: u64,
+    /// Convention that the recording follows, such as `ros2`; may be empty.
+    pub profile: String,
+    /// What wrote the recording.
+    pub library: String,
+    /// Whether the file ends with the magic that closes a recording.
+    pub is_complete: bool,
+    /// Whether all this comes from the file's own index, without reading the messages.
+    pub from_summary: bool,
+    /// Schemas by id.
+    pub schemas: BTreeMap<u16, Schema>,
+    /// Channels by id, also those without messages.
+    pub channels: BTreeMap<u16, Channel>,
+    /// Messages by channel; channels without messages may be absent.
+    pub message_counts: BTreeMap<u16, u64>,
+    /// All messages.
+    pub message_count: u64,
+    /// Earliest log time in nanoseconds, if there are messages.
+    pub start_ns: Option<u64>,
+    /// Latest log time in nanoseconds, if there are messages.
+    pub end_ns: Option<u64>,
+    /// Chunks.
+    pub chunk_count: u64,
+    /// Compressions of the chunks, the empty name for none. An index without chunks tells of none.
+    pub compression: BTreeSet<String>,
+    /// Attachments.
+    pub attachment_count: u64,
+    /// Metadata records.
+    pub metadata_count: u64,
+    /// What was found wrong that costs no message, and where the file is cut off, in words. Only if
+    /// the file had to be read through.
+    pub problems: Vec<String>,
+}
+
+impl Overview {
+    /// Looks at the index at the end of the file, or reads through the file where there is none or
+    /// it cannot be trusted: checksum, counts of schemas, channels and messages must all agree.
+    ///
+    /// # Errors
+    /// [`crate::Error::Io`]; [`crate::Error::Recording`] if the file is no MCAP, or had to be read
+    /// through and is damaged. A file that is cut off is no error.
+    pub fn read(path: &Path) -> Result<Self> {
+        let mut reader = RecordingReader::open_hashing(path, false)?;
+        let mut overview = Overview::empty(path, &reader);
+        overview.take_first(&mut reader)?;
+        match overview.from_index() {
+            Some(indexed) => Ok(indexed),
+            None => overview.from_records(reader),
+        }
+    }
+
+    /// Name of a message's definition by channel, if the channel has one.
+    pub fn schema_of(&self, channel_id: u16) -> Option<&Schema> {
+        self.schemas.get(&self.channels.get(&channel_id)?.schema_id)
+    }
+
+    /// Channels of a topic; more than one is allowed.
+    pub fn channels_of(&self, topic: &str) -> impl Iterator<Item = &Channel> {
+        self.channels
+            .values()
+            .filter(move |channel| channel.topic == topic)
+    }
+
+    fn empty(path: &Path, reader: &RecordingReader) -> Self {
+        Overview {
+            path: path.to_owned(),
+            file_size: reader.file_size(),
+            profile: String::new(),
+            library: String::new(),
+            is_complete: reader.is_complete(),
+            from_summary: false,
+            schemas: BTreeMap::new(),
+            channels: BTreeMap::new(),
+            message_counts: BTreeMap::new(),
+            message_count: 0,
+            start_ns: None,
+            end_ns: None,
+            chunk_count: 0,
+            compression: BTreeSet::new(),
+            attachment_count: 0,
+            metadata_count: 0,
+            problems: Vec::new(),
+        }
+    }
+
+    fn take_first(&mut self, reader: &mut RecordingReader) -> Result<()> {
+        if let Some(record) = reader.next_record()? {
+            self.take(record);
+        }
+        Ok(())
+    }
+
+    fn from_records(mut self, mut reader: RecordingReader) -> Result<Self> {
+        while let Some(record) = reader.next_record()? {
+            self.take(record);
+        }
+        let counts = reader.counts();
+        self.message_count = counts.messages;
+        self.chunk_count = counts.chunks;
+        self.attachment_count = counts.attachments;
+        self.metadata_count = counts.metadata;
+        self.compression = reader.compression;
+        Ok(self)
+    }
+
+    fn take(&mut self, record: Record) {
+        match record {
+            Record::Header { profile, library } => {
+                (self.profile, self.library) = (profile, library);
+            }
+            Record::Schema(schema) => {
+                self.schemas.insert(schema.id, schema);
+            }
+            Record::Channel(channel) => {
+                self.channels.insert(channel.id, channel);
+            }
+            Record::Message { header, .. } => {
+                *self.message_counts.entry(header.channel_id).or_default() += 1;
+                let time = header.log_time;
+                self.start_ns = Some(self.start_ns.map_or(time, |start| start.min(time)));
+                self.end_ns = Some(self.end_ns.map_or(time, |end| end.max(time)));
+            }
+            Record::Damaged { offset, problem } | Record::Truncated { offset, problem } => {
+                if self.problems.len() < MAX_PROBLEMS {
+                    self.problems.push(format!("{problem} (byte {offset})"));
+                }
+            }
+            Record::Attachment { .. } | Record::Metadata(_) | Record::Private { .. } => {}
+        }
+    }
+
+    /// The same overview filled from the index, or `None` if that cannot be trusted.
+    fn from_index(&self) -> Option<Self> {
+        let mut indexed = self.clone();
+        let mut statistics = None;
+        visit_summary(&self.path, self.file_size, |record| match record {
+            records::Record::Schema { header, data } => {
+                let schema = Schema {
+                    id: header.id,
+                    name: header.name,
+                    encoding: header.encoding,
+                    data: data.into_owned(),
+                };
+                indexed.schemas.insert(schema.id, schema);
+            }
+            records::Record::Channel(channel) => {
+                indexed.channels.insert(channel.id, channel);
+            }
+            records::Record::ChunkIndex(chunk) => {
+                if !indexed.compression.contains(&chunk.compression) {
+                    indexed.compression.insert(chunk.compression);
+                }
+            }
+            records::Record::Statistics(found) => statistics = Some(found),
+            _ => {}
+        })?;
+        indexed.with_statistics(statistics?)
+    }
+
+    /// Takes the counts over if they agree with what the index lists.
+    fn with_statistics(mut self, statistics: records::Statistics) -> Option<Self> {
+        let counted: u64 = statistics.channel_message_counts.values().sum();
+        let agrees = usize::from(statistics.schema_count) == self.schemas.len()
+            && statistics.channel_count as usize == self.channels.len()
+            && statistics.message_count == counted
+            && self.has_schema_of_every_channel()
+            && (statistics.channel_message_counts.keys()).all(|id| self.channels.contains_key(id));
+        if !agrees {
+            return None;
+        }
+        if counted > 0 {
+            self.start_ns = Some(statistics.message_start_time);
+            self.end_ns = Some(statistics.message_end_time);
+        }
+        self.message_count = counted;
+        self.message_counts = statistics.channel_message_counts;
+        self.chunk_count = statistics.chunk_count.into();
+        self.attachment_count = statistics.attachment_count.into();
+        self.metadata_count = statistics.metadata_count.into();
+        self.from_summary = true;
+        Some(self)
+    }
+
+    fn has_schema_of_every_channel(&self) -> bool {
+        self.channels
+            .values()
+            .all(|channel| channel.schema_id == 0 || self.schemas.contains_key(&channel.schema_id))
+    }
+}
+
+/// Topics of the messages in the chunk at an offset, if the index knows the chunk.
+pub(super) fn topics_of_chunk(path: &Path, size: u64, offset: u64) -> Option<BTreeSet<String>> {
+    let mut topics = BTreeMap::new();
+    let mut channels = None;
+    visit_summary(path, size, |record| match record {
+        records::Record::Channel(channel) => {
+            topics.insert(channel.id, channel.topic);
+        }
+        records::Record::ChunkIndex(chunk) if chunk.chunk_start_offset == offset => {
+            channels = Some(chunk.message_index_offsets.into_keys());
+        }
+        _ => {}
+    })?;
+    Some(channels?.filter_map(|id| topics.remove(&id)).collect())
+}
+
+/// Goes through the records of the summary one by one. `None` if there is no summary or anything
+/// about it is wrong, its checksum included.
+fn visit_summary(path: &Path, size: u64, mut visit: impl FnMut(records::Record)) -> Option<()> {
+    let mut file = File::open(path).ok()?;
+    let end = size.checked_sub(FOOTER_LEN + mcap::MAGIC.len() as u64)?;
+    let mut footer = [0; FOOTER_LEN as usize + 8];
+    file.seek(SeekFrom::Start(end)).ok()?;
+    file.read_exact(&mut footer).ok()?;
+    let (footer, magic) = footer.split_at(FOOTER_LEN as usize);
+    let (head, body) = footer.split_at(HEAD_LEN);
+    if magic != mcap::MAGIC || split_head(head)? != (op::FOOTER, body.len() as u64) {
+        return None;
+    }
+    let Ok(records::Record::Footer(places)) = mcap::parse_record(op::FOOTER, body) else {
+        return None;
+    };
+    let mut left = match places.summary_start {
+        0 => return None,
+        start => end.checked_sub(start)?,
+    };
+    file.seek(SeekFrom::Start(places.summary_start)).ok()?;
+    let mut file = BufReader::new(file);
+    let mut crc = crc32fast::Hasher::new();
+    let mut record = Vec::new();
+    while left > 0 {
+        left = left.checked_sub(HEAD_LEN as u64)?;
+        record.clear();
+        (&mut file)
+            .take(HEAD_LEN as u64)
+            .read_to_end(&mut record)
+            .ok()?;
+        let (opcode, length) = split_head(&record)?;
+        left = left.checked_sub(length)?;
+        (&mut file).take(length).read_to_end(&mut record).ok()?;
+        crc.update(&record);
+        let body = record
+            .get(HEAD_LEN..)
+            .filter(|body| body.len() as u64 == length)?;
+        if let op::SCHEMA | op::CHANNEL | op::STATISTICS | op::CHUNK_INDEX = opcode {
+            visit(mcap::parse_record(opcode, body).ok()?);
+        }
+    }
+    crc.update(&footer[..HEAD_LEN + 16]);
+    let is_sound = places.summary_crc == 0 || places.summary_crc == crc.finalize();
+    is_sound.then_some(())
+}

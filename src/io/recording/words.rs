@@ -1,0 +1,53 @@
+//! Damage in plain words.
+
+use mcap::McapError;
+use mcap::records::op;
+
+/// Name of a record with its article.
+pub(super) fn record_name(opcode: u8) -> &'static str {
+    match opcode {
+        op::HEADER => "a header record",
+        op::FOOTER => "a footer record",
+        op::SCHEMA => "a schema record",
+        op::CHANNEL => "a channel record",
+        op::MESSAGE => "a message record",
+        op::CHUNK => "a chunk record",
+        op::MESSAGE_INDEX => "a message index record",
+        op::CHUNK_INDEX => "a chunk index record",
+        op::ATTACHMENT => "an attachment record",
+        op::ATTACHMENT_INDEX => "an attachment index record",
+        op::STATISTICS => "a statistics record",
+        op::METADATA => "a metadata record",
+        op::METADATA_INDEX => "a metadata index record",
+        op::SUMMARY_OFFSET => "a summary offset record",
+        op::DATA_END => "a data end record",
+        0x80.. => "a private record",
+        _ => "a record of unknown kind",
+    }
+}
+
+/// What a checksum says.
+pub(super) fn crc_mismatch(what: &str, stored: u32, computed: u32) -> String {
+    format!("{what} CRC mismatch: stored {stored:08x}, computed {computed:08x}")
+}
+
+/// What the format's own library says about the content of a chunk.
+pub(super) fn chunk_problem(error: McapError) -> String {
+    match error {
+        McapError::BadChunkCrc { saved, calculated } => crc_mismatch("chunk", saved, calculated),
+        McapError::UnexpectedEof | McapError::UnexpectedEoc => {
+            "the chunk ends in the middle of a record".to_owned()
+        }
+        McapError::UnsupportedCompression(name) => {
+            format!("the chunk is compressed with `{name}`, which cannot be read here")
+        }
+        McapError::DecompressionError(problem) => {
+            format!("the chunk cannot be decompressed: {problem}")
+        }
+        McapError::RecordTooLarge { opcode, len } => format!(
+            "{} in the chunk claims {len} bytes, more than the chunk holds",
+            record_name(opcode)
+        ),
+        error => format!("the chunk cannot be read: {error}"),
+    }
+}
