@@ -3,6 +3,7 @@
 pub mod cloud;
 pub mod error;
 pub mod grid;
+pub mod simulate;
 pub mod taxonomy;
 
 pub use cloud::PointCloud;
