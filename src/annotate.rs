@@ -181,12 +181,12 @@ pub struct Annotated {
 
 /// Whether the clouds of a channel can be read: PointCloud2 in CDR.
 pub fn is_readable_cloud(overview: &Overview, channel: &Channel) -> bool {
-    channel.message_encoding == "cdr" && is_cloud_type(overview, channel, &[PointCloud2::TYPE_END])
+    channel.message_encoding == "cdr" && is_cloud_type(overview, channel, &[CLOUD_TYPE_END])
 }
 
 /// Whether a channel carries point clouds of any kind.
 pub fn is_cloud(overview: &Overview, channel: &Channel) -> bool {
-    const CLOUD_TYPES: [&str; 3] = [PointCloud2::TYPE_END, "foxglove.PointCloud", "/PointCloud"];
+    const CLOUD_TYPES: [&str; 3] = [CLOUD_TYPE_END, "foxglove.PointCloud", "/PointCloud"];
     is_cloud_type(overview, channel, &CLOUD_TYPES)
 }
 

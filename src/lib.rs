@@ -13,6 +13,7 @@ pub mod palette;
 pub mod pipeline;
 pub mod range_image;
 pub mod semantics;
+pub mod simulate;
 pub mod taxonomy;
 
 pub use cloud::PointCloud;

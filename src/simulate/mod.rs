@@ -1,0 +1,148 @@
+//! Ray-cast drives with truth: the embedded default data and the tests' fixture.
+//!
+//! A [`Drive`] is a sensor, a scene and a seed. Its frames are made one by one in any order, the same
+//! bytes each time: the scene is tiled along the way, and every tile and every column of a frame has its
+//! own stream of random numbers.
+//!
+//! Frames: the world has x along the drive, y to the left and z up; a sensor's frame has x ahead, y left
+//! and z along the normal of the ground that the ego vehicle stands on. A sweep is taken at the instant
+//! of its stamp, as if motion had been compensated already; `time_offset_ns` says when each beam fires.
+
+mod ground;
+mod material;
+mod objects;
+mod random;
+mod render;
+mod scene;
+mod sensor;
+mod shapes;
+
+#[cfg(test)]
+mod tests;
+
+use nalgebra::{Isometry3, Translation3};
+
+use crate::cloud::PointCloud;
+use render::{Return, View};
+pub use scene::Scene;
+use scene::World;
+pub use sensor::Sensor;
+
+/// Stamp of frame 0, nanoseconds since 1970: 1 January 2024, 12:00 UTC.
+const EPOCH_NS: u64 = 1_704_110_400_000_000_000;
+
+/// A drive of a sensor through a scene, without end, at ten frames a second.
+///
+/// ```
+/// use divmerge::simulate::{Drive, Scene, Sensor};
+///
+/// let frame = Drive::new(Sensor::Vlp16, Scene::Parking, 1).frame(3);
+/// assert_eq!(frame.cloud.len(), frame.true_instance.len());
+/// assert!(frame.true_instance.iter().any(|&instance| instance != 0));
+/// ```
+#[derive(Debug, Clone)]
+pub struct Drive {
+    /// The sensor on the ego vehicle's roof.
+    pub sensor: Sensor,
+    /// Where it drives.
+    pub scene: Scene,
+    /// Chooses the scene's objects and all noise.
+    pub seed: u64,
+    world: World,
+}
+
+/// One sweep with its truth. Columns have one entry for each point of the cloud.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// Points in the sensor's frame, metres, with beam numbers and SemanticKITTI's raw class ids. A pixel
+    /// of an organised cloud without a return is the origin with class 0.
+    pub cloud: PointCloud,
+    /// Strength of the return, 0 to 1, by material and incidence.
+    pub intensity: Vec<f32>,
+    /// The object that a point belongs to, the same in all frames of the drive; 0 for stuff. A driver
+    /// belongs to the car, a rider and the bicycle are one.
+    pub true_instance: Vec<u16>,
+    /// Time of the return after the stamp, nanoseconds.
+    pub time_offset_ns: Vec<u32>,
+    /// Time of the sweep's start, nanoseconds since 1970.
+    pub stamp_ns: u64,
+    /// The sensor in the world's frame, metres.
+    pub pose: Isometry3<f64>,
+}
+
+impl Drive {
+    /// The drive of a sensor, a scene and a seed.
+    pub fn new(sensor: Sensor, scene: Scene, seed: u64) -> Self {
+        Drive {
+            sensor,
+            scene,
+            seed,
+            world: World::new(scene, seed),
+        }
+    }
+
+    /// Frame `number`, 100 ms after the one before; independent of which frames were made earlier.
+    pub fn frame(&self, number: usize) -> Frame {
+        let view = self.view(number);
+        let returns = view.cast();
+        let stamp_ns = EPOCH_NS + number as u64 * sensor::TURN_NS;
+        store(self.sensor, &returns, stamp_ns, view.world_from_sensor)
+    }
+
+    /// What surrounds the sensor in frame `number`.
+    fn view(&self, number: usize) -> View<'_> {
+        let time = seconds(number);
+        let mast = Translation3::new(0.0, 0.0, self.sensor.height());
+        let world_from_sensor = self.world.ego(time) * mast;
+        let objects = self.world.objects(time, self.sensor.max_range());
+        let ground = &self.world.ground;
+        let key = (self.seed, number);
+        View::new(self.sensor, ground, world_from_sensor, key, objects)
+    }
+}
+
+/// Time of a frame after the start of the drive, seconds.
+fn seconds(number: usize) -> f64 {
+    number as f64 * sensor::TURN_NS as f64 * 1e-9
+}
+
+/// The returns as the sensor's driver would store them.
+fn store(sensor: Sensor, returns: &[Option<Return>], stamp_ns: u64, pose: Isometry3<f64>) -> Frame {
+    let is_organised = sensor == Sensor::Os1_128;
+    let mut frame = Frame {
+        cloud: PointCloud::default(),
+        intensity: Vec::new(),
+        true_instance: Vec::new(),
+        time_offset_ns: Vec::new(),
+        stamp_ns,
+        pose,
+    };
+    let (mut ring, mut class) = (Vec::new(), Vec::new());
+    for (row, column) in sensor.storage_order() {
+        let found = &returns[row * sensor.columns() + column];
+        if found.is_none() && !is_organised {
+            continue;
+        }
+        let position = found.map_or(nalgebra::Vector3::zeros(), |found| found.position);
+        frame.cloud.x.push(position.x as f32);
+        frame.cloud.y.push(position.y as f32);
+        frame.cloud.z.push(position.z as f32);
+        ring.push(sensor.ring(row));
+        class.push(found.map_or(0, |found| found.class));
+        frame
+            .intensity
+            .push(found.map_or(0.0, |found| found.intensity as f32));
+        frame.true_instance.push(found.map_or(0, |found| found.id));
+        frame
+            .time_offset_ns
+            .push(sensor.time_offset_ns(row, column));
+    }
+    let count = ring.len();
+    (frame.cloud.ring, frame.cloud.class) = (Some(ring), Some(class));
+    (frame.cloud.height, frame.cloud.width) = if is_organised {
+        (sensor.beams(), sensor.columns())
+    } else {
+        (1, count)
+    };
+    frame
+}
