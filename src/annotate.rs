@@ -181,25 +181,29 @@ pub struct Annotated {
 
 /// Whether the clouds of a channel can be read: PointCloud2 in CDR.
 pub fn is_readable_cloud(overview: &Overview, channel: &Channel) -> bool {
-    channel.message_encoding == "cdr" && is_cloud_type(overview, channel, &[CLOUD_TYPE_END])
+    channel.message_encoding == "cdr" && type_name(overview, channel) == "PointCloud2"
 }
 
 /// Whether a channel carries point clouds of any kind.
 pub fn is_cloud(overview: &Overview, channel: &Channel) -> bool {
-    const CLOUD_TYPES: [&str; 3] = [CLOUD_TYPE_END, "foxglove.PointCloud", "/PointCloud"];
-    is_cloud_type(overview, channel, &CLOUD_TYPES)
+    ["PointCloud2", "PointCloud"].contains(&type_name(overview, channel))
 }
 
-fn is_cloud_type(overview: &Overview, channel: &Channel, types: &[&str]) -> bool {
+/// The last part of a type's name: `PointCloud2` of `sensor_msgs/msg/PointCloud2`.
+fn type_name<'a>(overview: &'a Overview, channel: &Channel) -> &'a str {
     let schema = overview.schemas.get(&channel.schema_id);
-    schema.is_some_and(|schema| types.iter().any(|end| schema.name.ends_with(end)))
+    let name = schema.map_or("", |schema| schema.name.as_str());
+    name.rsplit(['/', '.']).next().unwrap_or(name)
 }
 
 /// Whether a topic is one that an earlier annotation added beside its cloud topic.
 pub fn is_annotation(overview: &Overview, topic: &str) -> bool {
-    topic
-        .strip_suffix(INSTANCES)
-        .is_some_and(|cloud| overview.channels_of(&format!("{cloud}{OBJECTS}")).next().is_some())
+    topic.strip_suffix(INSTANCES).is_some_and(|cloud| {
+        overview
+            .channels_of(&format!("{cloud}{OBJECTS}"))
+            .next()
+            .is_some()
+    })
 }
 
 const INSTANCES: &str = "/instances";
@@ -221,7 +225,10 @@ pub fn annotate_message(message: &[u8], method: &Method) -> Result<(Annotated, S
     let cloud = wire.to_cloud(field)?;
     let (mask, semantics) = match (&method.semantics, field) {
         (Semantics::All, _) => (MaskSource::All, "all".to_owned()),
-        (_, Some(field)) => (MaskSource::Classes(&method.taxonomy), format!("field:{field}")),
+        (_, Some(field)) => (
+            MaskSource::Classes(&method.taxonomy),
+            format!("field:{field}"),
+        ),
         (_, None) => (MaskSource::NotGround(&method.ground), "ground".to_owned()),
     };
     let decode_ms = started.elapsed().as_secs_f64() * 1e3;
@@ -233,7 +240,12 @@ pub fn annotate_message(message: &[u8], method: &Method) -> Result<(Annotated, S
         semantics,
         ..Annotated::default()
     };
-    let reason: Vec<u8> = stages.labels.reason.iter().map(|&reason| reason as u8).collect();
+    let reason: Vec<u8> = stages
+        .labels
+        .reason
+        .iter()
+        .map(|&reason| reason as u8)
+        .collect();
     let annotation = PointAnnotation {
         instance: &stages.labels.instance,
         component: &stages.labels.component,
@@ -244,7 +256,14 @@ pub fn annotate_message(message: &[u8], method: &Method) -> Result<(Annotated, S
     let boxes: Vec<MarkerBox> = stages.instances.iter().map(marker).collect();
     let (seconds, nanoseconds) = (wire.stamp_sec, wire.stamp_nanosec);
     let frame = &wire.frame_id;
-    io::marker_array(wire.byte_order, seconds, nanoseconds, frame, &boxes, &mut annotated.objects);
+    io::marker_array(
+        wire.byte_order,
+        seconds,
+        nanoseconds,
+        frame,
+        &boxes,
+        &mut annotated.objects,
+    );
     annotated.times = FrameTimes {
         decode_ms,
         stages: stages.times,
@@ -259,7 +278,9 @@ fn marker(instance: &Instance) -> MarkerBox {
         centre: instance.bounds.centre,
         yaw: instance.bounds.yaw,
         size: instance.bounds.size,
-        text: format!("{} {}", instance.id, instance.class_name).trim_end().to_owned(),
+        text: format!("{} {}", instance.id, instance.class_name)
+            .trim_end()
+            .to_owned(),
     }
 }
 
@@ -328,7 +349,9 @@ impl<'a> Job<'a> {
             },
         )?;
         writer.reserve(overview);
-        let topics = clouds.values().map(|topic| (topic.clone(), TopicReport::default()));
+        let topics = clouds
+            .values()
+            .map(|topic| (topic.clone(), TopicReport::default()));
         let report = Report {
             input: overview.path.clone(),
             output: output.to_owned(),
@@ -354,7 +377,10 @@ impl<'a> Job<'a> {
             if !is_cloud(self.overview, channel) || is_readable_cloud(self.overview, channel) {
                 continue;
             }
-            let schema = self.overview.schema_of(channel.id).map(|schema| schema.name.as_str());
+            let schema = self
+                .overview
+                .schema_of(channel.id)
+                .map(|schema| schema.name.as_str());
             self.warn(format!(
                 "{}: {} in encoding `{}` cannot be read yet; passed through without annotation",
                 channel.topic,
@@ -428,12 +454,16 @@ impl<'a> Job<'a> {
             Err(error) => {
                 let report = self.report.topics.entry(topic.to_owned()).or_default();
                 report.unreadable += 1;
-                self.warn(format!("{topic}: {error} ({}); not annotated", place(position)));
+                self.warn(format!(
+                    "{topic}: {error} ({}); not annotated",
+                    place(position)
+                ));
                 return Ok(());
             }
         };
         let (instances, objects) = self.channels_for(topic, header.channel_id)?;
-        for (channel_id, message) in [(instances, &annotated.cloud), (objects, &annotated.objects)] {
+        for (channel_id, message) in [(instances, &annotated.cloud), (objects, &annotated.objects)]
+        {
             let header = MessageHeader {
                 channel_id,
                 ..*header
@@ -453,7 +483,12 @@ impl<'a> Job<'a> {
         let returns = points - counts[Reason::NoReturn as usize];
         let shadowed = stages.image.shadowed_count() as u64;
         if points == 0 {
-            self.warn_once(topic, "without points", position, "a cloud without points".into());
+            self.warn_once(
+                topic,
+                "without points",
+                position,
+                "a cloud without points".into(),
+            );
         } else if returns == 0 {
             let problem = format!("none of {points} points is a return: all NaN or at the origin");
             self.warn_once(topic, "without returns", position, problem);
@@ -484,11 +519,18 @@ impl<'a> Job<'a> {
         let channel = &self.overview.channels[&cloud_channel];
         let metadata = qos(channel);
         let markers = MARKER_ARRAY_SCHEMA.as_bytes();
-        let marker_schema = self.writer.add_schema(MARKER_ARRAY_NAME, "ros2msg", markers)?;
+        let marker_schema = self
+            .writer
+            .add_schema(MARKER_ARRAY_NAME, "ros2msg", markers)?;
         let mut add = |end: &str, schema: u16, metadata: &BTreeMap<String, String>| {
-            self.writer.add_channel(&format!("{topic}{end}"), schema, "cdr", metadata)
+            self.writer
+                .add_channel(&format!("{topic}{end}"), schema, "cdr", metadata)
         };
-        let instances = add(INSTANCES, channel.schema_id, &channel_metadata(channel, &metadata))?;
+        let instances = add(
+            INSTANCES,
+            channel.schema_id,
+            &channel_metadata(channel, &metadata),
+        )?;
         let objects = add(OBJECTS, marker_schema, &metadata)?;
         self.added.insert(topic.to_owned(), (instances, objects));
         Ok((instances, objects))
@@ -516,7 +558,10 @@ impl TopicReport {
         self.frames += 1;
         self.points += stages.labels.reason.len() as u64;
         self.instances += stages.instances.len() as u64;
-        *self.semantics.entry(annotated.semantics.clone()).or_default() += 1;
+        *self
+            .semantics
+            .entry(annotated.semantics.clone())
+            .or_default() += 1;
         *self.projection.entry(describe_image(stages)).or_default() += 1;
         for (reason, count) in Reason::ALL.into_iter().zip(stages.labels.counts()) {
             *self.reasons.entry(reason.describe()).or_default() += count;
@@ -527,7 +572,12 @@ impl TopicReport {
 
 fn describe_image(stages: &Stages) -> String {
     let image = &stages.image;
-    format!("{}, {} x {}", image.projection.describe(), image.rows(), image.columns())
+    format!(
+        "{}, {} x {}",
+        image.projection.describe(),
+        image.rows(),
+        image.columns()
+    )
 }
 
 fn place(position: Position) -> String {
@@ -552,11 +602,23 @@ fn choose(overview: &Overview, topics: &[String]) -> Result<BTreeMap<u16, String
         problem,
     };
     if readable.is_empty() {
-        return Err(no_cloud(format!("no cloud topic that can be read; {}", list(overview))));
+        return Err(no_cloud(format!(
+            "no cloud topic that can be read; {}",
+            list(overview)
+        )));
     }
-    if let Some(missing) = topics.iter().find(|&topic| !readable.values().any(|have| have == topic)) {
-        let known = readable.values().map(String::as_str).collect::<Vec<_>>().join(", ");
-        return Err(no_cloud(format!("no readable cloud topic `{missing}`; there is: {known}")));
+    if let Some(missing) = topics
+        .iter()
+        .find(|&topic| !readable.values().any(|have| have == topic))
+    {
+        let known = readable
+            .values()
+            .map(String::as_str)
+            .collect::<Vec<_>>()
+            .join(", ");
+        return Err(no_cloud(format!(
+            "no readable cloud topic `{missing}`; there is: {known}"
+        )));
     }
     let chosen: BTreeMap<u16, String> = readable
         .into_iter()
@@ -581,7 +643,9 @@ fn list(overview: &Overview) -> String {
         return "it has no topic at all".into();
     }
     let describe = |channel: &Channel| {
-        let schema = overview.schema_of(channel.id).map(|schema| schema.name.as_str());
+        let schema = overview
+            .schema_of(channel.id)
+            .map(|schema| schema.name.as_str());
         format!("{} ({})", channel.topic, schema.unwrap_or("no schema"))
     };
     let topics: Vec<String> = overview.channels.values().map(describe).collect();
@@ -614,7 +678,10 @@ fn metadata(report: &Report, method: &Method) -> BTreeMap<String, String> {
         ("input_sha256".to_owned(), report.input_sha256.clone()),
         ("preset".to_owned(), method.config.preset.to_owned()),
         ("taxonomy".to_owned(), method.taxonomy.name.clone()),
-        ("parameters".to_owned(), json(serde_json::json!(method.config))),
+        (
+            "parameters".to_owned(),
+            json(serde_json::json!(method.config)),
+        ),
         ("ground".to_owned(), json(serde_json::json!(method.ground))),
     ]);
     if let Some(cut) = &report.truncated {

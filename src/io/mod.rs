@@ -6,6 +6,7 @@
 
 pub mod annotation;
 pub mod cdr;
+pub mod drive;
 pub mod markers;
 pub mod point_cloud2;
 pub mod recording;

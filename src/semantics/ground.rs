@@ -6,7 +6,7 @@ use crate::cloud::PointCloud;
 use crate::range_image::RangeImage;
 
 /// Parameters of the ground removal.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct GroundParams {
     /// Steepest slope at which a column's lowest return can be ground, radians. Default 45 degrees
     /// (the paper's).

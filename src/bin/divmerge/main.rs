@@ -1,2 +1,67 @@
-//! The command line.
-fn main() {}
+//! The command line: arguments, exit codes, and one file a command.
+
+mod annotate;
+mod arguments;
+mod completions;
+mod demo;
+mod info;
+mod simulate;
+mod terminal;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Cuts the LiDAR clouds of a recording into object instances.
+///
+/// Reads point clouds out of an MCAP recording, clusters them by divide and merge on the range image
+/// (Zhao, Zhang, Huang, arXiv 2109.08224), and writes an annotated MCAP that is otherwise the same
+/// recording.
+#[derive(Parser)]
+#[command(
+    name = "divmerge",
+    version,
+    after_help = "Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but some clouds could not be \
+                  read or the input is cut off (each named on stderr).\n\nStart with `divmerge demo`."
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Demo(demo::Arguments),
+    Simulate(simulate::Arguments),
+    Info(info::Arguments),
+    Annotate(annotate::Arguments),
+    Completions(completions::Arguments),
+}
+
+/// How a command that did not fail ended.
+enum Outcome {
+    Done,
+    /// Some clouds could not be read, or the input is cut off.
+    Incomplete,
+}
+
+const FAILED: u8 = 1;
+const INCOMPLETE: u8 = 3;
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Demo(arguments) => demo::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Info(arguments) => info::run(&arguments),
+        Command::Annotate(arguments) => annotate::run(&arguments),
+        Command::Completions(arguments) => completions::run(&arguments),
+    };
+    match result {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Incomplete) => ExitCode::from(INCOMPLETE),
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(FAILED)
+        }
+    }
+}

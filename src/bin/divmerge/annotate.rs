@@ -1,0 +1,222 @@
+//! `divmerge annotate`
+
+use std::path::PathBuf;
+
+use anyhow::{Result, bail};
+use clap::{Args, ValueEnum};
+use divmerge::annotate::{Event, Options, Report, TopicReport, annotate};
+use divmerge::io::{Compression, Overview};
+
+use crate::Outcome;
+use crate::arguments::{MethodArguments, Moment, moment};
+use crate::terminal::{byte_bar, grouped};
+
+/// Write a recording again with instances in it
+///
+/// Every message, channel, schema, attachment and metadata record is kept as it is. Each cloud topic T
+/// gains T/instances (the same cloud with instance, component, semantic, reason, rgb and colors behind
+/// its own fields) and T/objects (a box and a number per instance, as a MarkerArray).
+#[derive(Args)]
+pub struct Arguments {
+    /// The recording (MCAP); it is never touched
+    input: PathBuf,
+
+    /// The annotated recording; it appears when it is complete
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+
+    /// Annotate only this cloud topic; may be given several times [default: all]
+    #[arg(long = "topic", value_name = "T")]
+    topics: Vec<String>,
+
+    #[command(flatten)]
+    method: MethodArguments,
+
+    /// Compression of the output
+    #[arg(long, value_enum, default_value_t = Compress::Zstd)]
+    compression: Compress,
+
+    /// Leave out messages before this log time: seconds from the start (12.5) or since 1970
+    /// (@1317384506.4)
+    #[arg(long, value_name = "T", value_parser = moment)]
+    from: Option<Moment>,
+
+    /// Leave out messages from this log time on
+    #[arg(long, value_name = "T", value_parser = moment)]
+    to: Option<Moment>,
+
+    /// Replace an existing output
+    #[arg(long)]
+    force: bool,
+
+    /// Print the report as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Compression of a recording's chunks.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum Compress {
+    /// Zstandard, level 1
+    Zstd,
+    /// LZ4: larger files, quicker
+    Lz4,
+    /// None
+    None,
+}
+
+impl From<Compress> for Compression {
+    fn from(compress: Compress) -> Self {
+        match compress {
+            Compress::Zstd => Compression::Zstd,
+            Compress::Lz4 => Compression::Lz4,
+            Compress::None => Compression::None,
+        }
+    }
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    let (from_ns, to_ns) = window(arguments)?;
+    let options = Options {
+        method: arguments.method.method()?,
+        topics: arguments.topics.clone(),
+        from_ns,
+        to_ns,
+        compression: arguments.compression.into(),
+        force: arguments.force,
+    };
+    let bar = byte_bar("annotating");
+    let report = annotate(
+        &arguments.input,
+        &arguments.output,
+        &options,
+        &mut |event| match event {
+            Event::Progress { bytes, total } => {
+                bar.set_length(total);
+                bar.set_position(bytes);
+            }
+            Event::Warning(warning) => {
+                bar.suspend(|| eprintln!("warning: {}: {warning}", arguments.input.display()));
+            }
+        },
+    );
+    bar.finish_and_clear();
+    let report = report?;
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&report)?);
+    } else {
+        print(&report);
+    }
+    Ok(if report.is_complete() {
+        Outcome::Done
+    } else {
+        Outcome::Incomplete
+    })
+}
+
+/// The window of log times that is kept, in nanoseconds.
+fn window(arguments: &Arguments) -> Result<(Option<u64>, Option<u64>)> {
+    if arguments.from.is_none() && arguments.to.is_none() {
+        return Ok((None, None));
+    }
+    let start = Overview::read(&arguments.input)?.start_ns.unwrap_or(0);
+    let [from, to] =
+        [arguments.from, arguments.to].map(|moment| moment.map(|moment| moment.log_time(start)));
+    if let (Some(from), Some(to)) = (from, to)
+        && from >= to
+    {
+        bail!("--from must lie before --to");
+    }
+    Ok((from, to))
+}
+
+/// One line per topic, the reasons below it, and the output.
+pub fn print(report: &Report) {
+    for (topic, report) in &report.topics {
+        println!("{topic}: {}", summary(report));
+        if report.frames > 0 {
+            println!("    {}", how(report));
+            println!("    points: {}", reasons(report));
+        }
+    }
+    println!(
+        "wrote {} ({} bytes, {} messages and {} annotations)",
+        report.output.display(),
+        grouped(report.output_bytes),
+        grouped(report.messages),
+        grouped(
+            2 * report
+                .topics
+                .values()
+                .map(|topic| topic.frames)
+                .sum::<u64>()
+        ),
+    );
+}
+
+fn summary(report: &TopicReport) -> String {
+    if report.frames + report.unreadable == 0 {
+        return "no clouds".into();
+    }
+    let stages = &report.times.stages;
+    let mut line = format!(
+        "{} frames, {} points, {:.1} instances per frame, {:.1} ms per frame (decode {:.1}, \
+         project {:.1}, mask {:.1}, divide {:.1}, merge {:.1}, label {:.1}, encode {:.1})",
+        grouped(report.frames),
+        grouped(report.points),
+        report.instances as f64 / report.frames.max(1) as f64,
+        report.times.total_ms(),
+        report.times.decode_ms,
+        stages.projection_ms,
+        stages.mask_ms,
+        stages.divide_ms,
+        stages.merge_ms,
+        stages.labels_ms,
+        report.times.encode_ms,
+    );
+    if report.unreadable > 0 {
+        line += &format!("; {} clouds could not be read", grouped(report.unreadable));
+    }
+    line
+}
+
+fn how(report: &TopicReport) -> String {
+    let join = |counts: &std::collections::BTreeMap<String, u64>| {
+        let all = |count: u64| count == report.frames;
+        let each = counts.iter().map(|(what, &count)| {
+            if all(count) {
+                what.clone()
+            } else {
+                format!("{what} ({count} frames)")
+            }
+        });
+        each.collect::<Vec<_>>().join("; ")
+    };
+    let images = match report.projection.len() {
+        0..=3 => join(&report.projection),
+        sizes => format!("range images of {sizes} sizes"),
+    };
+    format!(
+        "objects from {}; rows from {images}",
+        join(&report.semantics)
+    )
+}
+
+fn reasons(report: &TopicReport) -> String {
+    let share = |count: u64| 100.0 * count as f64 / report.points.max(1) as f64;
+    let each = divmerge::instances::Reason::ALL
+        .iter()
+        .filter_map(|reason| {
+            let count = *report
+                .reasons
+                .get(reason.describe())
+                .filter(|&&count| count > 0)?;
+            Some(format!(
+                "{} {} ({:.1} %)",
+                grouped(count),
+                reason.describe(),
+                share(count)
+            ))
+        });
+    each.collect::<Vec<_>>().join(", ")
+}

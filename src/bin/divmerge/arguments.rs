@@ -1,0 +1,252 @@
+//! Arguments that several commands share, and how their values are read.
+
+use std::path::PathBuf;
+
+use anyhow::{Result, bail};
+use clap::{Args, ValueEnum};
+use divmerge::Taxonomy;
+use divmerge::annotate::{Method, Semantics};
+use divmerge::cluster::params::{BirdsEye, Region};
+use divmerge::pipeline::Config;
+use divmerge::semantics::GroundParams;
+
+/// How clouds are cut into instances.
+#[derive(Args)]
+pub struct MethodArguments {
+    /// Where objects come from: `field:NAME` a semantic class per point; `ground` everything that ground
+    /// removal leaves; `all` every return; `auto` a field label, semantic, class_id or class_ids if the
+    /// cloud has one, else ground
+    #[arg(long, value_name = "SOURCE", default_value = "auto", value_parser = semantics)]
+    semantics: Semantics,
+
+    /// What the ids of a semantic field mean: a YAML file in semantic-kitti-api's form, with an optional
+    /// map `thing_class` (class: true) [default: SemanticKITTI's ids]
+    #[arg(long, value_name = "FILE")]
+    taxonomy: Option<PathBuf>,
+
+    /// Parameters to start from; each of the following overrides one of them
+    #[arg(long, value_enum, default_value_t = Preset::Best)]
+    preset: Preset,
+
+    /// Side of a voxel of the divide step in metres [best, paper: 0.5; authors: 0.2]
+    #[arg(long, value_name = "M", value_parser = positive)]
+    voxel: Option<f64>,
+
+    /// Least angle beta between neighbours of one object in degrees [best, paper: 10; authors: 8.6]
+    #[arg(long, value_name = "DEG", value_parser = angle)]
+    angle: Option<f64>,
+
+    /// Most columns from a pixel to its neighbour [best: 4; paper: 1; authors: any]
+    #[arg(long, value_name = "N", value_parser = at_least_one)]
+    gap_columns: Option<usize>,
+
+    /// Most rows from a pixel to its neighbour [best: 2; paper: 1; authors: 10]
+    #[arg(long, value_name = "N", value_parser = at_least_one)]
+    gap_rows: Option<usize>,
+
+    /// Instances seen in fewer pixels (one point each) become "too small" [best, paper: 0; authors: 31]
+    #[arg(long, value_name = "N")]
+    min_points: Option<usize>,
+
+    /// Merge instances of one class that overlap on the bird's-eye plane, and what stands for them there
+    /// [best: hull; paper: box; authors: box, of any class]
+    #[arg(long, value_enum, value_name = "REGION")]
+    bev: Option<Bev>,
+}
+
+/// Parameters to start from.
+#[derive(Clone, Copy, ValueEnum)]
+enum Preset {
+    /// Ours: free to differ from the paper where measurement says so
+    Best,
+    /// The paper to the letter
+    Paper,
+    /// What the authors' released C++ does, less its memory errors
+    Authors,
+}
+
+/// What stands for an instance on the bird's-eye plane.
+#[derive(Clone, Copy, ValueEnum)]
+enum Bev {
+    /// No such merge
+    Off,
+    /// Axis-aligned boxes
+    Box,
+    /// Rectangles of least area
+    Rectangle,
+    /// Convex hulls
+    Hull,
+}
+
+impl MethodArguments {
+    /// The method that the arguments ask for.
+    pub fn method(&self) -> Result<Method> {
+        let mut config = match self.preset {
+            Preset::Best => Config::best(),
+            Preset::Paper => Config::paper(),
+            Preset::Authors => Config::authors(),
+        };
+        let params = &mut config.cluster;
+        if let Some(degrees) = self.angle {
+            params.condition.angle = degrees.to_radians();
+        }
+        params.voxel = self.voxel.unwrap_or(params.voxel);
+        params.gap_columns = self.gap_columns.unwrap_or(params.gap_columns);
+        params.gap_rows = self.gap_rows.unwrap_or(params.gap_rows);
+        params.min_pixels = self.min_points.unwrap_or(params.min_pixels);
+        params.birds_eye = match self.bev {
+            None => params.birds_eye,
+            Some(Bev::Off) => None,
+            Some(Bev::Box) => Some(region(params.birds_eye, Region::Box)),
+            Some(Bev::Rectangle) => Some(region(params.birds_eye, Region::Rectangle)),
+            Some(Bev::Hull) => Some(region(params.birds_eye, Region::Hull)),
+        };
+        if let Some(birds_eye) = &params.birds_eye
+            && !birds_eye.transitive
+            && birds_eye.region != Region::Box
+        {
+            bail!("preset `authors` merges on the bird's-eye plane with boxes or not at all");
+        }
+        Ok(Method {
+            semantics: self.semantics.clone(),
+            taxonomy: match &self.taxonomy {
+                Some(path) => Taxonomy::from_yaml_file(path)?,
+                None => Taxonomy::semantic_kitti(),
+            },
+            ground: GroundParams::default(),
+            config,
+        })
+    }
+}
+
+/// The preset's bird's-eye merge with another region.
+fn region(preset: Option<BirdsEye>, region: Region) -> BirdsEye {
+    BirdsEye {
+        region,
+        ..preset.unwrap_or(BirdsEye {
+            region,
+            margin: 0.0,
+            same_class: true,
+            transitive: true,
+            grown_pixels_only: false,
+        })
+    }
+}
+
+fn semantics(text: &str) -> Result<Semantics, String> {
+    match text {
+        "auto" => Ok(Semantics::Auto),
+        "ground" => Ok(Semantics::Ground),
+        "all" => Ok(Semantics::All),
+        _ => match text.strip_prefix("field:") {
+            Some(name) if !name.is_empty() => Ok(Semantics::Field(name.to_owned())),
+            _ => Err("use auto, field:NAME, ground or all".into()),
+        },
+    }
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if number.is_finite() {
+        Ok(number)
+    } else {
+        Err("not a finite number".into())
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    number(text).and_then(|n| {
+        if n > 0.0 {
+            Ok(n)
+        } else {
+            Err("must be above 0".into())
+        }
+    })
+}
+
+fn angle(text: &str) -> Result<f64, String> {
+    let in_range = |n| {
+        if (0.0..90.0).contains(&n) {
+            Ok(n)
+        } else {
+            Err("must be in 0..90".into())
+        }
+    };
+    number(text).and_then(in_range)
+}
+
+fn at_least_one(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(0) | Err(_) => Err("must be a whole number from 1 on".into()),
+        Ok(n) => Ok(n),
+    }
+}
+
+/// A point in time: seconds from the recording's start, or an absolute log time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Moment {
+    /// Seconds after the first message.
+    FromStart(f64),
+    /// Nanoseconds since the epoch.
+    Absolute(u64),
+}
+
+impl Moment {
+    /// The log time in nanoseconds, given that of the recording's first message.
+    pub fn log_time(self, start_ns: u64) -> u64 {
+        match self {
+            Moment::FromStart(seconds) => start_ns.saturating_add((seconds * 1e9).round() as u64),
+            Moment::Absolute(nanoseconds) => nanoseconds,
+        }
+    }
+}
+
+/// Reads `12.5` as seconds from the start, `@1317384506.4` as seconds since 1970.
+pub fn moment(text: &str) -> Result<Moment, String> {
+    let (absolute, digits) = match text.strip_prefix('@') {
+        Some(digits) => (true, digits),
+        None => (false, text.strip_suffix('s').unwrap_or(text)),
+    };
+    let seconds = number(digits).map_err(|_| {
+        "use seconds from the start (12.5) or since 1970 (@1317384506.4)".to_owned()
+    })?;
+    if seconds < 0.0 {
+        return Err("must not be negative".into());
+    }
+    if !absolute {
+        return Ok(Moment::FromStart(seconds));
+    }
+    // Through text: a double does not hold nanoseconds since 1970.
+    let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
+    let nanoseconds: String = fraction
+        .chars()
+        .chain("000000000".chars())
+        .take(9)
+        .collect();
+    match (whole.parse::<u64>(), nanoseconds.parse::<u64>()) {
+        (Ok(whole), Ok(nanoseconds)) => whole
+            .checked_mul(1_000_000_000)
+            .and_then(|whole| whole.checked_add(nanoseconds))
+            .map(Moment::Absolute)
+            .ok_or_else(|| "too far in the future".to_owned()),
+        _ => Err("use seconds since 1970, as in @1317384506.4".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moments() {
+        assert_eq!(moment("12.5"), Ok(Moment::FromStart(12.5)));
+        assert_eq!(moment("12.5s"), Ok(Moment::FromStart(12.5)));
+        assert_eq!(
+            moment("@1317384506.4"),
+            Ok(Moment::Absolute(1_317_384_506_400_000_000))
+        );
+        assert_eq!(moment("@7"), Ok(Moment::Absolute(7_000_000_000)));
+        assert!(moment("-1").is_err() && moment("noon").is_err() && moment("@1e3").is_err());
+        assert_eq!(Moment::FromStart(1.5).log_time(10), 1_500_000_010);
+    }
+}

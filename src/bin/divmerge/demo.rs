@@ -1,0 +1,161 @@
+//! `divmerge demo`
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use clap::Args;
+use divmerge::Taxonomy;
+use divmerge::annotate::{Event, Method, Options, Semantics, annotate};
+use divmerge::evaluate::panoptic::{MIN_POINTS, Panoptic};
+use divmerge::io::drive::{CLOUD_TOPIC, write_drive};
+use divmerge::io::{Compression, Overview, PointCloud2, Record, RecordingReader, WriteOptions};
+use divmerge::pipeline::Config;
+use divmerge::semantics::GroundParams;
+use divmerge::simulate::{Drive, Scene, Sensor};
+
+use crate::Outcome;
+use crate::terminal::{byte_bar, frame_bar};
+
+/// Simulate a drive, annotate it, and score it against its truth
+///
+/// Needs no data. Leaves the simulated and the annotated recording in a folder and says what to open
+/// next.
+#[derive(Args)]
+pub struct Arguments {
+    /// Folder for the recordings; those of an earlier demo are replaced
+    #[arg(long, value_name = "DIR", default_value = "demo")]
+    out: PathBuf,
+
+    /// Number of frames to simulate
+    #[arg(long, default_value_t = 20)]
+    frames: usize,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    let folder = &arguments.out;
+    std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
+    let drive = folder.join("drive.mcap");
+    let annotated = folder.join("annotated.mcap");
+    simulate(&drive, arguments.frames)?;
+    let options = options();
+    let bar = byte_bar("annotating");
+    let report = annotate(&drive, &annotated, &options, &mut |event| match event {
+        Event::Progress { bytes, total } => {
+            bar.set_length(total);
+            bar.set_position(bytes);
+        }
+        Event::Warning(warning) => bar.suspend(|| eprintln!("warning: {warning}")),
+    });
+    bar.finish_and_clear();
+    crate::annotate::print(&report?);
+    println!();
+    print_scores(&score(&annotated)?);
+    print_next(&drive, &annotated);
+    Ok(Outcome::Done)
+}
+
+fn simulate(drive: &Path, frames: usize) -> Result<()> {
+    let street = Drive::new(Sensor::Hdl64e, Scene::Street, 1);
+    let options = WriteOptions {
+        force: true,
+        ..WriteOptions::default()
+    };
+    let bar = frame_bar("simulating an HDL-64E in a street", frames as u64);
+    write_drive(&street, frames, drive, &options, |_| bar.inc(1))?;
+    bar.finish_and_clear();
+    Ok(())
+}
+
+fn options() -> Options {
+    Options {
+        method: Method {
+            semantics: Semantics::Auto,
+            taxonomy: Taxonomy::semantic_kitti(),
+            ground: GroundParams::default(),
+            config: Config::default(),
+        },
+        topics: Vec::new(),
+        from_ns: None,
+        to_ns: None,
+        compression: Compression::default(),
+        force: true,
+    }
+}
+
+/// Panoptic quality of an annotated simulated drive, from the fields of its clouds.
+fn score(annotated: &Path) -> Result<Panoptic> {
+    let taxonomy = Taxonomy::semantic_kitti();
+    let class_of = taxonomy.lookup();
+    let classes = taxonomy.classes();
+    let mut scores = Panoptic::new(classes.len(), |class| classes[class].is_ignored, MIN_POINTS);
+    let topic = format!("{CLOUD_TOPIC}/instances");
+    let overview = Overview::read(annotated)?;
+    let channel = overview
+        .channels_of(&topic)
+        .next()
+        .context("no annotated clouds")?
+        .id;
+    let mut reader = RecordingReader::open(annotated)?;
+    while let Some(record) = reader.next_record()? {
+        let Record::Message { header, data, .. } = record else {
+            continue;
+        };
+        if header.channel_id != channel {
+            continue;
+        }
+        let cloud = PointCloud2::parse(&data)?;
+        let column = |name: &str| cloud.column_u32(name);
+        let class = |name: &str| -> Result<Vec<u16>> {
+            Ok(column(name)?
+                .iter()
+                .map(|&id| class_of[id as u16 as usize])
+                .collect())
+        };
+        scores.add(
+            &class("semantic")?,
+            &column("instance")?,
+            &class("label")?,
+            &column("true_instance")?,
+        );
+    }
+    Ok(scores)
+}
+
+/// One line per thing class that occurs, and their mean.
+fn print_scores(scores: &Panoptic) {
+    let taxonomy = Taxonomy::semantic_kitti();
+    let classes = taxonomy.classes();
+    let occurs = |class: usize| classes[class].is_thing && scores.true_points(class) >= MIN_POINTS;
+    println!("panoptic quality against the simulated truth, classes given (%):");
+    println!("class            PQ     SQ     RQ     found  spurious  missed");
+    for class in (0..classes.len()).filter(|&class| occurs(class)) {
+        let quality = scores.class(class);
+        println!(
+            "{:<14} {:>5.1}  {:>5.1}  {:>5.1}  {:>6}  {:>8}  {:>6}",
+            classes[class].name,
+            quality.pq * 100.0,
+            quality.sq * 100.0,
+            quality.rq * 100.0,
+            quality.true_positives,
+            quality.false_positives,
+            quality.false_negatives
+        );
+    }
+    let mean = scores.mean(occurs);
+    let [pq, sq, rq] = [mean.pq, mean.sq, mean.rq].map(|figure| figure * 100.0);
+    println!("{:<14} {pq:>5.1}  {sq:>5.1}  {rq:>5.1}", "mean");
+}
+
+fn print_next(drive: &Path, annotated: &Path) {
+    println!();
+    println!("Next:");
+    println!(
+        "  open {} in Lichtblick, Foxglove or Rerun",
+        annotated.display()
+    );
+    println!(
+        "    {CLOUD_TOPIC}/instances has instances in colour, {CLOUD_TOPIC}/objects their boxes"
+    );
+    println!("  divmerge info {}", drive.display());
+    println!("  divmerge annotate YOUR.mcap -o annotated.mcap");
+}

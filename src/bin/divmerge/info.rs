@@ -1,0 +1,339 @@
+//! `divmerge info`
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use divmerge::annotate::{is_annotation, is_cloud, is_readable_cloud};
+use divmerge::io::{Channel, Overview, PointCloud2, Record, RecordingReader};
+use divmerge::range_image::{ProjectionParams, RangeImage};
+use serde::Serialize;
+
+use crate::Outcome;
+use crate::terminal::grouped;
+
+/// Show a recording's topics, and what its clouds look like
+///
+/// For each cloud topic, from its first cloud that has a return: fields, the range image that would be
+/// made of it (rows, columns, field of view), and what `--semantics auto` would choose.
+#[derive(Args)]
+pub struct Arguments {
+    /// The recording (MCAP)
+    file: PathBuf,
+
+    /// Print as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is known of a recording.
+#[derive(Serialize)]
+struct Info {
+    file: PathBuf,
+    bytes: u64,
+    profile: String,
+    library: String,
+    complete: bool,
+    messages: u64,
+    seconds: f64,
+    compression: Vec<String>,
+    attachments: u64,
+    metadata: u64,
+    problems: Vec<String>,
+    topics: Vec<Topic>,
+}
+
+#[derive(Serialize)]
+struct Topic {
+    topic: String,
+    #[serde(rename = "type")]
+    type_name: String,
+    encoding: String,
+    messages: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cloud: Option<Cloud>,
+}
+
+/// What the first cloud of a topic tells.
+#[derive(Serialize)]
+struct Cloud {
+    note: Option<String>,
+    #[serde(flatten)]
+    geometry: Option<Geometry>,
+}
+
+#[derive(Serialize)]
+struct Geometry {
+    frame_id: String,
+    height: u32,
+    width: u32,
+    returns: usize,
+    point_step: u32,
+    fields: Vec<String>,
+    projection: &'static str,
+    rows: usize,
+    columns: usize,
+    beams_with_returns: usize,
+    upper_degrees: f64,
+    lower_degrees: f64,
+    wraps: bool,
+    shadowed: usize,
+    auto: String,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    let overview = Overview::read(&arguments.file)?;
+    let (clouds, mut problems) = first_clouds(&overview)?;
+    problems.extend(overview.problems.iter().cloned());
+    let info = Info {
+        file: overview.path.clone(),
+        bytes: overview.file_size,
+        profile: overview.profile.clone(),
+        library: overview.library.clone(),
+        complete: overview.is_complete,
+        messages: overview.message_count,
+        seconds: overview
+            .start_ns
+            .zip(overview.end_ns)
+            .map_or(0.0, |(start, end)| end.saturating_sub(start) as f64 * 1e-9),
+        compression: overview.compression.iter().cloned().collect(),
+        attachments: overview.attachment_count,
+        metadata: overview.metadata_count,
+        problems,
+        topics: topics(&overview, clouds),
+    };
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&info)?);
+    } else {
+        print(&info);
+    }
+    Ok(if info.complete {
+        Outcome::Done
+    } else {
+        Outcome::Incomplete
+    })
+}
+
+fn topics(overview: &Overview, mut clouds: BTreeMap<u16, Cloud>) -> Vec<Topic> {
+    let describe = |channel: &Channel| {
+        let schema = overview.schema_of(channel.id);
+        Topic {
+            topic: channel.topic.clone(),
+            type_name: schema.map(|schema| schema.name.clone()).unwrap_or_default(),
+            encoding: channel.message_encoding.clone(),
+            messages: overview
+                .message_counts
+                .get(&channel.id)
+                .copied()
+                .unwrap_or(0),
+            cloud: clouds.remove(&channel.id),
+        }
+    };
+    overview.channels.values().map(describe).collect()
+}
+
+/// The first cloud with a return of each cloud channel, reading no farther than needed.
+fn first_clouds(overview: &Overview) -> Result<(BTreeMap<u16, Cloud>, Vec<String>)> {
+    let mut found = BTreeMap::new();
+    let mut waiting: BTreeMap<u16, Option<String>> = BTreeMap::new();
+    for channel in overview
+        .channels
+        .values()
+        .filter(|channel| is_cloud(overview, channel))
+    {
+        let messages = overview
+            .message_counts
+            .get(&channel.id)
+            .copied()
+            .unwrap_or(0);
+        if !is_readable_cloud(overview, channel) {
+            let note = Some("cannot be read yet: passed through by `annotate`".to_owned());
+            found.insert(
+                channel.id,
+                Cloud {
+                    note,
+                    geometry: None,
+                },
+            );
+        } else if is_annotation(overview, &channel.topic) {
+            let note = Some("made by an earlier `annotate`".to_owned());
+            found.insert(
+                channel.id,
+                Cloud {
+                    note,
+                    geometry: None,
+                },
+            );
+        } else if messages > 0 {
+            waiting.insert(channel.id, None);
+        }
+    }
+    let mut problems = Vec::new();
+    let mut reader = RecordingReader::open(&overview.path)?;
+    while !waiting.is_empty() {
+        let record = match reader.next_record() {
+            Ok(Some(record)) => record,
+            Ok(None) => break,
+            Err(error) => {
+                problems.push(error.to_string());
+                break;
+            }
+        };
+        let Record::Message { header, data, .. } = record else {
+            continue;
+        };
+        let Some(note) = waiting.get_mut(&header.channel_id) else {
+            continue;
+        };
+        match geometry(&data) {
+            Ok(geometry) if geometry.returns > 0 => {
+                waiting.remove(&header.channel_id);
+                let geometry = Some(geometry);
+                found.insert(
+                    header.channel_id,
+                    Cloud {
+                        note: None,
+                        geometry,
+                    },
+                );
+            }
+            Ok(_) => *note = Some("no cloud has a return".to_owned()),
+            Err(error) => *note = Some(error.to_string()),
+        }
+    }
+    for (channel, note) in waiting {
+        found.insert(
+            channel,
+            Cloud {
+                note,
+                geometry: None,
+            },
+        );
+    }
+    Ok((found, problems))
+}
+
+fn geometry(message: &[u8]) -> divmerge::Result<Geometry> {
+    let wire = PointCloud2::parse(message)?;
+    let cloud = wire.to_cloud(None)?;
+    let image = RangeImage::new(&cloud, &ProjectionParams::default());
+    let (upper, lower) = image.elevation_span(&cloud).unwrap_or_default();
+    let seen = |row: usize| {
+        let columns = image.columns();
+        (row * columns..(row + 1) * columns).any(|pixel| image.point_at(pixel).is_some())
+    };
+    let describe = |field: &divmerge::io::PointField| {
+        let count = if field.count == 1 {
+            String::new()
+        } else {
+            format!("[{}]", field.count)
+        };
+        let datatype = format!("{:?}", field.datatype).to_lowercase();
+        format!("{} {datatype}{count}", field.name)
+    };
+    Ok(Geometry {
+        frame_id: wire.frame_id.clone(),
+        height: wire.height,
+        width: wire.width,
+        returns: (0..cloud.len())
+            .filter(|&point| cloud.is_return(point))
+            .count(),
+        point_step: wire.point_step,
+        fields: wire.fields.iter().map(describe).collect(),
+        projection: image.projection.describe(),
+        rows: image.rows(),
+        columns: image.columns(),
+        beams_with_returns: (0..image.rows()).filter(|&row| seen(row)).count(),
+        upper_degrees: upper.to_degrees(),
+        lower_degrees: lower.to_degrees(),
+        wraps: image.wraps,
+        shadowed: image.shadowed_count(),
+        auto: wire
+            .semantic_field()
+            .map_or("ground".to_owned(), |field| format!("field:{field}")),
+    })
+}
+
+fn print(info: &Info) {
+    println!("{} ({} bytes)", info.file.display(), grouped(info.bytes));
+    let named = |name: &str| {
+        if name.is_empty() {
+            "none".to_owned()
+        } else {
+            name.to_owned()
+        }
+    };
+    let compression: Vec<String> = info.compression.iter().map(|name| named(name)).collect();
+    println!(
+        "  profile {}, written by {}; {} messages in {:.1} s; compression {}; {} attachments, {} \
+         metadata records",
+        named(&info.profile),
+        named(&info.library),
+        grouped(info.messages),
+        info.seconds,
+        if compression.is_empty() {
+            "none".to_owned()
+        } else {
+            compression.join(", ")
+        },
+        info.attachments,
+        info.metadata
+    );
+    for problem in &info.problems {
+        println!("  warning: {problem}");
+    }
+    let width = info
+        .topics
+        .iter()
+        .map(|topic| topic.topic.len())
+        .max()
+        .unwrap_or(0);
+    for topic in &info.topics {
+        let type_name = named(&topic.type_name);
+        println!(
+            "  {:<width$}  {type_name} ({}), {} messages",
+            topic.topic,
+            topic.encoding,
+            grouped(topic.messages)
+        );
+        if let Some(cloud) = &topic.cloud {
+            print_cloud(cloud);
+        }
+    }
+}
+
+fn print_cloud(cloud: &Cloud) {
+    if let Some(note) = &cloud.note {
+        println!("      {note}");
+    }
+    let Some(geometry) = &cloud.geometry else {
+        return;
+    };
+    println!(
+        "      {} x {} points of {} bytes in frame `{}`, {} returns",
+        geometry.height,
+        geometry.width,
+        geometry.point_step,
+        geometry.frame_id,
+        grouped(geometry.returns as u64)
+    );
+    println!("      fields: {}", geometry.fields.join(", "));
+    println!(
+        "      range image {} x {} ({}; {} rows with returns), {:+.1} to {:+.1} degrees, {}, {} \
+         points shadowed",
+        geometry.rows,
+        geometry.columns,
+        geometry.projection,
+        geometry.beams_with_returns,
+        geometry.upper_degrees,
+        geometry.lower_degrees,
+        if geometry.wraps {
+            "columns close a circle"
+        } else {
+            "columns have an edge"
+        },
+        grouped(geometry.shadowed as u64)
+    );
+    println!("      --semantics auto: {}", geometry.auto);
+}
