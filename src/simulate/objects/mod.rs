@@ -36,7 +36,7 @@ pub(super) mod class {
 
     /// Whether objects of the class are counted.
     pub fn is_thing(class: u16) -> bool {
-        class < ROAD || class > TRAFFIC_SIGN
+        !(ROAD..=TRAFFIC_SIGN).contains(&class)
     }
 }
 

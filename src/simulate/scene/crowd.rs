@@ -36,7 +36,7 @@ pub(super) fn plan() -> (Vec<Strip>, Vec<Layer>, Ego) {
 }
 
 fn people(tile: &mut Tile<'_>, y: f64) {
-    walkers::stream(tile, y, 2.0, 2.5..10.0);
+    walkers::stream(tile, y, 2.0, 4.0..17.0);
 }
 
 fn at_rest(tile: &mut Tile<'_>, _: f64) {
