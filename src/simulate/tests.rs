@@ -370,7 +370,7 @@ fn overlap(a: &Footprint, b: &Footprint) -> bool {
 #[test]
 fn no_two_things_overlap() {
     for scene in Scene::ALL {
-        for (seed, time) in [(0, 0.0), (1, 0.0), (2, 0.0), (0, 37.3)] {
+        for (seed, time) in (0..100u64).map(|s| (s, s as f64 * 2.7)) {
             let objects = World::new(scene, seed).objects(time, 80.0);
             let things: Vec<_> = objects.iter().filter(|object| object.id != 0).collect();
             let boxes: Vec<_> = things.iter().map(|thing| footprint(thing)).collect();
@@ -392,8 +392,9 @@ fn no_two_things_overlap() {
 
 #[test]
 fn the_ego_vehicle_hits_nothing() {
-    for scene in Scene::ALL {
-        let world = World::new(scene, 4);
+    let drives = Scene::ALL.map(|scene| (0..5).map(move |seed| (scene, seed)));
+    for (scene, seed) in drives.into_iter().flatten() {
+        let world = World::new(scene, seed);
         for second in 0..100 {
             let time = f64::from(second);
             let pose = world.ego(time);

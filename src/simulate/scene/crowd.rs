@@ -41,7 +41,7 @@ fn people(tile: &mut Tile<'_>, y: f64) {
 
 fn at_rest(tile: &mut Tile<'_>, _: f64) {
     for side in [-1.0, 1.0] {
-        standing(tile, 7.2 * side);
+        standing(tile, 7.3 * side);
         furniture(tile, side);
         delivery(tile, 14.3 * side);
         rows::frontage(tile, 16.2 * side, side);
