@@ -135,6 +135,16 @@ impl<'a> View<'a> {
         Some((target, self.columns_around(&centre, spread)))
     }
 
+    /// Lets every beam meet every target, for comparison.
+    #[cfg(test)]
+    pub fn forget_bounds(&mut self) {
+        let all: Vec<u32> = (0..self.targets.len() as u32).collect();
+        self.columns.fill(all);
+        for target in &mut self.targets {
+            (target.nearest, target.tangents) = (0.0, [f64::NEG_INFINITY, f64::INFINITY]);
+        }
+    }
+
     /// The columns that a disc of `radius` around a point may reach into, jitter included.
     fn columns_around(&self, centre: &Point3<f64>, radius: f64) -> std::ops::Range<i64> {
         let count = self.sensor.columns() as i64;
@@ -191,7 +201,7 @@ impl<'a> View<'a> {
 
     /// Dropouts, losses at the surface, and the echo's weakening with range and incidence.
     fn chance_of_return(&self, surface: &Surface) -> f64 {
-        const DROPOUT: f64 = 0.007;
+        const DROPOUT: f64 = 0.008;
         let optics = surface.material.optics();
         let echo = optics.reflectivity * (0.04 + 0.96 * surface.cosine);
         let strength = echo * (self.sensor.reach() / surface.range).powi(2);

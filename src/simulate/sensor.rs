@@ -60,9 +60,11 @@ impl Sensor {
         degrees.to_radians()
     }
 
-    /// Azimuth of the middle of `column` in radians, counter-clockwise from x.
+    /// Azimuth of the middle of `column` in radians, counter-clockwise from x. No column of the HDL-64E,
+    /// which has an odd number of them, points straight ahead, where its storage begins and ends.
     pub fn azimuth(self, column: usize) -> f64 {
-        PI - TAU * (column as f64 + 0.5) / self.columns() as f64
+        let firing = column as f64 + if self == Sensor::Hdl64e { 0.0 } else { 0.5 };
+        PI - TAU * firing / self.columns() as f64
     }
 
     /// Height above the ground in metres.
@@ -138,7 +140,7 @@ impl Sensor {
         let (rows, columns) = (self.beams(), self.columns());
         match self {
             Sensor::Hdl64e => Box::new((0..rows).flat_map(move |row| {
-                let ahead = columns / 2;
+                let ahead = columns.div_ceil(2);
                 let columns = (0..ahead).rev().chain((ahead..columns).rev());
                 columns.map(move |column| (row, column))
             })),

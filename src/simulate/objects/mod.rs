@@ -32,10 +32,11 @@ pub(super) mod class {
     pub const MOVING_CAR: u16 = 252;
     pub const MOVING_BICYCLIST: u16 = 253;
     pub const MOVING_PERSON: u16 = 254;
+    pub const MOVING_TRUCK: u16 = 258;
 
     /// Whether objects of the class are counted.
     pub fn is_thing(class: u16) -> bool {
-        class < ROAD || class > TRAFFIC_SIGN
+        !(ROAD..=TRAFFIC_SIGN).contains(&class)
     }
 }
 

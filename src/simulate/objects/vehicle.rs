@@ -129,13 +129,11 @@ impl Vehicle {
         self.model(self.class())
     }
 
-    /// The vehicle under way, if it is a car; a truck keeps its class.
+    /// The vehicle under way.
     pub fn moving(&self) -> Model {
-        let class = self.class();
-        self.driven().model(if class == class::CAR {
-            class::MOVING_CAR
-        } else {
-            class
+        self.driven().model(match self.body {
+            Body::Truck => class::MOVING_TRUCK,
+            _ => class::MOVING_CAR,
         })
     }
 

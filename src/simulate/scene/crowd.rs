@@ -4,7 +4,7 @@ use rand::RngExt;
 
 use super::{Ego, Layer, Strip, TILE, Tile, rows, strip, walkers};
 use crate::simulate::material::Material::{Asphalt, Paving};
-use crate::simulate::objects::class::{ROAD, SIDEWALK};
+use crate::simulate::objects::class::{BICYCLIST, ROAD, SIDEWALK};
 use crate::simulate::objects::vehicle::Vehicle;
 use crate::simulate::objects::{cycle, surroundings};
 
@@ -36,12 +36,12 @@ pub(super) fn plan() -> (Vec<Strip>, Vec<Layer>, Ego) {
 }
 
 fn people(tile: &mut Tile<'_>, y: f64) {
-    walkers::stream(tile, y, 2.0, 2.5..10.0);
+    walkers::stream(tile, y, 2.0, 4.0..17.0);
 }
 
 fn at_rest(tile: &mut Tile<'_>, _: f64) {
     for side in [-1.0, 1.0] {
-        standing(tile, 7.2 * side);
+        standing(tile, 7.3 * side);
         furniture(tile, side);
         delivery(tile, 14.3 * side);
         rows::frontage(tile, 16.2 * side, side);
@@ -61,7 +61,8 @@ fn standing(tile: &mut Tile<'_>, y: f64) {
     }
 }
 
-/// Bollards along the kerb, trees and lamps behind the nearest stream, and a bicycle or two.
+/// Bollards along the kerb, trees and lamps behind the nearest stream, bicycles, cyclists who
+/// wait.
 fn furniture(tile: &mut Tile<'_>, side: f64) {
     for place in 0..16 {
         let along = 1.25 + 2.5 * place as f64;
@@ -69,9 +70,10 @@ fn furniture(tile: &mut Tile<'_>, side: f64) {
     }
     for place in 0..4 {
         let along = 10.0 * place as f64 + tile.rng.random_range(1.0..9.0);
-        let model = match tile.rng.random_range(0..4) {
+        let model = match tile.rng.random_range(0..6) {
             0 => surroundings::lamp_post(&mut tile.rng),
             1 => cycle::bicycle(),
+            2 => cycle::bicyclist(BICYCLIST, 0.6),
             _ => surroundings::tree(&mut tile.rng, 1.8),
         };
         tile.place(model, along, 5.9 * side, 0.0);

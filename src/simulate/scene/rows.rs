@@ -128,7 +128,7 @@ pub(super) fn verge(tile: &mut Tile<'_>, y: f64, side: f64) {
             8 => tile.place(cycle::motorcycle(), along + 0.6, y, 0.0),
             _ => bicycle_stand(tile, along, y),
         }
-        along += tile.rng.random_range(3.5..7.5);
+        along += tile.rng.random_range(4.2..8.0);
     }
 }
 
