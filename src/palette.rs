@@ -1,15 +1,17 @@
 //! Colours of instances, and of the points that belong to none.
 
+use std::ops::RangeInclusive;
 use std::sync::LazyLock;
 
 /// Colours before they repeat.
 const COLOURS: usize = 1024;
 /// Degrees between the hues of neighbouring ids: the golden angle leaves no two early ids close.
 const GOLDEN_ANGLE: f64 = 137.507_764_050_037_85;
-/// OKLCH lightness of neighbouring ids.
+/// OKLCH lightness of neighbouring ids, or the nearest at which sRGB has enough chroma.
 const LIGHTNESS: [f64; 3] = [0.76, 0.64, 0.87];
-/// OKLCH chroma where sRGB has it; elsewhere the most that sRGB has.
-const CHROMA: f64 = 0.19;
+/// OKLCH chroma: the most that sRGB has of this range.
+const CHROMA: RangeInclusive<f64> = 0.13..=0.19;
+const CHROMA_STEP: f64 = 0.0025;
 
 static TABLE: LazyLock<Vec<[u8; 3]>> = LazyLock::new(|| (0..COLOURS).map(colour).collect());
 
@@ -38,12 +40,20 @@ pub fn reason_colour(reason: u8) -> [u8; 3] {
 
 fn colour(index: usize) -> [u8; 3] {
     let hue = (index as f64 * GOLDEN_ANGLE).to_radians();
-    let lightness = LIGHTNESS[index % LIGHTNESS.len()];
-    let linear = (0..)
-        .map(|step| oklch_to_linear(lightness, CHROMA - f64::from(step) * 0.002, hue))
+    let wanted = LIGHTNESS[index % LIGHTNESS.len()];
+    (0..100)
+        .flat_map(|step| [-1.0, 1.0].map(|sign| wanted + sign * 0.01 * f64::from(step)))
+        .find_map(|lightness| most_colourful(lightness, hue))
+        .unwrap_or([255; 3])
+}
+
+/// The most colourful sRGB colour of a lightness and hue, unless that is greyish.
+fn most_colourful(lightness: f64, hue: f64) -> Option<[u8; 3]> {
+    let steps = ((CHROMA.end() - CHROMA.start()) / CHROMA_STEP) as u32;
+    (0..=steps)
+        .map(|step| oklch_to_linear(lightness, CHROMA.end() - f64::from(step) * CHROMA_STEP, hue))
         .find(|linear| linear.iter().all(|value| (0.0..=1.0).contains(value)))
-        .unwrap_or([0.5; 3]);
-    linear.map(|value| (gamma(value) * 255.0).round() as u8)
+        .map(|linear| linear.map(|value| (gamma(value) * 255.0).round() as u8))
 }
 
 /// Björn Ottosson's OKLab, in polar coordinates, to linear sRGB.
@@ -82,7 +92,7 @@ mod tests {
         for id in 1..=COLOURS as u32 {
             let colour = instance_colour(id);
             let (low, high) = (colour.iter().min().unwrap(), colour.iter().max().unwrap());
-            assert!(*high >= 160 && high - low >= 70, "{id}: {colour:?}");
+            assert!(*high >= 140 && high - low >= 70, "{id}: {colour:?}");
         }
     }
 
@@ -101,7 +111,10 @@ mod tests {
     #[test]
     fn colours_are_stable() {
         assert_eq!(instance_colour(1), instance_colour(1 + COLOURS as u32));
-        assert_eq!([1, 2, 3].map(instance_colour), [[0; 3]; 3]);
+        assert_eq!(
+            [1, 2, 3].map(instance_colour),
+            [[254, 131, 173], [74, 165, 18], [147, 163, 254]]
+        );
         instance_colour(u32::MAX);
     }
 

@@ -243,3 +243,119 @@ fn write_header(writer: &mut CdrWriter, (sec, nanosec, frame_id): (i32, u32, &st
     writer.u32(nanosec);
     writer.string(frame_id);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::cdr::CdrReader;
+    use super::*;
+
+    type Read = (String, [i32; 3], [f64; 10], [f32; 4], String);
+
+    /// Takes a message apart again, field by field.
+    fn read(cdr: &[u8]) -> Vec<Read> {
+        let mut reader = CdrReader::new("MarkerArray", cdr).unwrap();
+        let r = &mut reader;
+        let count = r.u32().unwrap();
+        let mut markers = Vec::new();
+        for _ in 0..count {
+            assert_eq!((r.i32().unwrap(), r.u32().unwrap()), (-3, 4));
+            assert_eq!(r.string().unwrap(), "lidar");
+            let namespace = r.string().unwrap();
+            let codes = [(); 3].map(|()| r.i32().unwrap());
+            let pose_and_scale = [(); 10].map(|()| r.f64().unwrap());
+            let colour = [(); 4].map(|()| r.f32().unwrap());
+            assert_eq!((r.i32().unwrap(), r.u32().unwrap()), (0, 0));
+            assert!(!r.bool().unwrap());
+            assert_eq!((r.u32().unwrap(), r.u32().unwrap()), (0, 0));
+            assert_eq!(r.string().unwrap(), "");
+            assert_eq!((r.i32().unwrap(), r.u32().unwrap()), (0, 0));
+            assert_eq!(
+                (r.string().unwrap(), r.string().unwrap()),
+                Default::default()
+            );
+            assert_eq!((r.u32().unwrap(), r.u32().unwrap()), (0, 0));
+            let text = r.string().unwrap();
+            assert_eq!(
+                (r.string().unwrap(), r.string().unwrap()),
+                Default::default()
+            );
+            assert_eq!(r.u32().unwrap(), 0);
+            assert!(!r.bool().unwrap());
+            markers.push((namespace, codes, pose_and_scale, colour, text));
+        }
+        assert_eq!(r.remaining(), 0);
+        markers
+    }
+
+    #[test]
+    fn a_box_and_a_text_for_each_instance() {
+        let boxes = [MarkerBox {
+            id: 12,
+            centre: [1.0, 2.0, 3.0],
+            yaw: std::f64::consts::FRAC_PI_2,
+            size: [4.0, 0.0, 1.0],
+            text: "12 car".to_owned(),
+        }];
+        for byte_order in [ByteOrder::Little, ByteOrder::Big] {
+            let mut cdr = Vec::new();
+            marker_array(byte_order, -3, 4, "lidar", &boxes, &mut cdr);
+            let markers = read(&cdr);
+            assert_eq!(markers.len(), 3);
+            assert_eq!(markers[0].1, [0, 0, DELETE_ALL]);
+            let (namespace, codes, pose, colour, text) = &markers[1];
+            assert_eq!(
+                (namespace.as_str(), *codes, text.as_str()),
+                ("boxes", [12, CUBE, ADD], "")
+            );
+            let half = std::f64::consts::FRAC_1_SQRT_2;
+            let expected = [1.0, 2.0, 3.0, 0.0, 0.0, half, half, 4.0, SHORTEST_SIDE, 1.0];
+            assert!(
+                pose.iter()
+                    .zip(expected)
+                    .all(|(a, b)| (a - b).abs() < 1e-12),
+                "{pose:?}"
+            );
+            assert_eq!(colour[0], f32::from(instance_colour(12)[0]) / 255.0);
+            assert_eq!(colour[3], BOX_ALPHA);
+            let (namespace, codes, pose, colour, text) = &markers[2];
+            assert_eq!(namespace, "ids");
+            assert_eq!(
+                (*codes, text.as_str()),
+                ([12, TEXT_VIEW_FACING, ADD], "12 car")
+            );
+            assert!(pose[2] > 3.5);
+            assert_eq!((pose[9], *colour), (TEXT_HEIGHT, [1.0; 4]));
+        }
+    }
+
+    #[test]
+    fn a_frame_without_instances_still_deletes_those_before() {
+        let mut cdr = vec![1; 9];
+        marker_array(ByteOrder::Little, -3, 4, "lidar", &[], &mut cdr);
+        let markers = read(&cdr);
+        assert_eq!(markers.len(), 1);
+        assert_eq!(markers[0].1[2], DELETE_ALL);
+    }
+
+    #[test]
+    fn every_type_of_the_schema_is_defined_in_it() {
+        let separator = "=".repeat(80);
+        assert_eq!(
+            MARKER_ARRAY_SCHEMA
+                .lines()
+                .filter(|line| *line == separator)
+                .count(),
+            12
+        );
+        for line in MARKER_ARRAY_SCHEMA
+            .lines()
+            .filter(|line| line.contains("/") && !line.starts_with("MSG"))
+        {
+            let name = line.split([' ', '[']).next().unwrap();
+            assert!(
+                MARKER_ARRAY_SCHEMA.contains(&format!("MSG: {name}\n")),
+                "{name}"
+            );
+        }
+    }
+}

@@ -69,9 +69,9 @@ impl Overview {
         let mut reader = RecordingReader::open_hashing(path, false)?;
         let mut overview = Overview::empty(path, &reader);
         overview.take_first(&mut reader)?;
-        match overview.from_index() {
+        match overview.indexed() {
             Some(indexed) => Ok(indexed),
-            None => overview.from_records(reader),
+            None => overview.read_through(reader),
         }
     }
 
@@ -116,7 +116,7 @@ impl Overview {
         Ok(())
     }
 
-    fn from_records(mut self, mut reader: RecordingReader) -> Result<Self> {
+    fn read_through(mut self, mut reader: RecordingReader) -> Result<Self> {
         while let Some(record) = reader.next_record()? {
             self.take(record);
         }
@@ -156,7 +156,7 @@ impl Overview {
     }
 
     /// The same overview filled from the index, or `None` if that cannot be trusted.
-    fn from_index(&self) -> Option<Self> {
+    fn indexed(&self) -> Option<Self> {
         let mut indexed = self.clone();
         let mut statistics = None;
         visit_summary(&self.path, self.file_size, |record| match record {
@@ -173,9 +173,7 @@ impl Overview {
                 indexed.channels.insert(channel.id, channel);
             }
             records::Record::ChunkIndex(chunk) => {
-                if !indexed.compression.contains(&chunk.compression) {
-                    indexed.compression.insert(chunk.compression);
-                }
+                indexed.compression.insert(chunk.compression);
             }
             records::Record::Statistics(found) => statistics = Some(found),
             _ => {}
@@ -185,7 +183,8 @@ impl Overview {
 
     /// Takes the counts over if they agree with what the index lists.
     fn with_statistics(mut self, statistics: records::Statistics) -> Option<Self> {
-        let counted: u64 = statistics.channel_message_counts.values().sum();
+        let mut counts = statistics.channel_message_counts.values();
+        let counted = counts.try_fold(0_u64, |sum, &count| sum.checked_add(count))?;
         let agrees = usize::from(statistics.schema_count) == self.schemas.len()
             && statistics.channel_count as usize == self.channels.len()
             && statistics.message_count == counted

@@ -22,6 +22,8 @@ use crate::error::{Error, Result};
 pub struct RecordingReader {
     source: Source,
     section: Section,
+    /// Opcode of the record of the file that was read last.
+    previous: u8,
     batch: Batch,
     /// Body of the record of the file that was read last.
     body: Vec<u8>,
@@ -93,6 +95,7 @@ impl RecordingReader {
         Ok(RecordingReader {
             source,
             section: Section::Start,
+            previous: 0,
             batch: Batch::default(),
             body: Vec::new(),
             crc,
@@ -220,7 +223,9 @@ impl RecordingReader {
         }
         self.body.clear();
         self.source.read(length, &mut self.body)?;
-        self.take_record(offset, opcode, &head)
+        self.take_record(offset, opcode, &head)?;
+        self.previous = opcode;
+        Ok(())
     }
 
     fn take_record(&mut self, offset: u64, opcode: u8, head: &[u8]) -> Result<()> {
@@ -240,7 +245,7 @@ impl RecordingReader {
                 ),
             )),
             (Section::Data, op::CHUNK) => self.take_chunk(offset),
-            (Section::Data, op::MESSAGE_INDEX) => self.parse(offset, opcode).map(drop),
+            (Section::Data, op::MESSAGE_INDEX) => self.take_message_index(offset),
             (Section::Data, op::DATA_END) => self.take_data_end(offset, section_crc),
             (
                 Section::Data,
@@ -293,10 +298,19 @@ impl RecordingReader {
                 .source
                 .damage(offset, problem + &self.topics_of(offset)));
         }
-        if let Some(name) = chunk::compression(&self.body)
-            && !self.compression.contains(name)
-        {
-            self.compression.insert(name.to_owned());
+        let compression = chunk::compression(&self.body);
+        self.compression.extend(compression.map(str::to_owned));
+        Ok(())
+    }
+
+    /// An index is not needed here, but one without its chunk tells of a chunk that was not seen.
+    fn take_message_index(&mut self, offset: u64) -> Result<()> {
+        self.parse(offset, op::MESSAGE_INDEX)?;
+        if !matches!(self.previous, op::CHUNK | op::MESSAGE_INDEX) {
+            let problem = "an index of messages without the chunk that should be before it; a \
+                           chunk may be missing";
+            let problem = problem.to_owned();
+            self.waiting.push_back(Record::Damaged { offset, problem });
         }
         Ok(())
     }
@@ -326,14 +340,14 @@ impl RecordingReader {
         match self.parse(offset, opcode)? {
             records::Record::Schema { header, data } => {
                 let schema = owned_schema(header, &data);
-                if self.is_new_schema(offset, &schema)? {
-                    self.summary.schemas.insert(schema.id, schema);
-                }
+                let is_new = self.is_new_schema(offset, &schema)?;
+                let new = is_new.then_some((schema.id, schema));
+                self.summary.schemas.extend(new);
             }
             records::Record::Channel(channel) => {
-                if self.is_new_channel(offset, &channel)? {
-                    self.summary.channels.insert(channel.id, channel);
-                }
+                let is_new = self.is_new_channel(offset, &channel)?;
+                let new = is_new.then_some((channel.id, channel));
+                self.summary.channels.extend(new);
             }
             records::Record::Statistics(statistics) => {
                 self.summary.statistics = Some(statistics);
