@@ -1,5 +1,5 @@
 //! Scores the three presets on a SemanticKITTI folder with its own classes as semantics:
-//! `cargo run --release --example 02_score_semantic_kitti -- ../shared/data/semantickitti`
+//! `cargo run --release --example 02_score_semantic_kitti -- ../shared/data/semantickitti [SEQUENCE...]`
 
 use std::path::{Path, PathBuf};
 
@@ -16,6 +16,8 @@ fn main() -> Result<()> {
         .context("give the folder that holds `sequences`")?;
     let mut sequences = entries(&Path::new(&root).join("sequences"))?;
     sequences.retain(|sequence| sequence.join("labels").is_dir());
+    let chosen: Vec<String> = std::env::args().skip(2).collect();
+    sequences.retain(|s| chosen.is_empty() || chosen.iter().any(|name| s.ends_with(name)));
     for config in [Config::paper(), Config::authors(), Config::best()] {
         let mut all = scores();
         let mut ms = Vec::new();

@@ -293,7 +293,8 @@ fn marker(instance: &Instance) -> MarkerBox {
 ///
 /// # Errors
 /// [`Error::Recording`] if the input is damaged (a cut-off input is none: it is annotated as far as it
-/// goes), [`Error::NoCloud`], [`Error::Conflict`] if the input already has an output's topic,
+/// goes), [`Error::NoCloud`], [`Error::Conflict`] if the input already has an output's topic or is the
+/// output,
 /// [`Error::Io`] and [`Error::Write`].
 pub fn annotate(
     input: &Path,
@@ -301,6 +302,7 @@ pub fn annotate(
     options: &Options,
     on_event: &mut dyn FnMut(Event),
 ) -> Result<Report> {
+    refuse_same_file(input, output)?;
     let overview = Overview::read(input)?;
     let mut job = Job::new(&overview, output, options, on_event)?;
     let mut reader = RecordingReader::open(input)?;
@@ -314,6 +316,16 @@ pub fn annotate(
     }
     let hash = reader.finish()?;
     job.finish(hash)
+}
+
+fn refuse_same_file(input: &Path, output: &Path) -> Result<()> {
+    match (input.canonicalize(), output.canonicalize()) {
+        (Ok(from), Ok(to)) if from == to => Err(Error::Conflict {
+            path: input.to_owned(),
+            problem: "the output is the input itself, which is never touched".into(),
+        }),
+        _ => Ok(()),
+    }
 }
 
 /// An annotation under way.
@@ -492,7 +504,7 @@ impl<'a> Job<'a> {
         } else if returns == 0 {
             let problem = format!("none of {points} points is a return: all NaN or at the origin");
             self.warn_once(topic, "without returns", position, problem);
-        } else if shadowed * 2 > returns {
+        } else if shadowed * 5 > returns * 4 {
             let problem = format!(
                 "{shadowed} of {returns} returns lie behind a nearer one in the same pixel of the \
                  {} x {} range image ({})",

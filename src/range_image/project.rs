@@ -1,8 +1,8 @@
 //! Unorganised clouds: a row per beam, columns from the azimuth, nearest point wins.
 
-use std::f64::consts::{PI, TAU};
-
-use super::{NOWHERE, Projection, ProjectionParams, RangeImage, RowsFrom, Wrap, beams, columns};
+use super::{
+    NOWHERE, Projection, ProjectionParams, RangeImage, RowsFrom, Wrap, beams, columns::Columns,
+};
 use super::{azimuth, elevation};
 use crate::cloud::PointCloud;
 use crate::grid::Grid;
@@ -21,36 +21,28 @@ struct Rows {
 pub(super) fn project(cloud: &PointCloud, params: &ProjectionParams) -> RangeImage {
     let azimuths: Vec<f32> = (0..cloud.len()).map(|i| azimuth(cloud, i) as f32).collect();
     let rows = rows(cloud, &azimuths, params);
-    let column_count = params.columns.unwrap_or_else(|| {
-        if rows.projection == Projection::UniformElevation {
-            PAPER_COLUMNS
-        } else {
-            columns::count(cloud, &azimuths, &rows.of_point, rows.count).unwrap_or(PAPER_COLUMNS)
+    let columns = match (rows.projection, params.columns) {
+        (Projection::UniformElevation, given) => Columns::new(given.unwrap_or(PAPER_COLUMNS)),
+        (_, given) => {
+            let (row, count) = (&rows.of_point, rows.count);
+            Columns::of_beams(cloud, &azimuths, row, count, given, PAPER_COLUMNS)
         }
-    });
-
-    let pixel_of_point: Vec<u32> = (0..cloud.len())
-        .map(|point| {
-            if !cloud.is_return(point) {
-                return NOWHERE;
-            }
-            let column = column_of(azimuths[point], column_count);
-            (usize::from(rows.of_point[point]) * column_count + column) as u32
-        })
-        .collect();
+    };
+    let pixel = |point: usize| {
+        if !cloud.is_return(point) {
+            return NOWHERE;
+        }
+        let row = rows.of_point[point];
+        (usize::from(row) * columns.count + columns.of(azimuths[point], row)) as u32
+    };
+    let pixel_of_point: Vec<u32> = (0..cloud.len()).map(pixel).collect();
     RangeImage {
         projection: rows.projection,
         wraps: params.wrap != Wrap::Never,
         top_row_first: true,
-        point_of_pixel: nearest_points(cloud, &pixel_of_point, rows.count, column_count),
+        point_of_pixel: nearest_points(cloud, &pixel_of_point, rows.count, columns.count),
         pixel_of_point,
     }
-}
-
-/// Columns run clockwise seen from above, column 0 beginning behind the sensor (azimuth pi).
-fn column_of(azimuth: f32, columns: usize) -> usize {
-    let turned = (PI - f64::from(azimuth)) / TAU;
-    ((turned * columns as f64) as usize).min(columns - 1)
 }
 
 fn nearest_points(

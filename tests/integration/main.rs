@@ -1,5 +1,10 @@
 //! One binary for all integration tests.
 
+mod cli;
+mod examples;
+mod layers;
 mod oracle;
 mod partition;
+mod recordings;
 mod shared_data;
+mod simulated;

@@ -76,6 +76,7 @@ impl From<Compress> for Compression {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    crate::refuse_existing(&arguments.output, arguments.force)?;
     let (from_ns, to_ns) = window(arguments)?;
     let options = Options {
         method: arguments.method.method()?,

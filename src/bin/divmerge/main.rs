@@ -8,6 +8,7 @@ mod info;
 mod simulate;
 mod terminal;
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -60,8 +61,27 @@ fn main() -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Incomplete) => ExitCode::from(INCOMPLETE),
         Err(error) => {
-            eprintln!("error: {error:#}");
+            eprintln!("error: {}", told(&error));
             ExitCode::from(FAILED)
         }
     }
+}
+
+/// An error and its causes, each said once.
+fn told(error: &anyhow::Error) -> String {
+    let mut told = error.to_string();
+    for cause in error.chain().skip(1).map(ToString::to_string) {
+        if !told.contains(&cause) {
+            told += &format!(": {cause}");
+        }
+    }
+    told
+}
+
+/// Refuses to replace a file unless that was asked for.
+fn refuse_existing(output: &Path, force: bool) -> anyhow::Result<()> {
+    if !force && output.symlink_metadata().is_ok() {
+        anyhow::bail!("{} exists already; --force replaces it", output.display());
+    }
+    Ok(())
 }

@@ -48,6 +48,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    crate::refuse_existing(&arguments.output, arguments.force)?;
     let drive = Drive::new(arguments.sensor, arguments.scene, arguments.seed);
     let options = WriteOptions {
         compression: arguments.compression.into(),

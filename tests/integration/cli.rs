@@ -1,0 +1,198 @@
+//! The binary as a user meets it: output, exit codes, messages.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use crate::recordings::drive;
+
+fn divmerge(arguments: &[&str]) -> Output {
+    let program = env!("CARGO_BIN_EXE_divmerge");
+    Command::new(program)
+        .args(arguments)
+        .output()
+        .expect("the binary runs")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn path(path: &Path) -> &str {
+    path.to_str().expect("a path in UTF-8")
+}
+
+#[test]
+fn demo_ends_in_a_table_and_says_what_to_open() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let output = divmerge(&["demo", "--frames", "2", "--out", path(folder.path())]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let said = text(&output.stdout);
+    assert!(
+        said.contains("class") && said.contains("car") && said.contains("mean"),
+        "{said}"
+    );
+    assert!(
+        said.contains("Next:") && said.contains("annotated.mcap"),
+        "{said}"
+    );
+    assert!(folder.path().join("drive.mcap").exists());
+}
+
+#[test]
+fn simulate_is_deterministic() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let make = |name: &str, seed: &str| {
+        let file = folder.path().join(name);
+        let sensor = ["--sensor", "vlp-16", "--scene", "crowd", "--frames", "2"];
+        let mut arguments = vec!["simulate", "-o", path(&file), "--seed", seed];
+        arguments.extend(sensor);
+        let output = divmerge(&arguments);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        std::fs::read(&file).expect("bytes")
+    };
+    let first = make("a.mcap", "7");
+    assert!(first == make("b.mcap", "7"));
+    assert!(first != make("c.mcap", "8"));
+}
+
+#[test]
+fn annotate_prints_a_line_per_topic_or_json() {
+    let (folder, input) = drive(2);
+    let output = folder.path().join("out.mcap");
+    let arguments = ["annotate", path(&input), "-o", path(&output)];
+    let done = divmerge(&arguments);
+    assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
+    let said = text(&done.stdout);
+    assert!(said.contains("/lidar/points: 2 frames"), "{said}");
+    assert!(
+        said.contains("objects from field:label") && said.contains("not an object"),
+        "{said}"
+    );
+
+    let refused = divmerge(&arguments);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(
+        text(&refused.stderr).contains("--force"),
+        "{}",
+        text(&refused.stderr)
+    );
+
+    let mut arguments = arguments.to_vec();
+    arguments.extend([
+        "--force",
+        "--json",
+        "--semantics",
+        "ground",
+        "--preset",
+        "paper",
+    ]);
+    arguments.extend([
+        "--voxel",
+        "0.2",
+        "--bev",
+        "off",
+        "--min-points",
+        "5",
+        "--gap-rows",
+        "2",
+    ]);
+    let done = divmerge(&arguments);
+    assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&done.stdout).expect("JSON");
+    let topic = &report["topics"]["/lidar/points"];
+    assert_eq!(topic["frames"], 2);
+    assert_eq!(topic["semantics"]["ground"], 2);
+    assert!(topic["reasons"]["too small"].as_u64() > Some(0), "{topic}");
+    assert!(topic["divide_ms"].is_number(), "{topic}");
+}
+
+#[test]
+fn info_shows_geometry_and_what_auto_would_choose() {
+    let (_folder, input) = drive(1);
+    let output = divmerge(&["info", path(&input)]);
+    assert_eq!(output.status.code(), Some(0));
+    let said = text(&output.stdout);
+    assert!(said.contains("range image 16 x 1800 (ring field"), "{said}");
+    assert!(said.contains("--semantics auto: field:label"), "{said}");
+    assert!(said.contains("/tf"), "{said}");
+    let output = divmerge(&["info", "--json", path(&input)]);
+    let info: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(info["topics"][0]["cloud"]["rows"], 16);
+}
+
+#[test]
+fn wrong_usage_exits_with_2() {
+    for arguments in [
+        &["annotate"][..],
+        &["annotate", "x.mcap"],
+        &["annotate", "x", "-o", "y", "--voxel", "0"],
+        &["annotate", "x", "-o", "y", "--voxel", "nan"],
+        &["annotate", "x", "-o", "y", "--angle", "90"],
+        &["annotate", "x", "-o", "y", "--gap-rows", "0"],
+        &["annotate", "x", "-o", "y", "--semantics", "guess"],
+        &["annotate", "x", "-o", "y", "--semantics", "field:"],
+        &["annotate", "x", "-o", "y", "--preset", "worst"],
+        &["annotate", "x", "-o", "y", "--from", "noon"],
+        &["simulate", "--sensor", "kinect"],
+        &["paint"],
+    ] {
+        let output = divmerge(arguments);
+        assert_eq!(
+            output.status.code(),
+            Some(2),
+            "{arguments:?}: {}",
+            text(&output.stderr)
+        );
+    }
+}
+
+#[test]
+fn failures_exit_with_1_and_name_the_file() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let output = path(&folder.path().join("out.mcap")).to_owned();
+    for input in ["/no/such/file.mcap", path(folder.path())] {
+        let failed = divmerge(&["annotate", input, "-o", &output]);
+        assert_eq!(failed.status.code(), Some(1));
+        assert!(
+            text(&failed.stderr).contains(input),
+            "{}",
+            text(&failed.stderr)
+        );
+    }
+    let (_drive, input) = drive(1);
+    let failed = divmerge(&["annotate", path(&input), "-o", "/no/such/folder/out.mcap"]);
+    assert_eq!(failed.status.code(), Some(1));
+    assert!(
+        text(&failed.stderr).contains("/no/such/folder"),
+        "{}",
+        text(&failed.stderr)
+    );
+    assert_eq!(std::fs::read_dir(folder.path()).expect("folder").count(), 0);
+}
+
+#[test]
+fn a_cut_off_recording_exits_with_3() {
+    let (folder, input) = drive(6);
+    let bytes = std::fs::read(&input).expect("bytes");
+    std::fs::write(&input, &bytes[..bytes.len() / 2]).expect("written");
+    let output = folder.path().join("out.mcap");
+    let done = divmerge(&["annotate", path(&input), "-o", path(&output)]);
+    assert_eq!(done.status.code(), Some(3), "{}", text(&done.stderr));
+    let said = text(&done.stderr);
+    assert!(
+        said.contains("cut off") && said.contains("drive.mcap"),
+        "{said}"
+    );
+    assert!(output.exists());
+}
+
+#[test]
+fn completions_for_every_shell() {
+    for shell in ["bash", "zsh", "fish"] {
+        let output = divmerge(&["completions", shell]);
+        assert!(
+            output.status.success() && text(&output.stdout).contains("annotate"),
+            "{shell}"
+        );
+    }
+}

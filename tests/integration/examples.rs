@@ -1,0 +1,39 @@
+//! The examples build with the tests (cargo does that) and do what they say.
+
+use std::process::Command;
+
+use crate::shared_data::shared_data;
+
+fn example(name: &str, arguments: &[&str]) -> std::process::Output {
+    let mut folder = std::env::current_exe().expect("test binary");
+    folder.pop();
+    folder.pop();
+    let program = folder.join("examples").join(name);
+    Command::new(&program)
+        .args(arguments)
+        .output()
+        .unwrap_or_else(|error| {
+            panic!(
+                "{}: {error} (run `cargo test`, which builds examples)",
+                program.display()
+            )
+        })
+}
+
+#[test]
+fn cluster_one_cloud() {
+    let output = example("01_cluster_one_cloud", &[]);
+    assert!(output.status.success(), "{output:?}");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains("car"), "{text}");
+}
+
+#[test]
+fn score_semantic_kitti() {
+    let Some(data) = shared_data() else { return };
+    let root = data.join("semantickitti");
+    let output = example("02_score_semantic_kitti", &[&root.to_string_lossy(), "03"]);
+    assert!(output.status.success(), "{output:?}");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains("best"), "{text}");
+}

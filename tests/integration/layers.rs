@@ -1,0 +1,119 @@
+//! The arrows between modules point down only (docs/architecture.md), and dependencies stay in their
+//! rooms.
+
+use std::path::{Path, PathBuf};
+
+/// Modules from the bottom up: each may use those in the rows above it and, unless it is alone in its
+/// row, none beside it.
+const LAYERS: &[&[&str]] = &[
+    &["error"],
+    &["grid", "cloud", "footprint", "palette", "taxonomy"],
+    &["instances"],
+    &["simulate", "evaluate"],
+    &["range_image"],
+    &["semantics"],
+    &["cluster"],
+    &["pipeline"],
+    &["io"],
+    &["annotate"],
+];
+
+/// Which dependencies may be named where.
+const ROOMS: &[(&str, &[&str])] = &[
+    ("mcap", &["io", "error"]),
+    ("clap", &["bin"]),
+    ("anyhow", &["bin"]),
+    ("indicatif", &["bin"]),
+    ("serde_saphyr", &["taxonomy"]),
+    ("rand_pcg", &["simulate"]),
+    ("sha2", &["io"]),
+    ("tempfile", &["io"]),
+];
+
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("src") {
+        let path = entry.expect("entry").path();
+        if path.is_dir() {
+            sources(&path, found);
+        } else if path.extension().is_some_and(|end| end == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+/// Every source file with its top-level module and its text without comments.
+fn modules() -> Vec<(PathBuf, String, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut files = Vec::new();
+    sources(&root, &mut files);
+    let module = |file: &Path| {
+        let inside = file.strip_prefix(&root).expect("below src");
+        let first = inside.components().next().expect("a name");
+        first
+            .as_os_str()
+            .to_string_lossy()
+            .trim_end_matches(".rs")
+            .to_owned()
+    };
+    let code = |file: &Path| {
+        let text = std::fs::read_to_string(file).expect("source");
+        let lines = text
+            .lines()
+            .filter(|line| !line.trim_start().starts_with("//"));
+        lines.collect::<Vec<_>>().join("\n")
+    };
+    files
+        .iter()
+        .map(|file| (file.clone(), module(file), code(file)))
+        .collect()
+}
+
+fn layer(module: &str) -> Option<usize> {
+    LAYERS.iter().position(|layer| layer.contains(&module))
+}
+
+#[test]
+fn arrows_point_down_only() {
+    let mut checked = 0;
+    for (file, module, code) in modules() {
+        if module == "bin" || module == "lib" {
+            continue;
+        }
+        let own = layer(&module).unwrap_or_else(|| panic!("{module} has no layer"));
+        for used in code.split("crate::").skip(1) {
+            let used = used.trim_start_matches('{');
+            let name: String = used
+                .chars()
+                .take_while(|c| c.is_ascii_alphanumeric() || *c == '_')
+                .collect();
+            let Some(other) = layer(&name).filter(|_| name != module) else {
+                continue;
+            };
+            checked += 1;
+            assert!(
+                other < own,
+                "{}: {module} may not use {name}",
+                file.display()
+            );
+        }
+    }
+    assert!(
+        checked > 30,
+        "only {checked} uses found: the scan is broken"
+    );
+}
+
+#[test]
+fn dependencies_stay_in_their_rooms() {
+    for (file, module, code) in modules() {
+        for (dependency, rooms) in ROOMS {
+            let named = code.contains(&format!("{dependency}::"));
+            let allowed = rooms.contains(&module.as_str());
+            assert!(
+                !named || allowed,
+                "{}: {dependency} is named in {module}",
+                file.display()
+            );
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! Properties of the whole pipeline on simulated sweeps.
+
+use divmerge::pipeline::{self, Config};
+use divmerge::semantics::{GroundParams, MaskSource};
+use divmerge::simulate::{Drive, Frame, Scene, Sensor};
+use divmerge::{PointCloud, Taxonomy};
+
+fn frame(sensor: Sensor) -> Frame {
+    Drive::new(sensor, Scene::Parking, 3).frame(2)
+}
+
+/// The cloud with its points in another order.
+fn permuted(cloud: &PointCloud, order: &[usize]) -> PointCloud {
+    let pick = |column: &[f32]| order.iter().map(|&i| column[i]).collect::<Vec<_>>();
+    let pick_u16 = |column: &Option<Vec<u16>>| {
+        column
+            .as_ref()
+            .map(|column| order.iter().map(|&i| column[i]).collect())
+    };
+    PointCloud {
+        x: pick(&cloud.x),
+        y: pick(&cloud.y),
+        z: pick(&cloud.z),
+        ring: pick_u16(&cloud.ring),
+        class: pick_u16(&cloud.class),
+        ..cloud.clone()
+    }
+}
+
+#[test]
+fn permuting_the_points_leaves_the_partition() {
+    let cloud = frame(Sensor::Vlp16).cloud;
+    // A fixed scramble: multiply by a number prime to the length.
+    let stride = (1..)
+        .map(|k| 7919 + k)
+        .find(|s| !cloud.len().is_multiple_of(*s))
+        .expect("one");
+    let mut order: Vec<usize> = (0..cloud.len()).collect();
+    order.sort_by_key(|&i| (i * stride) % 1_000_003);
+    let shuffled = permuted(&cloud, &order);
+    let taxonomy = Taxonomy::semantic_kitti();
+    let ground = GroundParams::default();
+    for mask in [
+        MaskSource::Classes(&taxonomy),
+        MaskSource::NotGround(&ground),
+        MaskSource::All,
+    ] {
+        for config in [Config::paper(), Config::best()] {
+            let before = pipeline::run(&cloud, mask, &config).labels;
+            let after = pipeline::run(&shuffled, mask, &config).labels;
+            let moved = (0..cloud.len()).filter(|&i| {
+                let from = order[i];
+                after.instance[i] != before.instance[from] || after.reason[i] != before.reason[from]
+            });
+            assert_eq!(moved.count(), 0, "{} with {mask:?}", config.preset);
+        }
+    }
+}
+
+#[test]
+fn every_sensor_is_recognised() {
+    use divmerge::range_image::{Projection, ProjectionParams, RangeImage};
+    let expected = [
+        (Sensor::Hdl64e, 64, Projection::Ring),
+        (Sensor::Vlp16, 16, Projection::Ring),
+        (Sensor::Os1_128, 128, Projection::Organised),
+    ];
+    for (sensor, rows, projection) in expected {
+        let mut cloud = frame(sensor).cloud;
+        let image = RangeImage::new(&cloud, &ProjectionParams::default());
+        assert_eq!(
+            (image.rows(), image.projection),
+            (rows, projection),
+            "{sensor}"
+        );
+        let columns = sensor.columns();
+        assert!(
+            image.columns().abs_diff(columns) <= columns / 50,
+            "{sensor}: {}",
+            image.columns()
+        );
+        assert!(image.wraps && image.top_row_first, "{sensor}");
+        if sensor != Sensor::Os1_128 {
+            let shadowed = image.shadowed_count();
+            assert!(
+                shadowed * 12 < cloud.len(),
+                "{sensor}: {shadowed} of {} shadowed",
+                cloud.len()
+            );
+            cloud.ring = None;
+            let without_ring = RangeImage::new(&cloud, &ProjectionParams::default());
+            assert_eq!(without_ring.rows(), rows, "{sensor} without a ring field");
+        }
+    }
+}
+
+#[test]
+fn a_ring_field_may_ascend_or_descend() {
+    use divmerge::range_image::{ProjectionParams, RangeImage};
+    let cloud = frame(Sensor::Vlp16).cloud;
+    let mut reversed = cloud.clone();
+    let highest = 15;
+    reversed.ring = cloud
+        .ring
+        .map(|ring| ring.iter().map(|ring| highest - ring).collect());
+    let cloud = frame(Sensor::Vlp16).cloud;
+    let params = ProjectionParams::default();
+    assert_eq!(
+        RangeImage::new(&cloud, &params),
+        RangeImage::new(&reversed, &params)
+    );
+}
+
+#[test]
+fn best_beats_paper_on_simulated_scenes() {
+    use divmerge::evaluate::panoptic::{MIN_POINTS, Panoptic};
+    let taxonomy = Taxonomy::semantic_kitti();
+    let class_of = taxonomy.lookup();
+    let classes = taxonomy.classes();
+    let quality = |config: &Config| {
+        let ignored = |class: usize| classes[class].is_ignored;
+        let mut scores = Panoptic::new(classes.len(), ignored, MIN_POINTS);
+        for scene in Scene::ALL {
+            let frame = Drive::new(Sensor::Vlp16, scene, 5).frame(10);
+            let stages = pipeline::run(&frame.cloud, MaskSource::Classes(&taxonomy), config);
+            let fold = |raw: &[u16]| {
+                raw.iter()
+                    .map(|&r| class_of[r as usize])
+                    .collect::<Vec<_>>()
+            };
+            let truth = fold(frame.cloud.class.as_ref().expect("classes"));
+            let ids: Vec<u32> = frame
+                .true_instance
+                .iter()
+                .map(|&id| u32::from(id))
+                .collect();
+            scores.add(
+                &fold(&stages.labels.semantic),
+                &stages.labels.instance,
+                &truth,
+                &ids,
+            );
+        }
+        let things = |class: usize| classes[class].is_thing && scores.true_points(class) >= 50;
+        scores.mean(things).pq
+    };
+    let (paper, best) = (quality(&Config::paper()), quality(&Config::best()));
+    assert!(best > paper, "best {best:.3}, paper {paper:.3}");
+}
