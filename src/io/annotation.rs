@@ -1,5 +1,6 @@
 //! The annotated cloud: every byte of the input's points, and behind each its labels and colour.
 
+use super::cdr::ByteOrder;
 use super::point_cloud2::{Datatype, PointCloud2, PointField, malformed};
 use crate::error::{Error, Result};
 use crate::palette::{instance_colour, reason_colour};
@@ -60,25 +61,38 @@ pub fn annotated_cloud(
 }
 
 fn append_points(cloud: &PointCloud2, annotation: &PointAnnotation, out: &mut Vec<u8>) {
-    let order = cloud.data_order();
     let labels = (annotation.instance.iter().zip(annotation.component))
         .zip(annotation.semantic.iter().zip(annotation.reason));
-    for (point, ((&instance, &component), (&semantic, &reason))) in cloud.points().zip(labels) {
-        let [red, green, blue] = match instance {
-            0 => reason_colour(reason),
-            id => instance_colour(id),
-        };
-        let mut tail = [0; ANNOTATION_LEN as usize];
-        tail[0..4].copy_from_slice(&order.put_u32(instance));
-        tail[4..8].copy_from_slice(&order.put_u32(component));
-        tail[8..10].copy_from_slice(&order.put_u16(semantic));
-        tail[10] = reason;
-        let (argb, rgba) = ([0xff, red, green, blue], [red, green, blue, 0xff]);
-        tail[12..16].copy_from_slice(&order.put_u32(u32::from_be_bytes(argb)));
-        tail[16..20].copy_from_slice(&order.put_u32(u32::from_be_bytes(rgba)));
-        out.extend_from_slice(point);
-        out.extend_from_slice(&tail);
-    }
+    let order = cloud.data_order();
+    cloud.points().zip(labels).for_each(
+        |(point, ((&instance, &component), (&semantic, &reason)))| {
+            out.extend_from_slice(point);
+            out.extend_from_slice(&tail(order, instance, component, semantic, reason));
+        },
+    );
+}
+
+#[inline]
+fn tail(
+    order: ByteOrder,
+    instance: u32,
+    component: u32,
+    semantic: u16,
+    reason: u8,
+) -> [u8; ANNOTATION_LEN as usize] {
+    let [red, green, blue] = match instance {
+        0 => reason_colour(reason),
+        id => instance_colour(id),
+    };
+    let (argb, rgba) = ([0xff, red, green, blue], [red, green, blue, 0xff]);
+    let mut tail = [0; ANNOTATION_LEN as usize];
+    tail[0..4].copy_from_slice(&order.put_u32(instance));
+    tail[4..8].copy_from_slice(&order.put_u32(component));
+    tail[8..10].copy_from_slice(&order.put_u16(semantic));
+    tail[10] = reason;
+    tail[12..16].copy_from_slice(&order.put_u32(u32::from_be_bytes(argb)));
+    tail[16..20].copy_from_slice(&order.put_u32(u32::from_be_bytes(rgba)));
+    tail
 }
 
 fn check(cloud: &PointCloud2, annotation: &PointAnnotation) -> Result<()> {
@@ -140,7 +154,6 @@ fn head_bound(cloud: &PointCloud2, fields: &[PointField]) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::super::cdr::ByteOrder;
     use super::super::point_cloud2::tests::{cloud, field, xyz};
     use super::*;
 

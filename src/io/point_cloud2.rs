@@ -231,10 +231,15 @@ impl<'a> PointCloud2<'a> {
     /// The bytes of each point, row by row.
     pub fn points(&self) -> impl Iterator<Item = &[u8]> {
         let step = (self.point_step as usize).max(1);
-        let row_len = self.width as usize * self.point_step as usize;
+        self.rows().flat_map(move |row| row.chunks_exact(step))
+    }
+
+    /// The bytes of each row's points, without what is behind them.
+    fn rows(&self) -> impl Iterator<Item = &[u8]> {
+        let packed = self.width as usize * self.point_step as usize;
         self.data
             .chunks_exact(self.row_stride().max(1))
-            .flat_map(move |row| row[..row_len].chunks_exact(step))
+            .map(move |row| &row[..packed])
     }
 
     /// The field of a name.
@@ -308,11 +313,16 @@ impl<'a> PointCloud2<'a> {
             return Ok([x?, y?, z?]);
         }
         let [i, j, k] = fields.map(|field| field.offset as usize);
+        let (step, width) = (self.point_step as usize, self.width as usize);
         let mut columns = [(); 3].map(|()| vec![0.0; self.point_count()]);
-        let [x, y, z] = &mut columns;
-        let places = x.iter_mut().zip(y).zip(z);
-        for (point, ((x, y), z)) in self.points().zip(places) {
-            (*x, *y, *z) = (f32_le(point, i), f32_le(point, j), f32_le(point, k));
+        let [x, y, z] = columns
+            .each_mut()
+            .map(|column| column.chunks_exact_mut(width));
+        for (row, ((x, y), z)) in self.rows().zip(x.zip(y).zip(z)) {
+            let places = x.iter_mut().zip(y).zip(z);
+            for (point, ((x, y), z)) in row.chunks_exact(step).zip(places) {
+                (*x, *y, *z) = (f32_le(point, i), f32_le(point, j), f32_le(point, k));
+            }
         }
         Ok(columns)
     }
@@ -338,13 +348,16 @@ impl<'a> PointCloud2<'a> {
     fn column<T>(&self, name: &str, convert: impl Fn(f64) -> T) -> Result<Vec<T>> {
         let field = self.readable(name)?;
         let (order, at) = (self.data_order(), field.offset as usize);
+        let step = (self.point_step as usize).max(1);
         let mut column = Vec::with_capacity(self.point_count());
         macro_rules! read {
             ($get:ident) => {
-                column.extend(
-                    self.points()
-                        .map(|point| convert(order.$get(take(point, at)).into())),
-                )
+                for row in self.rows() {
+                    let numbers = row
+                        .chunks_exact(step)
+                        .map(|point| order.$get(take(point, at)));
+                    column.extend(numbers.map(|number| convert(number.into())));
+                }
             };
         }
         match field.datatype {

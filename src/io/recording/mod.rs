@@ -6,6 +6,7 @@
 //! of the recording beyond the index that the format itself asks for.
 
 mod chunk;
+mod index;
 mod overview;
 mod reader;
 mod record;

@@ -1,16 +1,20 @@
 //! Reading a recording from front to back.
 
+mod batch;
+mod summary;
+
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::ops::Range;
 use std::path::Path;
 
-use mcap::records::{self, AttachmentHeader, Channel, MessageHeader, op};
+use mcap::records::{self, Channel, op};
 
+use self::batch::{Batch, Found};
+use self::summary::Summary;
 use super::chunk;
-use super::overview;
-use super::record::{Position, Record, Schema};
-use super::scan::{Fields, HEAD_LEN, MAX_RECORD, Source};
+use super::index;
+use super::record::{Record, Schema};
+use super::scan::{HEAD_LEN, MAX_RECORD, Source};
 use super::words::{crc_mismatch, record_name};
 use crate::error::{Error, Result};
 
@@ -45,38 +49,12 @@ enum Section {
     End,
 }
 
-/// Records that are in memory with their heads: those of a chunk, or one that was outside.
-#[derive(Default)]
-struct Batch {
-    bytes: Vec<u8>,
-    next: usize,
-    offset: u64,
-    in_chunk: bool,
-    messages: u32,
-}
-
-/// What the end of the file says, held back until its checksum has been checked.
-#[derive(Default)]
-struct Summary {
-    start: u64,
-    schemas: BTreeMap<u16, Schema>,
-    channels: BTreeMap<u16, Channel>,
-    statistics: Option<records::Statistics>,
-}
-
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Counts {
     pub(super) messages: u64,
     pub(super) chunks: u64,
     pub(super) attachments: u64,
     pub(super) metadata: u64,
-}
-
-/// A record of the batch; messages and private records stay there.
-enum Found {
-    Owned(Record<'static>),
-    Message(MessageHeader, Range<usize>, Position),
-    Private(u8, Range<usize>),
 }
 
 impl RecordingReader {
@@ -133,9 +111,11 @@ impl RecordingReader {
     /// [`Record::Truncated`].
     ///
     /// # Errors
-    /// [`Error::Recording`] with the place and what is wrong there, [`Error::Io`].
+    /// [`Error::Recording`] with the place and what is wrong there, [`Error::Io`]. Nothing is given
+    /// after an error.
     pub fn next_record(&mut self) -> Result<Option<Record<'_>>> {
-        let Some(found) = self.find()? else {
+        let found = self.find().inspect_err(|_| self.end())?;
+        let Some(found) = found else {
             return Ok(None);
         };
         Ok(Some(match found {
@@ -159,6 +139,12 @@ impl RecordingReader {
     /// [`Error::Io`].
     pub fn finish(self) -> Result<String> {
         self.source.finish()
+    }
+
+    fn end(&mut self) {
+        self.section = Section::End;
+        self.batch.bytes.clear();
+        self.waiting.clear();
     }
 
     fn find(&mut self) -> Result<Option<Found>> {
@@ -336,131 +322,6 @@ impl RecordingReader {
         Ok(())
     }
 
-    fn take_summary(&mut self, offset: u64, opcode: u8) -> Result<()> {
-        match self.parse(offset, opcode)? {
-            records::Record::Schema { header, data } => {
-                let schema = owned_schema(header, &data);
-                let is_new = self.is_new_schema(offset, &schema)?;
-                let new = is_new.then_some((schema.id, schema));
-                self.summary.schemas.extend(new);
-            }
-            records::Record::Channel(channel) => {
-                let is_new = self.is_new_channel(offset, &channel)?;
-                let new = is_new.then_some((channel.id, channel));
-                self.summary.channels.extend(new);
-            }
-            records::Record::Statistics(statistics) => {
-                self.summary.statistics = Some(statistics);
-            }
-            _ => {}
-        }
-        Ok(())
-    }
-
-    fn take_footer(&mut self, offset: u64) -> Result<()> {
-        let records::Record::Footer(footer) = self.parse(offset, op::FOOTER)? else {
-            return Ok(());
-        };
-        let (stored, computed) = (footer.summary_crc, self.crc.clone().finalize());
-        if stored != 0 && stored != computed {
-            let problem = crc_mismatch("summary section", stored, computed);
-            return Err(self.source.damage(offset, problem));
-        }
-        if footer.summary_start != 0 && footer.summary_start != self.summary.start {
-            let problem = format!(
-                "the footer says that the summary starts at byte {}, but it starts at {}",
-                footer.summary_start, self.summary.start
-            );
-            return Err(self.source.damage(offset, problem));
-        }
-        self.give_summary(offset);
-        self.section = Section::End;
-        self.check_end()
-    }
-
-    /// Gives what only the summary has, and compares its counts with what was read.
-    fn give_summary(&mut self, offset: u64) {
-        let Summary {
-            schemas,
-            channels,
-            statistics,
-            ..
-        } = std::mem::take(&mut self.summary);
-        for schema in schemas.into_values() {
-            self.schemas.insert(schema.id, schema.clone());
-            self.waiting.push_back(Record::Schema(schema));
-        }
-        for channel in channels.into_values() {
-            if channel.schema_id == 0 || self.schemas.contains_key(&channel.schema_id) {
-                self.waiting.push_back(Record::Channel(channel));
-            } else {
-                let problem = unknown_schema(&channel);
-                self.waiting.push_back(Record::Damaged { offset, problem });
-            }
-        }
-        let Some(statistics) = statistics else {
-            return;
-        };
-        let counted = self.counts;
-        let pairs = [
-            ("messages", statistics.message_count, counted.messages),
-            (
-                "attachments",
-                statistics.attachment_count.into(),
-                counted.attachments,
-            ),
-            (
-                "metadata records",
-                statistics.metadata_count.into(),
-                counted.metadata,
-            ),
-        ];
-        for (what, said, found) in pairs.into_iter().filter(|(_, said, found)| said != found) {
-            let problem = format!("the summary counts {said} {what}, the file has {found}");
-            self.waiting.push_back(Record::Damaged { offset, problem });
-        }
-    }
-
-    /// Ends at damage in the summary. What only the summary had cannot be trusted and is left out.
-    fn give_up_summary(&mut self, offset: u64, problem: String) {
-        let problem = format!(
-            "the summary at the end of the file is damaged ({problem}); the messages are not \
-             affected, but what stands only in the summary is left out"
-        );
-        self.waiting.push_back(Record::Damaged { offset, problem });
-        self.batch.bytes.clear();
-        self.section = Section::End;
-    }
-
-    /// Looks at what is behind the footer.
-    fn check_end(&mut self) -> Result<()> {
-        let offset = self.source.offset;
-        let mut end = Vec::new();
-        let length = self.source.remaining().min(mcap::MAGIC.len() as u64);
-        self.source.read(length, &mut end)?;
-        let more = self.source.remaining();
-        let (offset, problem) = match (end == mcap::MAGIC, more) {
-            (true, 0) => return Ok(()),
-            (true, _) => (
-                self.source.offset,
-                format!("{more} bytes behind the end of the recording"),
-            ),
-            (false, 0) => {
-                let problem = "the file is cut off in the eight bytes that close a recording";
-                let problem = problem.to_owned();
-                self.waiting
-                    .push_back(Record::Truncated { offset, problem });
-                return Ok(());
-            }
-            (false, _) => (
-                offset,
-                "the footer is not followed by the end of the file".to_owned(),
-            ),
-        };
-        self.waiting.push_back(Record::Damaged { offset, problem });
-        Ok(())
-    }
-
     /// No record follows although the footer has not come.
     fn run_out(&mut self, offset: u64, left: u64, cut: &str) -> Result<()> {
         if self.source.is_complete {
@@ -503,146 +364,6 @@ impl RecordingReader {
         self.section = Section::End;
     }
 
-    fn open_batch(&mut self, offset: u64, in_chunk: bool) {
-        self.batch.next = 0;
-        self.batch.offset = offset;
-        self.batch.in_chunk = in_chunk;
-        self.batch.messages = 0;
-    }
-
-    /// Takes the next record of the batch, whose records are known to be whole.
-    fn next_of_batch(&mut self) -> Result<Option<Found>> {
-        let offset = self.batch.offset;
-        let rest = &self.batch.bytes[self.batch.next..];
-        let (opcode, length) = chunk::split_head(rest).unwrap_or_default();
-        let start = self.batch.next + HEAD_LEN;
-        let place = start..start + length as usize;
-        self.batch.next = place.end;
-        let body = &self.batch.bytes[place.clone()];
-        match opcode {
-            op::MESSAGE => {
-                let Some(header) = message_header(body) else {
-                    return Err(self.unreadable(offset, opcode));
-                };
-                self.found_message(header, place).map(Some)
-            }
-            op::SCHEMA | op::CHANNEL => self.found_definition(opcode, place),
-            op::ATTACHMENT if !self.batch.in_chunk => {
-                self.counts.attachments += 1;
-                let record =
-                    attachment(body).map_err(|problem| self.source.damage(offset, problem))?;
-                Ok(Some(Found::Owned(record)))
-            }
-            op::METADATA if !self.batch.in_chunk => {
-                self.counts.metadata += 1;
-                match mcap::parse_record(opcode, body) {
-                    Ok(records::Record::Metadata(metadata)) => {
-                        Ok(Some(Found::Owned(Record::Metadata(metadata))))
-                    }
-                    _ => Err(self.unreadable(offset, opcode)),
-                }
-            }
-            0x80.. => Ok(Some(Found::Private(opcode, place))),
-            0x10.. => Ok(Some(Found::Owned(Record::Damaged {
-                offset,
-                problem: format!(
-                    "a record of {length} bytes with opcode {opcode:#04x}, which this version of \
-                     the format does not know, is left out"
-                ),
-            }))),
-            _ => Err(self.source.damage(
-                offset,
-                format!(
-                    "{} (opcode {opcode:#04x}) inside a chunk",
-                    record_name(opcode)
-                ),
-            )),
-        }
-    }
-
-    fn found_message(&mut self, header: MessageHeader, place: Range<usize>) -> Result<Found> {
-        const HEADER_LEN: usize = 2 + 4 + 8 + 8;
-        let offset = self.batch.offset;
-        if !self.channels.contains_key(&header.channel_id) {
-            return Err(self.source.damage(
-                offset,
-                format!(
-                    "a message (sequence {}, log time {} ns) of channel {}, which has not been \
-                     defined",
-                    header.sequence, header.log_time, header.channel_id
-                ),
-            ));
-        }
-        let position = Position {
-            chunk_offset: offset,
-            index_in_chunk: self.batch.messages,
-        };
-        self.batch.messages += 1;
-        self.counts.messages += 1;
-        let data = place.start + HEADER_LEN..place.end;
-        Ok(Found::Message(header, data, position))
-    }
-
-    fn found_definition(&mut self, opcode: u8, place: Range<usize>) -> Result<Option<Found>> {
-        let offset = self.batch.offset;
-        match mcap::parse_record(opcode, &self.batch.bytes[place]) {
-            Ok(records::Record::Schema { header, data }) => {
-                let schema = owned_schema(header, &data);
-                if !self.is_new_schema(offset, &schema)? {
-                    return Ok(None);
-                }
-                self.schemas.insert(schema.id, schema.clone());
-                Ok(Some(Found::Owned(Record::Schema(schema))))
-            }
-            Ok(records::Record::Channel(channel)) => {
-                if !self.is_new_channel(offset, &channel)? {
-                    return Ok(None);
-                }
-                if channel.schema_id != 0 && !self.schemas.contains_key(&channel.schema_id) {
-                    return Err(self.source.damage(offset, unknown_schema(&channel)));
-                }
-                self.channels.insert(channel.id, channel.clone());
-                Ok(Some(Found::Owned(Record::Channel(channel))))
-            }
-            _ => Err(self.unreadable(offset, opcode)),
-        }
-    }
-
-    fn is_new_schema(&self, offset: u64, schema: &Schema) -> Result<bool> {
-        if schema.id == 0 {
-            let problem = format!(
-                "schema `{}` has the id 0, which means no schema",
-                schema.name
-            );
-            return Err(self.source.damage(offset, problem));
-        }
-        match self.schemas.get(&schema.id) {
-            None => Ok(true),
-            Some(known) if known == schema => Ok(false),
-            Some(known) => Err(self.source.damage(
-                offset,
-                format!(
-                    "schema {} is defined twice, as `{}` and differently as `{}`",
-                    schema.id, known.name, schema.name
-                ),
-            )),
-        }
-    }
-
-    fn is_new_channel(&self, offset: u64, channel: &Channel) -> Result<bool> {
-        match self.channels.get(&channel.id) {
-            None => Ok(true),
-            Some(known) if known == channel => Ok(false),
-            Some(known) => Err(self.source.damage(
-                offset,
-                format!(
-                    "channel {} is defined twice, as `{}` and differently as `{}`",
-                    channel.id, known.topic, channel.topic
-                ),
-            )),
-        }
-    }
-
     fn parse(&self, offset: u64, opcode: u8) -> Result<records::Record<'_>> {
         mcap::parse_record(opcode, &self.body).map_err(|_| self.unreadable(offset, opcode))
     }
@@ -654,7 +375,7 @@ impl RecordingReader {
 
     /// Topics of the messages in a damaged chunk, if the index still tells.
     fn topics_of(&self, chunk_offset: u64) -> String {
-        match overview::topics_of_chunk(&self.source.path, self.source.size, chunk_offset) {
+        match index::topics_of_chunk(&self.source.path, self.source.size, chunk_offset) {
             Some(topics) if !topics.is_empty() => {
                 let topics: Vec<String> = topics.into_iter().collect();
                 format!("; the chunk holds messages of {}", topics.join(", "))
@@ -662,56 +383,4 @@ impl RecordingReader {
             _ => String::new(),
         }
     }
-}
-
-fn message_header(body: &[u8]) -> Option<MessageHeader> {
-    let mut fields = Fields(body);
-    Some(MessageHeader {
-        channel_id: fields.u16()?,
-        sequence: fields.u32()?,
-        log_time: fields.u64()?,
-        publish_time: fields.u64()?,
-    })
-}
-
-fn attachment(body: &[u8]) -> std::result::Result<Record<'static>, String> {
-    let mut fields = Fields(body);
-    let mut parse = || {
-        let header = AttachmentHeader {
-            log_time: fields.u64()?,
-            create_time: fields.u64()?,
-            name: fields.str()?.to_owned(),
-            media_type: fields.str()?.to_owned(),
-        };
-        let length = fields.u64()?;
-        let data = fields.bytes(length)?;
-        let covered = body.len() - fields.0.len();
-        Some((header, data, &body[..covered], fields.u32()?))
-    };
-    let (header, data, covered, stored) = parse().ok_or("an attachment record cannot be parsed")?;
-    let computed = crc32fast::hash(covered);
-    if stored != 0 && stored != computed {
-        let what = format!("attachment `{}`:", header.name);
-        return Err(crc_mismatch(&what, stored, computed));
-    }
-    Ok(Record::Attachment {
-        header,
-        data: Cow::Owned(data.to_vec()),
-    })
-}
-
-fn owned_schema(header: records::SchemaHeader, data: &[u8]) -> Schema {
-    Schema {
-        id: header.id,
-        name: header.name,
-        encoding: header.encoding,
-        data: data.to_vec(),
-    }
-}
-
-fn unknown_schema(channel: &Channel) -> String {
-    format!(
-        "channel {} (`{}`) has schema {}, which has not been defined",
-        channel.id, channel.topic, channel.schema_id
-    )
 }

@@ -31,7 +31,6 @@ pub struct Position {
 /// Bookkeeping of the container (indexes, statistics, offsets) is checked but not given; a writer
 /// makes its own. Schemas and channels that are repeated are given once.
 #[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
 pub enum Record<'a> {
     /// The first record.
     Header {

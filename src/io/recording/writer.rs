@@ -61,7 +61,9 @@ impl RecordingWriter {
     /// [`Error::Io`] if the folder cannot be written to, or if the output exists and may not be
     /// replaced.
     pub fn create(output: &Path, options: &WriteOptions) -> Result<Self> {
-        if !options.force && output.symlink_metadata().is_ok() {
+        if let Ok(existing) = output.symlink_metadata()
+            && !(options.force && existing.is_file())
+        {
             return Err(exists(output));
         }
         let (file, partial) = create_partial(output).map_err(at(output))?;
@@ -222,15 +224,8 @@ impl RecordingWriter {
         let file = buffer.get_ref();
         file.sync_all().map_err(at(&output))?;
         let size = file.metadata().map_err(at(&output))?.len();
-        let persisted = match self.force {
-            true => self.partial.persist(&output),
-            false => self.partial.persist_noclobber(&output),
-        };
-        match persisted {
-            Ok(()) => Ok(size),
-            Err(error) if error.error.kind() == ErrorKind::AlreadyExists => Err(exists(&output)),
-            Err(error) => Err(at(&output)(error.error)),
-        }
+        put(self.partial, &output, self.force)?;
+        Ok(size)
     }
 
     fn copy_schema(&mut self, schema: &Schema) -> Result<()> {
@@ -304,10 +299,26 @@ fn create_partial(output: &Path) -> io::Result<(File, TempPath)> {
     Ok(builder.tempfile_in(folder)?.into_parts())
 }
 
+/// Gives the file its name.
+fn put(partial: TempPath, output: &Path, force: bool) -> Result<()> {
+    let partial = match force {
+        true => partial,
+        false => match partial.persist_noclobber(output) {
+            Ok(()) => return Ok(()),
+            Err(_) if output.symlink_metadata().is_ok() => return Err(exists(output)),
+            // Some file systems cannot rename without replacing; nothing is there to be replaced.
+            Err(refused) => refused.path,
+        },
+    };
+    partial
+        .persist(output)
+        .map_err(|refused| at(output)(refused.error))
+}
+
 fn exists(output: &Path) -> Error {
     at(output)(io::Error::new(
         ErrorKind::AlreadyExists,
-        "exists already and is not to be replaced",
+        "exists already and may not be replaced",
     ))
 }
 
