@@ -198,12 +198,9 @@ fn type_name<'a>(overview: &'a Overview, channel: &Channel) -> &'a str {
 
 /// Whether a topic is one that an earlier annotation added beside its cloud topic.
 pub fn is_annotation(overview: &Overview, topic: &str) -> bool {
-    topic.strip_suffix(INSTANCES).is_some_and(|cloud| {
-        overview
-            .channels_of(&format!("{cloud}{OBJECTS}"))
-            .next()
-            .is_some()
-    })
+    topic
+        .strip_suffix(INSTANCES)
+        .is_some_and(|cloud| overview.channels_of(&format!("{cloud}{OBJECTS}")).next().is_some())
 }
 
 const INSTANCES: &str = "/instances";
@@ -225,10 +222,7 @@ pub fn annotate_message(message: &[u8], method: &Method) -> Result<(Annotated, S
     let cloud = wire.to_cloud(field)?;
     let (mask, semantics) = match (&method.semantics, field) {
         (Semantics::All, _) => (MaskSource::All, "all".to_owned()),
-        (_, Some(field)) => (
-            MaskSource::Classes(&method.taxonomy),
-            format!("field:{field}"),
-        ),
+        (_, Some(field)) => (MaskSource::Classes(&method.taxonomy), format!("field:{field}")),
         (_, None) => (MaskSource::NotGround(&method.ground), "ground".to_owned()),
     };
     let decode_ms = started.elapsed().as_secs_f64() * 1e3;
@@ -236,16 +230,8 @@ pub fn annotate_message(message: &[u8], method: &Method) -> Result<(Annotated, S
     let stages = pipeline::run(&cloud, mask, &method.config);
 
     let started = Instant::now();
-    let mut annotated = Annotated {
-        semantics,
-        ..Annotated::default()
-    };
-    let reason: Vec<u8> = stages
-        .labels
-        .reason
-        .iter()
-        .map(|&reason| reason as u8)
-        .collect();
+    let mut annotated = Annotated { semantics, ..Annotated::default() };
+    let reason: Vec<u8> = stages.labels.reason.iter().map(|&reason| reason as u8).collect();
     let annotation = PointAnnotation {
         instance: &stages.labels.instance,
         component: &stages.labels.component,
@@ -256,14 +242,7 @@ pub fn annotate_message(message: &[u8], method: &Method) -> Result<(Annotated, S
     let boxes: Vec<MarkerBox> = stages.instances.iter().map(marker).collect();
     let (seconds, nanoseconds) = (wire.stamp_sec, wire.stamp_nanosec);
     let frame = &wire.frame_id;
-    io::marker_array(
-        wire.byte_order,
-        seconds,
-        nanoseconds,
-        frame,
-        &boxes,
-        &mut annotated.objects,
-    );
+    io::marker_array(wire.byte_order, seconds, nanoseconds, frame, &boxes, &mut annotated.objects);
     annotated.times = FrameTimes {
         decode_ms,
         stages: stages.times,
@@ -278,9 +257,7 @@ fn marker(instance: &Instance) -> MarkerBox {
         centre: instance.bounds.centre,
         yaw: instance.bounds.yaw,
         size: instance.bounds.size,
-        text: format!("{} {}", instance.id, instance.class_name)
-            .trim_end()
-            .to_owned(),
+        text: format!("{} {}", instance.id, instance.class_name).trim_end().to_owned(),
     }
 }
 
@@ -361,9 +338,7 @@ impl<'a> Job<'a> {
             },
         )?;
         writer.reserve(overview);
-        let topics = clouds
-            .values()
-            .map(|topic| (topic.clone(), TopicReport::default()));
+        let topics = clouds.values().map(|topic| (topic.clone(), TopicReport::default()));
         let report = Report {
             input: overview.path.clone(),
             output: output.to_owned(),
@@ -389,10 +364,7 @@ impl<'a> Job<'a> {
             if !is_cloud(self.overview, channel) || is_readable_cloud(self.overview, channel) {
                 continue;
             }
-            let schema = self
-                .overview
-                .schema_of(channel.id)
-                .map(|schema| schema.name.as_str());
+            let schema = self.overview.schema_of(channel.id).map(|schema| schema.name.as_str());
             self.warn(format!(
                 "{}: {} in encoding `{}` cannot be read yet; passed through without annotation",
                 channel.topic,
@@ -419,11 +391,7 @@ impl<'a> Job<'a> {
     /// Copies a record and annotates it if it is a cloud. Returns the bytes of a message.
     fn record(&mut self, record: &Record) -> Result<usize> {
         match record {
-            Record::Message {
-                header,
-                data,
-                position,
-            } => {
+            Record::Message { header, data, position } => {
                 if self.is_outside(header.log_time) {
                     return Ok(data.len());
                 }
@@ -466,20 +434,14 @@ impl<'a> Job<'a> {
             Err(error) => {
                 let report = self.report.topics.entry(topic.to_owned()).or_default();
                 report.unreadable += 1;
-                self.warn(format!(
-                    "{topic}: {error} ({}); not annotated",
-                    place(position)
-                ));
+                self.warn(format!("{topic}: {error} ({}); not annotated", place(position)));
                 return Ok(());
             }
         };
         let (instances, objects) = self.channels_for(topic, header.channel_id)?;
         for (channel_id, message) in [(instances, &annotated.cloud), (objects, &annotated.objects)]
         {
-            let header = MessageHeader {
-                channel_id,
-                ..*header
-            };
+            let header = MessageHeader { channel_id, ..*header };
             self.writer.write_message(&header, message)?;
         }
         let report = self.report.topics.entry(topic.to_owned()).or_default();
@@ -495,12 +457,7 @@ impl<'a> Job<'a> {
         let returns = points - counts[Reason::NoReturn as usize];
         let shadowed = stages.image.shadowed_count() as u64;
         if points == 0 {
-            self.warn_once(
-                topic,
-                "without points",
-                position,
-                "a cloud without points".into(),
-            );
+            self.warn_once(topic, "without points", position, "a cloud without points".into());
         } else if returns == 0 {
             let problem = format!("none of {points} points is a return: all NaN or at the origin");
             self.warn_once(topic, "without returns", position, problem);
@@ -531,18 +488,11 @@ impl<'a> Job<'a> {
         let channel = &self.overview.channels[&cloud_channel];
         let metadata = qos(channel);
         let markers = MARKER_ARRAY_SCHEMA.as_bytes();
-        let marker_schema = self
-            .writer
-            .add_schema(MARKER_ARRAY_NAME, "ros2msg", markers)?;
+        let marker_schema = self.writer.add_schema(MARKER_ARRAY_NAME, "ros2msg", markers)?;
         let mut add = |end: &str, schema: u16, metadata: &BTreeMap<String, String>| {
-            self.writer
-                .add_channel(&format!("{topic}{end}"), schema, "cdr", metadata)
+            self.writer.add_channel(&format!("{topic}{end}"), schema, "cdr", metadata)
         };
-        let instances = add(
-            INSTANCES,
-            channel.schema_id,
-            &channel_metadata(channel, &metadata),
-        )?;
+        let instances = add(INSTANCES, channel.schema_id, &channel_metadata(channel, &metadata))?;
         let objects = add(OBJECTS, marker_schema, &metadata)?;
         self.added.insert(topic.to_owned(), (instances, objects));
         Ok((instances, objects))
@@ -570,10 +520,7 @@ impl TopicReport {
         self.frames += 1;
         self.points += stages.labels.reason.len() as u64;
         self.instances += stages.instances.len() as u64;
-        *self
-            .semantics
-            .entry(annotated.semantics.clone())
-            .or_default() += 1;
+        *self.semantics.entry(annotated.semantics.clone()).or_default() += 1;
         *self.projection.entry(describe_image(stages)).or_default() += 1;
         for (reason, count) in Reason::ALL.into_iter().zip(stages.labels.counts()) {
             *self.reasons.entry(reason.describe()).or_default() += count;
@@ -584,12 +531,7 @@ impl TopicReport {
 
 fn describe_image(stages: &Stages) -> String {
     let image = &stages.image;
-    format!(
-        "{}, {} x {}",
-        image.projection.describe(),
-        image.rows(),
-        image.columns()
-    )
+    format!("{}, {} x {}", image.projection.describe(), image.rows(), image.columns())
 }
 
 fn place(position: Position) -> String {
@@ -609,28 +551,14 @@ fn choose(overview: &Overview, topics: &[String]) -> Result<BTreeMap<u16, String
         .filter(|channel| !is_annotation(overview, &channel.topic))
         .map(|channel| (channel.id, channel.topic.clone()))
         .collect();
-    let no_cloud = |problem: String| Error::NoCloud {
-        path: overview.path.clone(),
-        problem,
-    };
+    let no_cloud = |problem: String| Error::NoCloud { path: overview.path.clone(), problem };
     if readable.is_empty() {
-        return Err(no_cloud(format!(
-            "no cloud topic that can be read; {}",
-            list(overview)
-        )));
+        return Err(no_cloud(format!("no cloud topic that can be read; {}", list(overview))));
     }
-    if let Some(missing) = topics
-        .iter()
-        .find(|&topic| !readable.values().any(|have| have == topic))
+    if let Some(missing) = topics.iter().find(|&topic| !readable.values().any(|have| have == topic))
     {
-        let known = readable
-            .values()
-            .map(String::as_str)
-            .collect::<Vec<_>>()
-            .join(", ");
-        return Err(no_cloud(format!(
-            "no readable cloud topic `{missing}`; there is: {known}"
-        )));
+        let known = readable.values().map(String::as_str).collect::<Vec<_>>().join(", ");
+        return Err(no_cloud(format!("no readable cloud topic `{missing}`; there is: {known}")));
     }
     let chosen: BTreeMap<u16, String> = readable
         .into_iter()
@@ -655,9 +583,7 @@ fn list(overview: &Overview) -> String {
         return "it has no topic at all".into();
     }
     let describe = |channel: &Channel| {
-        let schema = overview
-            .schema_of(channel.id)
-            .map(|schema| schema.name.as_str());
+        let schema = overview.schema_of(channel.id).map(|schema| schema.name.as_str());
         format!("{} ({})", channel.topic, schema.unwrap_or("no schema"))
     };
     let topics: Vec<String> = overview.channels.values().map(describe).collect();
@@ -690,10 +616,7 @@ fn metadata(report: &Report, method: &Method) -> BTreeMap<String, String> {
         ("input_sha256".to_owned(), report.input_sha256.clone()),
         ("preset".to_owned(), method.config.preset.to_owned()),
         ("taxonomy".to_owned(), method.taxonomy.name.clone()),
-        (
-            "parameters".to_owned(),
-            json(serde_json::json!(method.config)),
-        ),
+        ("parameters".to_owned(), json(serde_json::json!(method.config))),
         ("ground".to_owned(), json(serde_json::json!(method.ground))),
     ]);
     if let Some(cut) = &report.truncated {

@@ -30,15 +30,7 @@ impl PointCloud {
     /// # Errors
     /// [`Error::ColumnLength`] if the columns differ in length.
     pub fn new(x: Vec<f32>, y: Vec<f32>, z: Vec<f32>) -> Result<Self> {
-        let cloud = PointCloud {
-            height: 1,
-            width: x.len(),
-            x,
-            y,
-            z,
-            ring: None,
-            class: None,
-        };
+        let cloud = PointCloud { height: 1, width: x.len(), x, y, z, ring: None, class: None };
         cloud.check()?;
         Ok(cloud)
     }
@@ -87,19 +79,11 @@ impl PointCloud {
         ];
         for (column, found) in columns {
             if let Some(found) = found.filter(|&found| found != expected) {
-                return Err(Error::ColumnLength {
-                    column,
-                    expected,
-                    found,
-                });
+                return Err(Error::ColumnLength { column, expected, found });
             }
         }
         if self.height.checked_mul(self.width) != Some(expected) {
-            return Err(Error::Shape {
-                height: self.height,
-                width: self.width,
-                points: expected,
-            });
+            return Err(Error::Shape { height: self.height, width: self.width, points: expected });
         }
         Ok(())
     }
@@ -147,30 +131,19 @@ mod tests {
         let cloud = PointCloud::new(vec![1.0; 4], vec![0.0; 4], vec![0.0; 4]).unwrap();
         assert!(matches!(
             cloud.clone().with_ring(vec![0; 3]),
-            Err(Error::ColumnLength {
-                column: "ring",
-                expected: 4,
-                found: 3
-            })
+            Err(Error::ColumnLength { column: "ring", expected: 4, found: 3 })
         ));
         assert!(matches!(
             cloud.organised(3, 2),
-            Err(Error::Shape {
-                height: 3,
-                width: 2,
-                points: 4
-            })
+            Err(Error::Shape { height: 3, width: 2, points: 4 })
         ));
     }
 
     #[test]
     fn origin_nan_and_infinity_are_no_returns() {
-        let cloud = PointCloud::new(
-            vec![0.0, f32::NAN, f32::INFINITY, 1.0],
-            vec![0.0; 4],
-            vec![-0.0; 4],
-        )
-        .unwrap();
+        let cloud =
+            PointCloud::new(vec![0.0, f32::NAN, f32::INFINITY, 1.0], vec![0.0; 4], vec![-0.0; 4])
+                .unwrap();
         let returns: Vec<bool> = (0..4).map(|i| cloud.is_return(i)).collect();
         assert_eq!(returns, [false, false, false, true]);
     }

@@ -21,10 +21,7 @@ impl Rectangle {
         let [along, across] = self.size.map(|side| side / 2.0);
         [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)].map(|(a, b)| {
             let (u, v) = (a * along, b * across);
-            [
-                self.centre[0] + u * cos - v * sin,
-                self.centre[1] + u * sin + v * cos,
-            ]
+            [self.centre[0] + u * cos - v * sin, self.centre[1] + u * sin + v * cos]
         })
     }
 }
@@ -67,11 +64,7 @@ fn cross(origin: PlanePoint, a: PlanePoint, b: PlanePoint) -> f64 {
 pub fn minimum_area_rectangle(hull: &[PlanePoint]) -> Option<Rectangle> {
     let first = *hull.first()?;
     if hull.len() == 1 {
-        return Some(Rectangle {
-            centre: first,
-            size: [0.0, 0.0],
-            yaw: 0.0,
-        });
+        return Some(Rectangle { centre: first, size: [0.0, 0.0], yaw: 0.0 });
     }
     let sides = (0..hull.len()).map(|i| (hull[i], hull[(i + 1) % hull.len()]));
     let rectangles = sides.map(|(a, b)| around(hull, (b[1] - a[1]).atan2(b[0] - a[0])));
@@ -86,10 +79,7 @@ fn around(hull: &[PlanePoint], yaw: f64) -> Rectangle {
     let (sin, cos) = yaw.sin_cos();
     let (u, v) = (span(hull, [cos, sin]), span(hull, [-sin, cos]));
     let middle = [(u.0 + u.1) / 2.0, (v.0 + v.1) / 2.0];
-    let centre = [
-        middle[0] * cos - middle[1] * sin,
-        middle[0] * sin + middle[1] * cos,
-    ];
+    let centre = [middle[0] * cos - middle[1] * sin, middle[0] * sin + middle[1] * cos];
     let (mut size, mut yaw) = ([u.1 - u.0, v.1 - v.0], yaw);
     if size[0] < size[1] {
         size.swap(0, 1);
@@ -106,9 +96,7 @@ fn around(hull: &[PlanePoint], yaw: f64) -> Rectangle {
 /// Least and greatest coordinate along an axis.
 fn span(points: &[PlanePoint], axis: [f64; 2]) -> (f64, f64) {
     let along = points.iter().map(|p| p[0] * axis[0] + p[1] * axis[1]);
-    along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), t| {
-        (low.min(t), high.max(t))
-    })
+    along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), t| (low.min(t), high.max(t)))
 }
 
 /// Whether two convex regions touch or overlap (separating axes). Points and segments count as regions.
@@ -123,15 +111,11 @@ pub fn distance(a: &[PlanePoint], b: &[PlanePoint]) -> f64 {
         return 0.0;
     }
     let sides = |region: &[PlanePoint]| -> Vec<(PlanePoint, PlanePoint)> {
-        (0..region.len())
-            .map(|i| (region[i], region[(i + 1) % region.len()]))
-            .collect()
+        (0..region.len()).map(|i| (region[i], region[(i + 1) % region.len()])).collect()
     };
     let from_corners = |corners: &[PlanePoint], region: &[PlanePoint]| {
         let sides = sides(region);
-        let each = corners
-            .iter()
-            .flat_map(|&c| sides.iter().map(move |&s| to_segment(c, s)));
+        let each = corners.iter().flat_map(|&c| sides.iter().map(move |&s| to_segment(c, s)));
         each.fold(f64::INFINITY, f64::min)
     };
     from_corners(a, b).min(from_corners(b, a))
@@ -141,11 +125,7 @@ fn to_segment(point: PlanePoint, (from, to): (PlanePoint, PlanePoint)) -> f64 {
     let along = [to[0] - from[0], to[1] - from[1]];
     let length = along[0] * along[0] + along[1] * along[1];
     let dot = (point[0] - from[0]) * along[0] + (point[1] - from[1]) * along[1];
-    let t = if length > 0.0 {
-        (dot / length).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
+    let t = if length > 0.0 { (dot / length).clamp(0.0, 1.0) } else { 0.0 };
     (point[0] - from[0] - t * along[0]).hypot(point[1] - from[1] - t * along[1])
 }
 
@@ -170,26 +150,15 @@ mod tests {
 
     #[test]
     fn hull_of_a_square_with_points_inside_and_on_its_sides() {
-        let points = [
-            [0.0, 0.0],
-            [2.0, 0.0],
-            [1.0, 0.0],
-            [2.0, 2.0],
-            [1.0, 1.0],
-            [0.0, 2.0],
-            [0.0, 0.0],
-        ];
+        let points =
+            [[0.0, 0.0], [2.0, 0.0], [1.0, 0.0], [2.0, 2.0], [1.0, 1.0], [0.0, 2.0], [0.0, 0.0]];
         let hull = convex_hull(&points);
         assert_eq!(hull, [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]);
     }
 
     #[test]
     fn rectangle_of_a_turned_box() {
-        let truth = Rectangle {
-            centre: [3.0, -1.0],
-            size: [4.0, 1.5],
-            yaw: 0.6,
-        };
+        let truth = Rectangle { centre: [3.0, -1.0], size: [4.0, 1.5], yaw: 0.6 };
         let found = minimum_area_rectangle(&convex_hull(&truth.corners())).unwrap();
         assert!((found.yaw - truth.yaw).abs() < 1e-9, "{found:?}");
         for axis in 0..2 {
@@ -200,14 +169,7 @@ mod tests {
 
     #[test]
     fn diagonal_neighbours_do_not_overlap_though_their_boxes_do() {
-        let car = |x: f64| {
-            Rectangle {
-                centre: [x, 0.0],
-                size: [4.5, 1.8],
-                yaw: 1.0,
-            }
-            .corners()
-        };
+        let car = |x: f64| Rectangle { centre: [x, 0.0], size: [4.5, 1.8], yaw: 1.0 }.corners();
         assert!(!overlap(&car(0.0), &car(2.6)));
         assert!(overlap(&car(0.0), &car(1.5)));
     }
@@ -227,10 +189,7 @@ mod tests {
         assert!(overlap(&[[0.5, 0.5]], &square));
         assert!(!overlap(&[[1.5, 0.5]], &square));
         assert!(overlap(&[[0.5, 0.5], [3.0, 0.5]], &square));
-        assert!(!overlap(
-            &[[2.0, 0.0], [3.0, 0.0]],
-            &[[0.0, 0.0], [1.0, 0.0]]
-        ));
+        assert!(!overlap(&[[2.0, 0.0], [3.0, 0.0]], &[[0.0, 0.0], [1.0, 0.0]]));
         assert!(overlap(&[[1.0, 1.0]], &[[1.0, 1.0]]));
         assert!(!overlap(&[[1.0, 1.0]], &[[1.0, 1.1]]));
     }

@@ -13,11 +13,7 @@ pub struct Grid<T> {
 impl<T: Clone> Grid<T> {
     /// A grid filled with one value.
     pub fn filled(rows: usize, columns: usize, value: T) -> Self {
-        Grid {
-            rows,
-            columns,
-            values: vec![value; rows * columns],
-        }
+        Grid { rows, columns, values: vec![value; rows * columns] }
     }
 }
 
@@ -33,11 +29,7 @@ impl<T> Grid<T> {
             "{rows} x {columns} grid of {} values",
             values.len()
         );
-        Grid {
-            rows,
-            columns,
-            values,
-        }
+        Grid { rows, columns, values }
     }
 
     /// Number of rows.

@@ -70,11 +70,7 @@ fn oklch_to_linear(lightness: f64, chroma: f64, hue: f64) -> [f64; 3] {
 }
 
 fn gamma(linear: f64) -> f64 {
-    if linear <= 0.003_130_8 {
-        12.92 * linear
-    } else {
-        1.055 * linear.powf(1.0 / 2.4) - 0.055
-    }
+    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
 #[cfg(test)]
@@ -82,9 +78,7 @@ mod tests {
     use super::*;
 
     fn distance(a: [u8; 3], b: [u8; 3]) -> i32 {
-        (0..3)
-            .map(|i| (i32::from(a[i]) - i32::from(b[i])).pow(2))
-            .sum()
+        (0..3).map(|i| (i32::from(a[i]) - i32::from(b[i])).pow(2)).sum()
     }
 
     #[test]

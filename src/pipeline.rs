@@ -27,10 +27,7 @@ impl Config {
     pub fn paper() -> Self {
         Config {
             preset: "paper",
-            projection: ProjectionParams {
-                wrap: Wrap::Always,
-                ..ProjectionParams::default()
-            },
+            projection: ProjectionParams { wrap: Wrap::Always, ..ProjectionParams::default() },
             cluster: ClusterParams::paper(),
         }
     }
@@ -163,13 +160,7 @@ pub fn run(cloud: &PointCloud, mask: MaskSource, config: &Config) -> Stages {
         birds_eye,
         labels,
         instances,
-        times: StageTimes {
-            projection_ms,
-            mask_ms,
-            divide_ms,
-            merge_ms,
-            labels_ms,
-        },
+        times: StageTimes { projection_ms, mask_ms, divide_ms, merge_ms, labels_ms },
     }
 }
 
@@ -222,25 +213,14 @@ fn instance_pixels(
             number[instance] = pixels.len() as u32;
         }
     }
-    let instance: Vec<u32> = components
-        .label
-        .iter()
-        .map(|&label| number[merged(label) as usize])
-        .collect();
-    let reason = components
-        .label
-        .iter()
-        .zip(&instance)
-        .map(|pair| match pair {
-            (0, _) => Reason::Unreached,
-            (_, 0) => Reason::TooSmall,
-            _ => Reason::None,
-        });
-    InstancePixels {
-        reason: reason.collect(),
-        instance,
-        pixels,
-    }
+    let instance: Vec<u32> =
+        components.label.iter().map(|&label| number[merged(label) as usize]).collect();
+    let reason = components.label.iter().zip(&instance).map(|pair| match pair {
+        (0, _) => Reason::Unreached,
+        (_, 0) => Reason::TooSmall,
+        _ => Reason::None,
+    });
+    InstancePixels { reason: reason.collect(), instance, pixels }
 }
 
 /// Every point gets the instance of its pixel; a shadowed one that of a pixel of its class nearby; all
@@ -350,10 +330,8 @@ fn component_counts(components: &Components, pixels: &InstancePixels) -> Vec<u32
 /// The most frequent class of some points, and within it the most frequent raw id. Ties go to the lower
 /// number.
 fn majority(points: &[u32], class: &[u16], raw: &[u16]) -> (u16, u16) {
-    let mut ids: Vec<(u16, u16)> = points
-        .iter()
-        .map(|&p| (class[p as usize], raw[p as usize]))
-        .collect();
+    let mut ids: Vec<(u16, u16)> =
+        points.iter().map(|&p| (class[p as usize], raw[p as usize])).collect();
     ids.sort_unstable();
     let most = |ids: &[(u16, u16)], key: fn(&(u16, u16)) -> u16| {
         let runs = ids.chunk_by(|a, b| key(a) == key(b));

@@ -32,25 +32,14 @@ impl Taxonomy {
     /// SemanticKITTI's raw ids folded into its 19 classes of the single-scan benchmarks (class 1 car ...
     /// class 19 traffic-sign; eight things).
     pub fn semantic_kitti() -> Self {
-        let mut classes = vec![Class {
-            name: "unlabeled".into(),
-            is_thing: false,
-            is_ignored: true,
-        }];
+        let mut classes =
+            vec![Class { name: "unlabeled".into(), is_thing: false, is_ignored: true }];
         let mut class_of = BTreeMap::from([(0, 0), (1, 0), (52, 0), (99, 0)]);
         for (number, (name, is_thing, ids)) in SEMANTIC_KITTI.iter().enumerate() {
-            classes.push(Class {
-                name: (*name).into(),
-                is_thing: *is_thing,
-                is_ignored: false,
-            });
+            classes.push(Class { name: (*name).into(), is_thing: *is_thing, is_ignored: false });
             class_of.extend(ids.iter().map(|&id| (id, number as u16 + 1)));
         }
-        Taxonomy {
-            name: "semantic-kitti".into(),
-            classes,
-            class_of,
-        }
+        Taxonomy { name: "semantic-kitti".into(), classes, class_of }
     }
 
     /// Reads a YAML file in semantic-kitti-api's form (`labels`, `learning_map`, `learning_map_inv`,
@@ -60,17 +49,11 @@ impl Taxonomy {
     /// # Errors
     /// [`Error::Io`] if it cannot be read, [`Error::Taxonomy`] if it is not such a file or has no thing.
     pub fn from_yaml_file(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|source| Error::Io {
-            path: path.into(),
-            source,
-        })?;
-        let name = path
-            .file_stem()
-            .map(|stem| stem.to_string_lossy().into_owned());
-        Self::from_yaml(&name.unwrap_or_default(), &text).map_err(|problem| Error::Taxonomy {
-            path: path.into(),
-            problem,
-        })
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| Error::Io { path: path.into(), source })?;
+        let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+        Self::from_yaml(&name.unwrap_or_default(), &text)
+            .map_err(|problem| Error::Taxonomy { path: path.into(), problem })
     }
 
     fn from_yaml(name: &str, text: &str) -> std::result::Result<Self, String> {
@@ -107,11 +90,7 @@ impl Taxonomy {
         if !classes.iter().any(|class| class.is_thing) {
             return Err("no class is a thing: add a map `thing_class` (class: true)".into());
         }
-        Ok(Taxonomy {
-            name: name.into(),
-            classes,
-            class_of: learning_map,
-        })
+        Ok(Taxonomy { name: name.into(), classes, class_of: learning_map })
     }
 
     /// The classes; the index is the class number, 0 is "no class".

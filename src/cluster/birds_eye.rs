@@ -96,28 +96,16 @@ fn regions(
             add(object as usize, label);
         }
     } else {
-        for (object, &label) in components
-            .label
-            .iter()
-            .enumerate()
-            .filter(|&(_, &l)| l != 0)
-        {
+        for (object, &label) in components.label.iter().enumerate().filter(|&(_, &l)| l != 0) {
             add(object, label);
         }
     }
-    points
-        .iter()
-        .map(|points| Outline::new(points, params.region))
-        .collect()
+    points.iter().map(|points| Outline::new(points, params.region)).collect()
 }
 
 /// The most frequent class of each instance's pixels; ties go to the lower class.
 fn classes(objects: &ObjectPixels, components: &Components, merge: &Merge) -> Vec<u16> {
-    let labelled = components
-        .label
-        .iter()
-        .enumerate()
-        .filter(|&(_, &label)| label != 0);
+    let labelled = components.label.iter().enumerate().filter(|&(_, &label)| label != 0);
     let mut members: Vec<(u32, u16)> = labelled
         .map(|(object, &label)| {
             let instance = merge.instance_of_component[label as usize - 1];

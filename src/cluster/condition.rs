@@ -27,11 +27,8 @@ pub fn is_connected(
 fn measured_angle_exceeds(p: [f64; 3], q: [f64; 3], theta: f64) -> bool {
     let (pp, qq, pq) = (dot(p, p), dot(q, q), dot(p, q));
     let farther = pp.max(qq);
-    let cross = norm([
-        p[1] * q[2] - p[2] * q[1],
-        p[2] * q[0] - p[0] * q[2],
-        p[0] * q[1] - p[1] * q[0],
-    ]);
+    let cross =
+        norm([p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]]);
     cross > theta.tan() * (farther - pq)
 }
 
@@ -45,10 +42,8 @@ fn nominal_angle_exceeds(p: [f64; 3], q: [f64; 3], alpha: f64, theta: f64) -> bo
 fn gated(p: [f64; 3], q: [f64; 3], apart: usize, gate: &Gate, angle: impl Fn() -> bool) -> bool {
     let distance = norm([p[0] - q[0], p[1] - q[1], p[2] - q[2]]);
     let (p, q) = (norm(p), norm(q));
-    let in_reach = gate
-        .reach_by_range
-        .iter()
-        .all(|&(range, pixels)| p.min(q) <= range || apart <= pixels);
+    let in_reach =
+        gate.reach_by_range.iter().all(|&(range, pixels)| p.min(q) <= range || apart <= pixels);
     (distance < gate.farthest && in_reach && angle())
         || (distance < gate.touching && p.max(q) < gate.touching_range)
 }
@@ -75,10 +70,7 @@ mod tests {
     fn paper(d1: f64, d2: f64, degrees: f64) -> bool {
         let (p, q) = pair(d1, d2, degrees);
         let condition = ClusterParams::paper().condition;
-        let both = [
-            is_connected(p, q, 1, 0.0, &condition),
-            is_connected(q, p, 1, 0.0, &condition),
-        ];
+        let both = [is_connected(p, q, 1, 0.0, &condition), is_connected(q, p, 1, 0.0, &condition)];
         assert_eq!(both[0], both[1], "not symmetric");
         both[0]
     }
@@ -104,10 +96,7 @@ mod tests {
             let (p, q) = pair(d1, 10.0, 0.3);
             let mut nominal = ClusterParams::paper().condition;
             nominal.rays = Rays::Nominal { row_step: 1.0 };
-            assert_eq!(
-                is_connected(p, q, 1, 0.3_f64.to_radians(), &nominal),
-                paper(d1, 10.0, 0.3)
-            );
+            assert_eq!(is_connected(p, q, 1, 0.3_f64.to_radians(), &nominal), paper(d1, 10.0, 0.3));
         }
     }
 

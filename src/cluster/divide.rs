@@ -28,24 +28,14 @@ pub fn divide(
 ) -> (Components, Votes) {
     let mut growth = Growth::new(objects, seeds, params.seeding);
     growth.run();
-    let Growth {
-        label,
-        grown,
-        undecided,
-        mut ballot,
-        ..
-    } = growth;
+    let Growth { label, grown, undecided, mut ballot, .. } = growth;
     for (own, neighbour) in undecided {
         let other = label[neighbour as usize];
         if other > 0 {
             ballot.against(own, other);
         }
     }
-    let mut components = Components {
-        label,
-        count: seeds.len() as u32,
-        grown,
-    };
+    let mut components = Components { label, count: seeds.len() as u32, grown };
     if params.leftovers == Leftovers::Reseeded {
         reseed(objects, &mut components);
     }
@@ -83,15 +73,8 @@ impl<'a> Growth<'a> {
         let mut arena = Vec::with_capacity(objects.len());
         let mut queues = Vec::with_capacity(seeds.len());
         for (number, &seed) in (0_u32..).zip(seeds) {
-            arena.push(Entry {
-                object: seed,
-                next: END,
-            });
-            queues.push(Queue {
-                label: number + 1,
-                head: number,
-                tail: number,
-            });
+            arena.push(Entry { object: seed, next: END });
+            queues.push(Queue { label: number + 1, head: number, tail: number });
             if seeding == Seeding::AtOnce {
                 label[seed as usize] = number + 1;
             }

@@ -57,10 +57,8 @@ type Row = Vec<Entry>;
 /// entries towards unassigned labels. Time and memory grow with the borders, not with m squared.
 pub fn merge(votes: &Votes, params: &ClusterParams) -> Merge {
     let mut rows = rows(votes);
-    let mut merge = Merge {
-        instance_of_component: vec![0; votes.components as usize],
-        ..Merge::default()
-    };
+    let mut merge =
+        Merge { instance_of_component: vec![0; votes.components as usize], ..Merge::default() };
     let mut queue = VecDeque::new();
     for opener in 1..=votes.components {
         if merge.instance_of(opener) != 0 {
@@ -197,32 +195,19 @@ mod tests {
     use super::*;
 
     fn votes(components: u32, pairs: &[(u32, u32, u32, u32)]) -> Votes {
-        let pairs = pairs.iter().map(|&(a, b, positive, negative)| Vote {
-            a,
-            b,
-            positive,
-            negative,
-        });
-        Votes {
-            components,
-            pairs: pairs.collect(),
-        }
+        let pairs =
+            pairs.iter().map(|&(a, b, positive, negative)| Vote { a, b, positive, negative });
+        Votes { components, pairs: pairs.collect() }
     }
 
     #[test]
     fn inherited_votes_carry_a_merge() {
         // 3 asks 4 with its own 2:3 and loses; with the 4:2 that 1 has towards 4 ... 1 asks 4 first.
         let own = votes(3, &[(1, 2, 4, 0), (2, 3, 2, 3), (1, 3, 4, 5)]);
-        assert_eq!(
-            merge(&own, &ClusterParams::paper()).instance_of_component,
-            [1, 1, 2]
-        );
+        assert_eq!(merge(&own, &ClusterParams::paper()).instance_of_component, [1, 1, 2]);
         // 2 inherits 1's 3:2 towards 3, so that 2:3 becomes 5:5, a tie, which is no majority.
         let tie = votes(3, &[(1, 2, 4, 0), (2, 3, 3, 2), (1, 3, 2, 3)]);
-        assert_eq!(
-            merge(&tie, &ClusterParams::paper()).instance_of_component,
-            [1, 1, 2]
-        );
+        assert_eq!(merge(&tie, &ClusterParams::paper()).instance_of_component, [1, 1, 2]);
         let carried = votes(3, &[(1, 2, 4, 0), (2, 3, 4, 2), (1, 3, 2, 3)]);
         let merged = merge(&carried, &ClusterParams::paper());
         assert_eq!(merged.instance_of_component, [1, 1, 1]);

@@ -43,17 +43,10 @@ impl ObjectPixels {
             objects.position.push(cloud.position(point));
             objects.class.push(mask.class[point]);
         }
-        let reach = Reach {
-            columns: params.gap_columns,
-            rows: params.gap_rows,
-            wraps: image.wraps,
-        };
+        let reach =
+            Reach { columns: params.gap_columns, rows: params.gap_rows, wraps: image.wraps };
         let one_group = vec![0; objects.pixel.len()];
-        let group = if params.same_class_neighbours {
-            &objects.class
-        } else {
-            &one_group
-        };
+        let group = if params.same_class_neighbours { &objects.class } else { &one_group };
         objects.neighbours = neighbours(&number, group, reach);
         objects.connected = connected(&objects, image, params);
         objects
@@ -99,11 +92,7 @@ fn connected(
 fn pixels_apart(from: u32, to: u32, columns: usize) -> usize {
     let (from, to) = (from as usize, to as usize);
     let rows = (to / columns).abs_diff(from / columns);
-    if rows > 0 {
-        rows
-    } else {
-        (to + columns - from) % columns
-    }
+    if rows > 0 { rows } else { (to + columns - from) % columns }
 }
 
 fn nominal_angle(

@@ -171,11 +171,7 @@ impl ClusterParams {
         ClusterParams {
             voxel: 0.5,
             rounding: Rounding::Floor,
-            condition: Condition {
-                angle: 10_f64.to_radians(),
-                rays: Rays::Measured,
-                gate: None,
-            },
+            condition: Condition { angle: 10_f64.to_radians(), rays: Rays::Measured, gate: None },
             gap_columns: 1,
             gap_rows: 1,
             same_class_neighbours: false,
@@ -191,11 +187,7 @@ impl ClusterParams {
                 grown_pixels_only: false,
             }),
             min_pixels: 0,
-            back_projection: BackProjection {
-                rows: 2,
-                columns: 2,
-                nearest: Nearest::Range,
-            },
+            back_projection: BackProjection { rows: 2, columns: 2, nearest: Nearest::Range },
         }
     }
 
@@ -206,9 +198,7 @@ impl ClusterParams {
             rounding: Rounding::Nearest,
             condition: Condition {
                 angle: 0.15,
-                rays: Rays::Nominal {
-                    row_step: 28_f64.to_radians() / 64.0,
-                },
+                rays: Rays::Nominal { row_step: 28_f64.to_radians() / 64.0 },
                 gate: Some(Gate {
                     farthest: 1.5,
                     touching: 0.5,
@@ -247,11 +237,7 @@ impl ClusterParams {
                 transitive: true,
                 grown_pixels_only: false,
             }),
-            back_projection: BackProjection {
-                rows: 3,
-                columns: 8,
-                nearest: Nearest::Space,
-            },
+            back_projection: BackProjection { rows: 3, columns: 8, nearest: Nearest::Space },
             ..Self::paper()
         }
     }

@@ -51,12 +51,7 @@ impl Ballot {
         let mut pairs: Vec<Vote> = Vec::new();
         for (a, b, in_favour) in self.cast {
             if pairs.last().is_none_or(|last| (last.a, last.b) != (a, b)) {
-                pairs.push(Vote {
-                    a,
-                    b,
-                    positive: 0,
-                    negative: 0,
-                });
+                pairs.push(Vote { a, b, positive: 0, negative: 0 });
             }
             if let Some(vote) = pairs.last_mut() {
                 vote.positive += u32::from(in_favour);

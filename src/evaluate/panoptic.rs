@@ -100,9 +100,7 @@ impl Panoptic {
             }
             self.confusion[usize::from(predicted) * self.classes + usize::from(truth)] += 1;
             *true_size.entry((truth, true_id[point])).or_default() += 1;
-            *predicted_size
-                .entry((predicted, predicted_id[point]))
-                .or_default() += 1;
+            *predicted_size.entry((predicted, predicted_id[point])).or_default() += 1;
             if predicted == truth {
                 let pair = (truth, true_id[point], predicted_id[point]);
                 *common.entry(pair).or_default() += 1;
@@ -146,19 +144,14 @@ impl Panoptic {
     /// Figures of one class number.
     pub fn class(&self, class: usize) -> ClassQuality {
         let tp = self.true_positives[class] as f64;
-        let (fp, fn_) = (
-            self.false_positives[class] as f64,
-            self.false_negatives[class] as f64,
-        );
+        let (fp, fn_) = (self.false_positives[class] as f64, self.false_negatives[class] as f64);
         const EPSILON: f64 = 1e-15;
         let sq = self.iou_sum[class] / tp.max(EPSILON);
         let rq = tp / (tp + 0.5 * fp + 0.5 * fn_).max(EPSILON);
         let of = |predicted: usize, truth: usize| self.confusion[predicted * self.classes + truth];
         let intersection = of(class, class) as f64;
         let predicted: u64 = (0..self.classes).map(|truth| of(class, truth)).sum();
-        let truth: u64 = (0..self.classes)
-            .map(|predicted| of(predicted, class))
-            .sum();
+        let truth: u64 = (0..self.classes).map(|predicted| of(predicted, class)).sum();
         let union = (predicted + truth) as f64 - intersection;
         ClassQuality {
             pq: sq * rq,
@@ -173,9 +166,7 @@ impl Panoptic {
 
     /// Points that truth gives to a class (ignored classes: none).
     pub fn true_points(&self, class: usize) -> u64 {
-        (0..self.classes)
-            .map(|predicted| self.confusion[predicted * self.classes + class])
-            .sum()
+        (0..self.classes).map(|predicted| self.confusion[predicted * self.classes + class]).sum()
     }
 
     /// Means over the classes that `includes` accepts; ignored classes are never among them, absent

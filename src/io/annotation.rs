@@ -105,11 +105,7 @@ fn check(cloud: &PointCloud2, annotation: &PointAnnotation) -> Result<()> {
     ];
     match columns.into_iter().find(|&(_, found)| found != expected) {
         None => Ok(()),
-        Some((column, found)) => Err(Error::ColumnLength {
-            column,
-            expected,
-            found,
-        }),
+        Some((column, found)) => Err(Error::ColumnLength { column, expected, found }),
     }
 }
 
@@ -136,12 +132,7 @@ fn fields(cloud: &PointCloud2) -> Vec<PointField> {
         while fields.iter().any(|field| field.name == name) {
             name.insert_str(0, CLASH_PREFIX);
         }
-        fields.push(PointField {
-            name,
-            offset: cloud.point_step + behind,
-            datatype,
-            count: 1,
-        });
+        fields.push(PointField { name, offset: cloud.point_step + behind, datatype, count: 1 });
     }
     fields
 }
@@ -170,13 +161,7 @@ mod tests {
     }
 
     fn input(data: &[u8]) -> PointCloud2<'_> {
-        PointCloud2 {
-            height: 2,
-            width: 2,
-            row_step: 29,
-            is_dense: false,
-            ..cloud(xyz(), 13, data)
-        }
+        PointCloud2 { height: 2, width: 2, row_step: 29, is_dense: false, ..cloud(xyz(), 13, data) }
     }
 
     #[test]
@@ -188,29 +173,15 @@ mod tests {
             (ByteOrder::Big, false),
             (ByteOrder::Big, true),
         ] {
-            let input = PointCloud2 {
-                byte_order,
-                is_bigendian,
-                ..input(&data)
-            };
+            let input = PointCloud2 { byte_order, is_bigendian, ..input(&data) };
             let mut cdr = Vec::new();
             annotated_cloud(&input, &ANNOTATION, &mut cdr).unwrap();
             let output = PointCloud2::parse(&cdr).unwrap();
             assert_eq!((output.point_step, output.row_step), (33, 66));
             assert_eq!(&output.fields[..3], &input.fields[..]);
             let head = |cloud: &PointCloud2| {
-                let shape = (
-                    cloud.height,
-                    cloud.width,
-                    cloud.is_bigendian,
-                    cloud.is_dense,
-                );
-                (
-                    cloud.byte_order,
-                    cloud.stamp_ns(),
-                    cloud.frame_id.clone(),
-                    shape,
-                )
+                let shape = (cloud.height, cloud.width, cloud.is_bigendian, cloud.is_dense);
+                (cloud.byte_order, cloud.stamp_ns(), cloud.frame_id.clone(), shape)
             };
             assert_eq!(head(&output), head(&input));
             for (before, after) in input.points().zip(output.points()) {
@@ -250,9 +221,7 @@ mod tests {
         let mut input = input(&data);
         input.fields.push(field("rgb", 0, Datatype::Float32));
         input.fields.push(field("instance", 0, Datatype::UInt8));
-        input
-            .fields
-            .push(field("divmerge_instance", 0, Datatype::UInt8));
+        input.fields.push(field("divmerge_instance", 0, Datatype::UInt8));
         let mut cdr = Vec::new();
         annotated_cloud(&input, &ANNOTATION, &mut cdr).unwrap();
         let output = PointCloud2::parse(&cdr).unwrap();
@@ -284,26 +253,14 @@ mod tests {
     #[test]
     fn columns_must_fit_the_cloud() {
         let data = data();
-        let short = PointAnnotation {
-            reason: &[0; 3],
-            ..ANNOTATION
-        };
+        let short = PointAnnotation { reason: &[0; 3], ..ANNOTATION };
         assert!(matches!(
             annotated_cloud(&input(&data), &short, &mut Vec::new()),
-            Err(Error::ColumnLength {
-                column: "reason",
-                expected: 4,
-                found: 3
-            })
+            Err(Error::ColumnLength { column: "reason", expected: 4, found: 3 })
         ));
         let mut huge = input(&[]);
         (huge.height, huge.width, huge.point_step) = (0, 1 << 20, 1 << 20);
-        let nothing = PointAnnotation {
-            instance: &[],
-            component: &[],
-            semantic: &[],
-            reason: &[],
-        };
+        let nothing = PointAnnotation { instance: &[], component: &[], semantic: &[], reason: &[] };
         assert!(matches!(
             annotated_cloud(&huge, &nothing, &mut Vec::new()),
             Err(Error::Malformed { .. })

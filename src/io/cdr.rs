@@ -117,12 +117,7 @@ impl<'a> CdrReader<'a> {
                 });
             }
         };
-        Ok(CdrReader {
-            message,
-            byte_order,
-            body,
-            position: 0,
-        })
+        Ok(CdrReader { message, byte_order, body, position: 0 })
     }
 
     /// Byte order that the header declares.
@@ -140,9 +135,8 @@ impl<'a> CdrReader<'a> {
     /// # Errors
     /// [`Error::Malformed`] if there are fewer.
     pub fn bytes(&mut self, length: usize) -> Result<&'a [u8]> {
-        let bytes = self.body[self.position..]
-            .get(..length)
-            .ok_or_else(|| self.too_short(length))?;
+        let bytes =
+            self.body[self.position..].get(..length).ok_or_else(|| self.too_short(length))?;
         self.position += length;
         Ok(bytes)
     }
@@ -166,10 +160,7 @@ impl<'a> CdrReader<'a> {
             return Ok(String::new());
         }
         let at = self.position;
-        let (&last, text) = self
-            .bytes(length as usize)?
-            .split_last()
-            .unwrap_or((&0, &[]));
+        let (&last, text) = self.bytes(length as usize)?.split_last().unwrap_or((&0, &[]));
         if last != 0 {
             return Err(self.malformed(format!(
                 "the string at byte {at} of the body is not closed by a zero but by {last:#04x}"
@@ -199,10 +190,7 @@ impl<'a> CdrReader<'a> {
 
     /// An error about this message.
     pub fn malformed(&self, problem: String) -> Error {
-        Error::Malformed {
-            message: self.message,
-            problem,
-        }
+        Error::Malformed { message: self.message, problem }
     }
 
     fn too_short(&self, length: usize) -> Error {
@@ -347,12 +335,7 @@ mod tests {
         let bytes = [0, 1, 0, 0, 0xff, 0xff, 0xff, 0xff, b'a', 0];
         assert!(CdrReader::new("test", &bytes).unwrap().string().is_err());
         assert!(CdrReader::new("test", &bytes).unwrap().sequence(1).is_err());
-        assert!(
-            CdrReader::new("test", &bytes)
-                .unwrap()
-                .sequence(usize::MAX)
-                .is_err()
-        );
+        assert!(CdrReader::new("test", &bytes).unwrap().sequence(usize::MAX).is_err());
     }
 
     #[test]
@@ -362,9 +345,6 @@ mod tests {
             assert!(CdrReader::new("test", &bytes).unwrap().string().is_err());
         }
         let empty = [0, 1, 0, 0, 0, 0, 0, 0];
-        assert_eq!(
-            CdrReader::new("test", &empty).unwrap().string().unwrap(),
-            ""
-        );
+        assert_eq!(CdrReader::new("test", &empty).unwrap().string().unwrap(), "");
     }
 }

@@ -77,10 +77,7 @@ pub fn write_drive(
     options: &WriteOptions,
     mut on_frame: impl FnMut(usize),
 ) -> Result<u64> {
-    let options = WriteOptions {
-        profile: "ros2".into(),
-        ..options.clone()
-    };
+    let options = WriteOptions { profile: "ros2".into(), ..options.clone() };
     let mut writer = RecordingWriter::create(output, &options)?;
     let qos = "- history: 1\n  depth: 10\n  reliability: 1\n  durability: 2\n";
     let metadata = BTreeMap::from([("offered_qos_profiles".to_owned(), qos.to_owned())]);
@@ -121,12 +118,7 @@ pub fn cloud_message(frame: &Frame, out: &mut Vec<u8>) -> Result<()> {
     let mut data = Vec::with_capacity(cloud.len() * POINT_STEP as usize);
     let column = |column: &Option<Vec<u16>>, point: usize| column.as_ref().map_or(0, |c| c[point]);
     for point in 0..cloud.len() {
-        for value in [
-            cloud.x[point],
-            cloud.y[point],
-            cloud.z[point],
-            frame.intensity[point],
-        ] {
+        for value in [cloud.x[point], cloud.y[point], cloud.z[point], frame.intensity[point]] {
             data.extend(value.to_le_bytes());
         }
         data.extend(frame.time_offset_ns[point].to_le_bytes());
@@ -161,10 +153,7 @@ pub fn cloud_message(frame: &Frame, out: &mut Vec<u8>) -> Result<()> {
 
 /// The pose of the sensor in `map`, replacing what is in `out`.
 fn transform_message(frame: &Frame, out: &mut Vec<u8>) {
-    let Isometry3 {
-        rotation,
-        translation,
-    } = frame.pose;
+    let Isometry3 { rotation, translation } = frame.pose;
     let (seconds, nanoseconds) = stamp(frame);
     let mut cdr = CdrWriter::new(ByteOrder::Little, out);
     cdr.u32(1);
@@ -180,8 +169,5 @@ fn transform_message(frame: &Frame, out: &mut Vec<u8>) {
 
 fn stamp(frame: &Frame) -> (i32, u32) {
     const SECOND: u64 = 1_000_000_000;
-    (
-        (frame.stamp_ns / SECOND) as i32,
-        (frame.stamp_ns % SECOND) as u32,
-    )
+    ((frame.stamp_ns / SECOND) as i32, (frame.stamp_ns % SECOND) as u32)
 }

@@ -217,10 +217,7 @@ fn write_marker(writer: &mut CdrWriter, header: (i32, u32, &str), marker: &Marke
         writer.f64(value);
     }
     marker.scale.into_iter().for_each(|value| writer.f64(value));
-    marker
-        .colour
-        .into_iter()
-        .for_each(|value| writer.f32(value));
+    marker.colour.into_iter().for_each(|value| writer.f32(value));
     writer.i32(0); // lifetime: until deleted
     writer.u32(0);
     writer.bool(false); // frame_locked
@@ -269,16 +266,10 @@ mod tests {
             assert_eq!((r.u32().unwrap(), r.u32().unwrap()), (0, 0));
             assert_eq!(r.string().unwrap(), "");
             assert_eq!((r.i32().unwrap(), r.u32().unwrap()), (0, 0));
-            assert_eq!(
-                (r.string().unwrap(), r.string().unwrap()),
-                Default::default()
-            );
+            assert_eq!((r.string().unwrap(), r.string().unwrap()), Default::default());
             assert_eq!((r.u32().unwrap(), r.u32().unwrap()), (0, 0));
             let text = r.string().unwrap();
-            assert_eq!(
-                (r.string().unwrap(), r.string().unwrap()),
-                Default::default()
-            );
+            assert_eq!((r.string().unwrap(), r.string().unwrap()), Default::default());
             assert_eq!(r.u32().unwrap(), 0);
             assert!(!r.bool().unwrap());
             markers.push((namespace, codes, pose_and_scale, colour, text));
@@ -303,26 +294,15 @@ mod tests {
             assert_eq!(markers.len(), 3);
             assert_eq!(markers[0].1, [0, 0, DELETE_ALL]);
             let (namespace, codes, pose, colour, text) = &markers[1];
-            assert_eq!(
-                (namespace.as_str(), *codes, text.as_str()),
-                ("boxes", [12, CUBE, ADD], "")
-            );
+            assert_eq!((namespace.as_str(), *codes, text.as_str()), ("boxes", [12, CUBE, ADD], ""));
             let half = std::f64::consts::FRAC_1_SQRT_2;
             let expected = [1.0, 2.0, 3.0, 0.0, 0.0, half, half, 4.0, SHORTEST_SIDE, 1.0];
-            assert!(
-                pose.iter()
-                    .zip(expected)
-                    .all(|(a, b)| (a - b).abs() < 1e-12),
-                "{pose:?}"
-            );
+            assert!(pose.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{pose:?}");
             assert_eq!(colour[0], f32::from(instance_colour(12)[0]) / 255.0);
             assert_eq!(colour[3], BOX_ALPHA);
             let (namespace, codes, pose, colour, text) = &markers[2];
             assert_eq!(namespace, "ids");
-            assert_eq!(
-                (*codes, text.as_str()),
-                ([12, TEXT_VIEW_FACING, ADD], "12 car")
-            );
+            assert_eq!((*codes, text.as_str()), ([12, TEXT_VIEW_FACING, ADD], "12 car"));
             assert!(pose[2] > 3.5);
             assert_eq!((pose[9], *colour), (TEXT_HEIGHT, [1.0; 4]));
         }
@@ -340,22 +320,13 @@ mod tests {
     #[test]
     fn every_type_of_the_schema_is_defined_in_it() {
         let separator = "=".repeat(80);
-        assert_eq!(
-            MARKER_ARRAY_SCHEMA
-                .lines()
-                .filter(|line| *line == separator)
-                .count(),
-            12
-        );
+        assert_eq!(MARKER_ARRAY_SCHEMA.lines().filter(|line| *line == separator).count(), 12);
         for line in MARKER_ARRAY_SCHEMA
             .lines()
             .filter(|line| line.contains("/") && !line.starts_with("MSG"))
         {
             let name = line.split([' ', '[']).next().unwrap();
-            assert!(
-                MARKER_ARRAY_SCHEMA.contains(&format!("MSG: {name}\n")),
-                "{name}"
-            );
+            assert!(MARKER_ARRAY_SCHEMA.contains(&format!("MSG: {name}\n")), "{name}");
         }
     }
 }

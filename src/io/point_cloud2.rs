@@ -109,10 +109,7 @@ impl Datatype {
 
     /// Whether the values are integers.
     pub fn is_integer(self) -> bool {
-        !matches!(
-            self,
-            Datatype::Float32 | Datatype::Float64 | Datatype::Unknown(_)
-        )
+        !matches!(self, Datatype::Float32 | Datatype::Float64 | Datatype::Unknown(_))
     }
 }
 
@@ -210,11 +207,7 @@ impl<'a> PointCloud2<'a> {
 
     /// Byte order of the numbers in `data`.
     pub fn data_order(&self) -> ByteOrder {
-        if self.is_bigendian {
-            ByteOrder::Big
-        } else {
-            ByteOrder::Little
-        }
+        if self.is_bigendian { ByteOrder::Big } else { ByteOrder::Little }
     }
 
     /// Bytes from row to row as the data has them: packed if the data is exactly that long, whatever
@@ -237,9 +230,7 @@ impl<'a> PointCloud2<'a> {
     /// The bytes of each row's points, without what is behind them.
     fn rows(&self) -> impl Iterator<Item = &[u8]> {
         let packed = self.width as usize * self.point_step as usize;
-        self.data
-            .chunks_exact(self.row_stride().max(1))
-            .map(move |row| &row[..packed])
+        self.data.chunks_exact(self.row_stride().max(1)).map(move |row| &row[..packed])
     }
 
     /// The field of a name.
@@ -315,9 +306,7 @@ impl<'a> PointCloud2<'a> {
         let [i, j, k] = fields.map(|field| field.offset as usize);
         let (step, width) = (self.point_step as usize, self.width as usize);
         let mut columns = [(); 3].map(|()| vec![0.0; self.point_count()]);
-        let [x, y, z] = columns
-            .each_mut()
-            .map(|column| column.chunks_exact_mut(width));
+        let [x, y, z] = columns.each_mut().map(|column| column.chunks_exact_mut(width));
         for (row, ((x, y), z)) in self.rows().zip(x.zip(y).zip(z)) {
             let places = x.iter_mut().zip(y).zip(z);
             for (point, ((x, y), z)) in row.chunks_exact(step).zip(places) {
@@ -328,9 +317,7 @@ impl<'a> PointCloud2<'a> {
     }
 
     fn ring(&self) -> Result<Option<Vec<u16>>> {
-        let Some(name) = ["ring", "channel"]
-            .into_iter()
-            .find(|name| self.field(name).is_some())
+        let Some(name) = ["ring", "channel"].into_iter().find(|name| self.field(name).is_some())
         else {
             return Ok(None);
         };
@@ -353,9 +340,7 @@ impl<'a> PointCloud2<'a> {
         macro_rules! read {
             ($get:ident) => {
                 for row in self.rows() {
-                    let numbers = row
-                        .chunks_exact(step)
-                        .map(|point| order.$get(take(point, at)));
+                    let numbers = row.chunks_exact(step).map(|point| order.$get(take(point, at)));
                     column.extend(numbers.map(|number| convert(number.into())));
                 }
             };
@@ -417,14 +402,10 @@ impl<'a> PointCloud2<'a> {
             return Ok(());
         }
         if row_step < width * point_step {
-            return Err(malformed(format!(
-                "rows shorter than their points: {shape}"
-            )));
+            return Err(malformed(format!("rows shorter than their points: {shape}")));
         }
         if length != height * row_step {
-            return Err(malformed(format!(
-                "the data is not as long as its rows: {shape}"
-            )));
+            return Err(malformed(format!("the data is not as long as its rows: {shape}")));
         }
         Ok(())
     }
@@ -471,10 +452,7 @@ impl<'a> PointCloud2<'a> {
 }
 
 pub(super) fn malformed(problem: String) -> Error {
-    Error::Malformed {
-        message: POINT_CLOUD2_NAME,
-        problem,
-    }
+    Error::Malformed { message: POINT_CLOUD2_NAME, problem }
 }
 
 fn read_fields(reader: &mut CdrReader) -> Result<Vec<PointField>> {
@@ -510,12 +488,7 @@ pub(super) mod tests {
     use super::*;
 
     pub(in crate::io) fn field(name: &str, offset: u32, datatype: Datatype) -> PointField {
-        PointField {
-            name: name.to_owned(),
-            offset,
-            datatype,
-            count: 1,
-        }
+        PointField { name: name.to_owned(), offset, datatype, count: 1 }
     }
 
     /// A cloud of one row of points of the given bytes.
@@ -568,9 +541,7 @@ pub(super) mod tests {
             &1_700_000_000_i32.to_le_bytes(),
             &[5, 0, 0, 0, 3, 0, 0, 0, b'a', b'b', 0, 0],
             &[1, 0, 0, 0, 1, 0, 0, 0], // height, width
-            &[
-                1, 0, 0, 0, 2, 0, 0, 0, b'x', 0, 0, 0, 0, 0, 0, 0, 7, 0, 0, 0, 1, 0, 0, 0,
-            ],
+            &[1, 0, 0, 0, 2, 0, 0, 0, b'x', 0, 0, 0, 0, 0, 0, 0, 7, 0, 0, 0, 1, 0, 0, 0],
             &[0, 0, 0, 0, 12, 0, 0, 0, 12, 0, 0, 0, 12, 0, 0, 0],
             &data,
             &[1],
@@ -627,14 +598,7 @@ pub(super) mod tests {
     fn coordinates_of_any_type_order_and_place() {
         let place = |x: f64, y: i16, z: f32| {
             let z = z.to_be_bytes();
-            [
-                [9].as_slice(),
-                &z,
-                &y.to_be_bytes(),
-                &[9, 9, 9],
-                &x.to_be_bytes(),
-            ]
-            .concat()
+            [[9].as_slice(), &z, &y.to_be_bytes(), &[9, 9, 9], &x.to_be_bytes()].concat()
         };
         let data = [place(1.25, -2, 3.5), place(-4.0, 5, 6.0)].concat();
         let fields = vec![
@@ -697,12 +661,7 @@ pub(super) mod tests {
     #[test]
     fn sizes_that_lie_are_told_with_their_numbers() {
         let data = padded_rows();
-        let honest = PointCloud2 {
-            height: 2,
-            width: 3,
-            row_step: 44,
-            ..cloud(xyz(), 13, &data)
-        };
+        let honest = PointCloud2 { height: 2, width: 3, row_step: 44, ..cloud(xyz(), 13, &data) };
         assert!(honest.check().is_ok());
         let lies: [fn(&mut PointCloud2); 7] = [
             |cloud| cloud.height = 3,
@@ -717,10 +676,7 @@ pub(super) mod tests {
             let mut cloud = honest.clone();
             lie(&mut cloud);
             let problem = problem(&cloud);
-            assert!(
-                problem.contains(&format!("{} bytes of data", cloud.data.len())),
-                "{problem}"
-            );
+            assert!(problem.contains(&format!("{} bytes of data", cloud.data.len())), "{problem}");
             assert!(cloud.encode(&mut Vec::new()).is_err());
         }
         for offset in [2, 9, 10, u32::MAX] {
@@ -737,10 +693,7 @@ pub(super) mod tests {
                 let mut cloud = cloud(Vec::new(), 16, data);
                 (cloud.height, cloud.width, cloud.row_step) = (height, width, row_step);
                 let cdr = encoded(&cloud);
-                let points = PointCloud2::parse(&cdr)
-                    .unwrap()
-                    .to_cloud(Some("label"))
-                    .unwrap();
+                let points = PointCloud2::parse(&cdr).unwrap().to_cloud(Some("label")).unwrap();
                 assert!(points.is_empty());
                 assert_eq!(points.class, Some(vec![]));
             }
@@ -789,10 +742,7 @@ pub(super) mod tests {
         let parsed = PointCloud2::parse(&cdr).unwrap();
         assert_eq!(parsed.field("odd").unwrap().datatype.code(), 77);
         assert!(parsed.to_cloud(None).is_ok());
-        assert!(matches!(
-            parsed.column_f64("odd"),
-            Err(Error::Malformed { .. })
-        ));
+        assert!(matches!(parsed.column_f64("odd"), Err(Error::Malformed { .. })));
     }
 
     #[test]

@@ -17,9 +17,7 @@ pub fn read_scan(path: &Path) -> Result<PointCloud> {
     }
     let column = |offset: usize| {
         let floats = points.iter().map(|point| point[offset..].first_chunk());
-        floats
-            .map(|bytes| bytes.map_or(f32::NAN, |b| f32::from_le_bytes(*b)))
-            .collect()
+        floats.map(|bytes| bytes.map_or(f32::NAN, |b| f32::from_le_bytes(*b))).collect()
     };
     PointCloud::new(column(0), column(4), column(8))
 }
@@ -38,18 +36,12 @@ pub fn read_labels(path: &Path) -> Result<Vec<u32>> {
 }
 
 fn read(path: &Path) -> Result<Vec<u8>> {
-    std::fs::read(path).map_err(|source| Error::Io {
-        path: path.into(),
-        source,
-    })
+    std::fs::read(path).map_err(|source| Error::Io { path: path.into(), source })
 }
 
 fn size_problem(message: &'static str, path: &Path, bytes: usize, word: usize) -> Error {
     Error::Malformed {
         message,
-        problem: format!(
-            "{}: {bytes} bytes are no multiple of {word}",
-            path.display()
-        ),
+        problem: format!("{}: {bytes} bytes are no multiple of {word}", path.display()),
     }
 }

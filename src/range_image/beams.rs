@@ -59,9 +59,7 @@ fn slope(cloud: &PointCloud, point: usize) -> f64 {
 /// many converters'): the azimuth runs round once per beam. `None` unless the turns are beams, that is
 /// unless their median elevations lie in order.
 pub(super) fn turns(cloud: &PointCloud, azimuths: &[f32]) -> Option<Vec<u16>> {
-    [0.0, PI]
-        .iter()
-        .find_map(|&seam| turns_at(cloud, azimuths, seam))
+    [0.0, PI].iter().find_map(|&seam| turns_at(cloud, azimuths, seam))
 }
 
 fn turns_at(cloud: &PointCloud, azimuths: &[f32], seam: f64) -> Option<Vec<u16>> {
@@ -94,10 +92,7 @@ fn are_ordered(cloud: &PointCloud, turns: &[u16], count: usize) -> bool {
             elevations[usize::from(turn)].push(slope(cloud, point));
         }
     }
-    let medians: Vec<f64> = elevations
-        .iter_mut()
-        .filter_map(|beam| median(beam))
-        .collect();
+    let medians: Vec<f64> = elevations.iter_mut().filter_map(|beam| median(beam)).collect();
     let falling = medians.windows(2).filter(|pair| pair[1] < pair[0]).count();
     let steps = medians.len() - 1;
     falling * 20 >= steps * 19 || falling * 20 <= steps
@@ -136,11 +131,7 @@ pub(super) fn elevation_peaks(cloud: &PointCloud) -> Option<Vec<f64>> {
         previous = Some(bin);
     }
     let enough = |beams: &[f64]| (4..=MOST_BEAMS).contains(&beams.len());
-    let beams: Vec<f64> = beams
-        .iter()
-        .rev()
-        .map(|&(n, sum)| sum / f64::from(n))
-        .collect();
+    let beams: Vec<f64> = beams.iter().rev().map(|&(n, sum)| sum / f64::from(n)).collect();
     enough(&beams).then_some(beams)
 }
 
@@ -149,11 +140,7 @@ pub(super) fn nearest(beams: &[f64], elevation: f64) -> u16 {
     let below = beams.partition_point(|&beam| beam > elevation);
     let above = below.saturating_sub(1);
     let below = below.min(beams.len() - 1);
-    let closer = if beams[above] - elevation <= elevation - beams[below] {
-        above
-    } else {
-        below
-    };
+    let closer = if beams[above] - elevation <= elevation - beams[below] { above } else { below };
     closer as u16
 }
 

@@ -20,10 +20,7 @@ pub(super) struct Columns {
 impl Columns {
     /// A given number of columns.
     pub fn new(count: usize) -> Self {
-        Columns {
-            count,
-            shift: Vec::new(),
-        }
+        Columns { count, shift: Vec::new() }
     }
 
     /// Columns as far apart as neighbouring returns of one beam, or `default` where no beam has enough
@@ -36,9 +33,7 @@ impl Columns {
         given: Option<usize>,
         default: usize,
     ) -> Self {
-        let count = given
-            .or_else(|| count(cloud, azimuths, row, rows))
-            .unwrap_or(default);
+        let count = given.or_else(|| count(cloud, azimuths, row, rows)).unwrap_or(default);
         let mut columns = Columns::new(count);
         columns.shift = shifts(cloud, azimuths, row, rows, &columns);
         columns
@@ -75,9 +70,7 @@ fn count(cloud: &PointCloud, azimuths: &[f32], row: &[u16], rows: usize) -> Opti
     let mut steps = Vec::new();
     for sample in &mut samples {
         sample.sort_unstable_by(f32::total_cmp);
-        let gaps = sample
-            .windows(2)
-            .map(|pair| f64::from(pair[1]) - f64::from(pair[0]));
+        let gaps = sample.windows(2).map(|pair| f64::from(pair[1]) - f64::from(pair[0]));
         steps.extend(gaps.filter(|&gap| gap > SAME_SHOT));
     }
     if steps.len() < FEWEST_STEPS {

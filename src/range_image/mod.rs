@@ -155,30 +155,18 @@ impl RangeImage {
 
     /// How many points have a pixel but are not seen in it.
     pub fn shadowed_count(&self) -> usize {
-        let placed = self
-            .pixel_of_point
-            .iter()
-            .filter(|&&pixel| pixel != NOWHERE);
-        let seen = self
-            .point_of_pixel
-            .values()
-            .iter()
-            .filter(|&&point| point != NOWHERE);
+        let placed = self.pixel_of_point.iter().filter(|&&pixel| pixel != NOWHERE);
+        let seen = self.point_of_pixel.values().iter().filter(|&&point| point != NOWHERE);
         placed.count() - seen.count()
     }
 
     /// Elevations in radians of the highest and the lowest return seen, if there is any return.
     pub fn elevation_span(&self, cloud: &PointCloud) -> Option<(f64, f64)> {
-        let seen = self
-            .point_of_pixel
-            .values()
-            .iter()
-            .filter(|&&point| point != NOWHERE);
-        seen.map(|&point| elevation(cloud, point as usize))
-            .fold(None, |span, e| match span {
-                None => Some((e, e)),
-                Some((high, low)) => Some((e.max(high), e.min(low))),
-            })
+        let seen = self.point_of_pixel.values().iter().filter(|&&point| point != NOWHERE);
+        seen.map(|&point| elevation(cloud, point as usize)).fold(None, |span, e| match span {
+            None => Some((e, e)),
+            Some((high, low)) => Some((e.max(high), e.min(low))),
+        })
     }
 }
 

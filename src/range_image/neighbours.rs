@@ -81,19 +81,12 @@ mod tests {
             next - 1
         });
         let cells: Vec<u32> = cells.collect();
-        (
-            Grid::from_rows(lines.len(), lines[0].len(), cells),
-            next as usize,
-        )
+        (Grid::from_rows(lines.len(), lines[0].len(), cells), next as usize)
     }
 
     fn found(lines: &[&str], columns: usize, rows: usize, wraps: bool) -> Vec<[i64; 4]> {
         let (grid, count) = drawn(lines);
-        let reach = Reach {
-            columns,
-            rows,
-            wraps,
-        };
+        let reach = Reach { columns, rows, wraps };
         let found = neighbours(&grid, &vec![0; count], reach);
         let signed = |n: u32| if n == NO_NEIGHBOUR { -1 } else { i64::from(n) };
         found.into_iter().map(|four| four.map(signed)).collect()
@@ -106,12 +99,7 @@ mod tests {
         let lines = ["#.#", "##."];
         assert_eq!(
             found(&lines, 1, 1, true),
-            [
-                [1, -1, -1, 2],
-                [-1, 0, -1, -1],
-                [-1, 3, 0, -1],
-                [2, -1, -1, -1]
-            ]
+            [[1, -1, -1, 2], [-1, 0, -1, -1], [-1, 3, 0, -1], [2, -1, -1, -1]]
         );
         assert_eq!(found(&lines, 1, 1, false)[0], [-1, -1, -1, 2]);
     }
@@ -119,14 +107,8 @@ mod tests {
     #[test]
     fn gaps_step_over_what_is_empty() {
         assert_eq!(found(&["#..#"], 2, 1, false), [[-1; 4], [-1; 4]]);
-        assert_eq!(
-            found(&["#..#"], 3, 1, false),
-            [[-1, 1, -1, -1], [0, -1, -1, -1]]
-        );
-        assert_eq!(
-            found(&["#", ".", "#"], 1, 2, true),
-            [[-1, -1, -1, 1], [-1, -1, 0, -1]]
-        );
+        assert_eq!(found(&["#..#"], 3, 1, false), [[-1, 1, -1, -1], [0, -1, -1, -1]]);
+        assert_eq!(found(&["#", ".", "#"], 1, 2, true), [[-1, -1, -1, 1], [-1, -1, 0, -1]]);
     }
 
     #[test]
@@ -143,11 +125,7 @@ mod tests {
     #[test]
     fn other_groups_are_stepped_over() {
         let (grid, _) = drawn(&["###"]);
-        let reach = Reach {
-            columns: 2,
-            rows: 1,
-            wraps: false,
-        };
+        let reach = Reach { columns: 2, rows: 1, wraps: false };
         let found = neighbours(&grid, &[1, 2, 1], reach);
         assert_eq!(found[0][1], 2);
         assert_eq!(found[1], [NO_NEIGHBOUR; 4]);

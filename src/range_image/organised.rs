@@ -18,17 +18,9 @@ pub(super) fn project(cloud: &PointCloud, params: &ProjectionParams) -> RangeIma
     let is_beam = |spread: Option<f64>| spread.is_some_and(|spread| spread < BEAM_SPREAD);
     let is_swept = |spread: Option<f64>| spread.is_some_and(|spread| spread > 4.0 * BEAM_SPREAD);
     let transposed = is_beam(along_column) && is_swept(along_row);
-    let (rows, columns) = if transposed {
-        (width, height)
-    } else {
-        (height, width)
-    };
+    let (rows, columns) = if transposed { (width, height) } else { (height, width) };
     let point = |row: usize, column: usize| {
-        if transposed {
-            column * width + row
-        } else {
-            row * width + column
-        }
+        if transposed { column * width + row } else { row * width + column }
     };
 
     let mut point_of_pixel = Grid::filled(rows, columns, NOWHERE);
@@ -126,7 +118,5 @@ fn top_row_first(
         }
     }
     let [first, second] = halves.map(|mut half| median(&mut half));
-    first
-        .zip(second)
-        .is_none_or(|(first, second)| first >= second)
+    first.zip(second).is_none_or(|(first, second)| first >= second)
 }

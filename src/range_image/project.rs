@@ -94,10 +94,7 @@ fn by_scan_order(cloud: &PointCloud, azimuths: &[f32]) -> Option<Rows> {
     Some(Rows {
         projection: Projection::ScanOrder,
         count: row_of_turn.len(),
-        of_point: turn
-            .iter()
-            .map(|&turn| row_of_turn[usize::from(turn)])
-            .collect(),
+        of_point: turn.iter().map(|&turn| row_of_turn[usize::from(turn)]).collect(),
     })
 }
 
@@ -114,9 +111,7 @@ fn by_elevations(cloud: &PointCloud) -> Option<Rows> {
 
 fn by_uniform_elevation(cloud: &PointCloud, params: &ProjectionParams) -> Rows {
     let count = params.rows.unwrap_or(PAPER_ROWS);
-    let (upper, lower) = params
-        .field_of_view
-        .unwrap_or_else(|| beams::field_of_view(cloud));
+    let (upper, lower) = params.field_of_view.unwrap_or_else(|| beams::field_of_view(cloud));
     let of_point = (0..cloud.len())
         .map(|point| {
             let down = (upper - elevation(cloud, point)) / (upper - lower);
@@ -124,9 +119,5 @@ fn by_uniform_elevation(cloud: &PointCloud, params: &ProjectionParams) -> Rows {
             ((down * count as f64) as usize).min(count - 1) as u16
         })
         .collect();
-    Rows {
-        projection: Projection::UniformElevation,
-        count,
-        of_point,
-    }
+    Rows { projection: Projection::UniformElevation, count, of_point }
 }

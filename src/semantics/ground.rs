@@ -18,10 +18,7 @@ pub struct GroundParams {
 
 impl Default for GroundParams {
     fn default() -> Self {
-        GroundParams {
-            start_slope: 45_f64.to_radians(),
-            slope_change: 5_f64.to_radians(),
-        }
+        GroundParams { start_slope: 45_f64.to_radians(), slope_change: 5_f64.to_radians() }
     }
 }
 
@@ -29,11 +26,7 @@ impl Default for GroundParams {
 pub fn ground(cloud: &PointCloud, image: &RangeImage, params: &GroundParams) -> Vec<bool> {
     let (rows, columns) = (image.rows(), image.columns());
     let pixel = |up: usize, column: usize| {
-        let row = if image.top_row_first {
-            rows - 1 - up
-        } else {
-            up
-        };
+        let row = if image.top_row_first { rows - 1 - up } else { up };
         row * columns + column
     };
     let mut slope = vec![f64::NAN; rows * columns];

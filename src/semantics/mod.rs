@@ -49,9 +49,7 @@ pub fn object_mask(cloud: &PointCloud, image: &RangeImage, source: MaskSource) -
 fn by_class(cloud: &PointCloud, taxonomy: &Taxonomy) -> ObjectMask {
     let mut mask = ObjectMask::default();
     let class_of = taxonomy.lookup();
-    let is_known: Vec<bool> = (0..=u16::MAX)
-        .map(|id| taxonomy.class_of(id).is_some())
-        .collect();
+    let is_known: Vec<bool> = (0..=u16::MAX).map(|id| taxonomy.class_of(id).is_some()).collect();
     let raw = cloud.class.as_deref().unwrap_or(&[]);
     for point in 0..cloud.len() {
         let id = usize::from(raw.get(point).copied().unwrap_or(0));
@@ -82,10 +80,7 @@ fn without_classes(cloud: &PointCloud, is_ground: impl Fn(usize) -> bool) -> Obj
     });
     let reason: Vec<Reason> = reasons.collect();
     ObjectMask {
-        is_object: reason
-            .iter()
-            .map(|&reason| reason == Reason::None)
-            .collect(),
+        is_object: reason.iter().map(|&reason| reason == Reason::None).collect(),
         class: vec![0; cloud.len()],
         reason,
         unknown_ids: 0,

@@ -75,15 +75,8 @@ impl Ground {
             }
         };
         let profile = [wave(0.022, 230.0), wave(0.008, 90.0)];
-        let crossfall = Wave {
-            amplitude: 0.02,
-            ..wave(1.0, 310.0)
-        };
-        Ground {
-            profile,
-            crossfall,
-            strips,
-        }
+        let crossfall = Wave { amplitude: 0.02, ..wave(1.0, 310.0) };
+        Ground { profile, crossfall, strips }
     }
 
     /// The strip at y, metres.
@@ -117,9 +110,7 @@ impl Ground {
     /// from the world's x.
     pub fn frame_on_slope(&self, x: f64, y: f64, yaw: f64) -> Isometry3<f64> {
         let up = self.normal(x, y);
-        let left = up
-            .cross(&Vector3::new(yaw.cos(), yaw.sin(), 0.0))
-            .normalize();
+        let left = up.cross(&Vector3::new(yaw.cos(), yaw.sin(), 0.0)).normalize();
         let axes = Matrix3::from_columns(&[left.cross(&up), left, up]);
         let rotation =
             UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
@@ -222,16 +213,9 @@ mod tests {
     use super::*;
 
     fn road_and_sidewalk() -> Ground {
-        let strip = |to_y, class, is_raised| Strip {
-            to_y,
-            class,
-            material: Material::Asphalt,
-            is_raised,
-        };
-        Ground::new(
-            3,
-            vec![strip(4.0, 40, false), strip(f64::INFINITY, 48, true)],
-        )
+        let strip =
+            |to_y, class, is_raised| Strip { to_y, class, material: Material::Asphalt, is_raised };
+        Ground::new(3, vec![strip(4.0, 40, false), strip(f64::INFINITY, 48, true)])
     }
 
     fn is_near(ground: &Ground, at: Point3<f64>, margin: f64) -> bool {
@@ -239,19 +223,13 @@ mod tests {
     }
 
     fn level(mut ground: Ground) -> Ground {
-        ground
-            .profile
-            .iter_mut()
-            .for_each(|wave| wave.amplitude = 0.0);
+        ground.profile.iter_mut().for_each(|wave| wave.amplitude = 0.0);
         ground.crossfall.amplitude = 0.0;
         ground
     }
 
     fn ray(direction: [f64; 3]) -> Ray {
-        Ray {
-            origin: Point3::new(0.0, 0.0, 2.0),
-            direction: Vector3::from(direction).normalize(),
-        }
+        Ray { origin: Point3::new(0.0, 0.0, 2.0), direction: Vector3::from(direction).normalize() }
     }
 
     #[test]
@@ -264,10 +242,7 @@ mod tests {
         assert!((walk.range - 1.86 * 17.0_f64.sqrt()).abs() < 1e-3 && walk.class == 48);
         // At y = 4 this ray is 0.08 m high, below the kerb's edge.
         let face = ground.hit(&ray([0.0, 4.0, -1.92]), 100.0).unwrap();
-        assert_eq!(
-            (face.class, face.normal),
-            (48, Vector3::new(0.0, -1.0, 0.0))
-        );
+        assert_eq!((face.class, face.normal), (48, Vector3::new(0.0, -1.0, 0.0)));
         assert!((face.range - 4.0_f64.hypot(1.92)).abs() < 1e-9);
         assert!(ground.hit(&ray([1.0, 0.0, 0.1]), 100.0).is_none());
     }

@@ -68,11 +68,7 @@ impl Material {
             Material::Paving => (0.32, 0.0, 0.0),
             Material::Grass => (0.45, 0.0, 0.02),
         };
-        Optics {
-            reflectivity,
-            transmission,
-            loss,
-        }
+        Optics { reflectivity, transmission, loss }
     }
 }
 
@@ -123,11 +119,9 @@ impl Coating {
     pub fn material_at(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> Material {
         match self {
             Coating::Plain(material) => *material,
-            Coating::Bodywork {
-                paint,
-                half_length,
-                half_width,
-            } => bodywork(*paint, *half_length, *half_width, point),
+            Coating::Bodywork { paint, half_length, half_width } => {
+                bodywork(*paint, *half_length, *half_width, point)
+            }
             Coating::Cabin(glazing) if glazing.is_window(point, normal) => Material::Glass,
             Coating::Cabin(glazing) => glazing.paint,
             Coating::SpokedWheel { x, z, rim } => {
@@ -157,21 +151,13 @@ fn bodywork(paint: Material, half_length: f64, half_width: f64, at: &Point3<f64>
     let aside = at.y.abs();
     let is_plate = aside < 0.26 && (0.38..0.52).contains(&at.z);
     let is_lamp = aside > half_width - 0.38 && (0.60..0.74).contains(&at.z);
-    if is_end && (is_plate || is_lamp) {
-        Material::Retroreflector
-    } else {
-        paint
-    }
+    if is_end && (is_plate || is_lamp) { Material::Retroreflector } else { paint }
 }
 
 fn facade(at: &Point3<f64>, normal: &Vector3<f64>) -> Material {
     let (floor, bay) = (at.z.rem_euclid(3.0), at.x.rem_euclid(2.4));
     let is_window = (1.0..2.4).contains(&floor) && (0.6..1.8).contains(&bay);
-    if is_window && at.z > 0.0 && normal.y.abs() > 0.5 {
-        Material::Pane
-    } else {
-        Material::Masonry
-    }
+    if is_window && at.z > 0.0 && normal.y.abs() > 0.5 { Material::Pane } else { Material::Masonry }
 }
 
 impl Glazing {

@@ -73,12 +73,7 @@ pub struct Frame {
 impl Drive {
     /// The drive of a sensor, a scene and a seed.
     pub fn new(sensor: Sensor, scene: Scene, seed: u64) -> Self {
-        Drive {
-            sensor,
-            scene,
-            seed,
-            world: World::new(scene, seed),
-        }
+        Drive { sensor, scene, seed, world: World::new(scene, seed) }
     }
 
     /// Frame `number`, 100 ms after the one before; independent of which frames were made earlier.
@@ -129,20 +124,13 @@ fn store(sensor: Sensor, returns: &[Option<Return>], stamp_ns: u64, pose: Isomet
         frame.cloud.z.push(position.z as f32);
         ring.push(sensor.ring(row));
         class.push(found.map_or(0, |found| found.class));
-        frame
-            .intensity
-            .push(found.map_or(0.0, |found| found.intensity as f32));
+        frame.intensity.push(found.map_or(0.0, |found| found.intensity as f32));
         frame.true_instance.push(found.map_or(0, |found| found.id));
-        frame
-            .time_offset_ns
-            .push(sensor.time_offset_ns(row, column));
+        frame.time_offset_ns.push(sensor.time_offset_ns(row, column));
     }
     let count = ring.len();
     (frame.cloud.ring, frame.cloud.class) = (Some(ring), Some(class));
-    (frame.cloud.height, frame.cloud.width) = if is_organised {
-        (sensor.beams(), sensor.columns())
-    } else {
-        (1, count)
-    };
+    (frame.cloud.height, frame.cloud.width) =
+        if is_organised { (sensor.beams(), sensor.columns()) } else { (1, count) };
     frame
 }

@@ -25,16 +25,11 @@ pub(super) fn stream(seed: u64, purpose: Purpose, first: u64, second: u64) -> Pc
 /// A bijection of 64 bits in which every input bit reaches every output bit: add a constant, then
 /// multiply and fold the upper half down, three times.
 fn mix(value: u64) -> u64 {
-    const ODD: [u64; 3] = [
-        0xD6E8_FEB8_6659_FD93,
-        0xA3EC_6476_59F3_57AB,
-        0xC2B2_AE3D_27D4_EB4F,
-    ];
-    ODD.iter()
-        .fold(value.wrapping_add(0x632B_E59B_D9B4_E019), |value, &odd| {
-            let product = value.wrapping_mul(odd);
-            product ^ (product >> 32)
-        })
+    const ODD: [u64; 3] = [0xD6E8_FEB8_6659_FD93, 0xA3EC_6476_59F3_57AB, 0xC2B2_AE3D_27D4_EB4F];
+    ODD.iter().fold(value.wrapping_add(0x632B_E59B_D9B4_E019), |value, &odd| {
+        let product = value.wrapping_mul(odd);
+        product ^ (product >> 32)
+    })
 }
 
 /// A sample of the normal distribution with mean 0 and deviation 1 (Box and Muller).
@@ -63,9 +58,6 @@ mod tests {
         let samples: Vec<f64> = (0..10_000).map(|_| normal(&mut rng)).collect();
         let mean = samples.iter().sum::<f64>() / 1e4;
         let variance = samples.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / 1e4;
-        assert!(
-            mean.abs() < 0.05 && (variance - 1.0).abs() < 0.05,
-            "{mean} {variance}"
-        );
+        assert!(mean.abs() < 0.05 && (variance - 1.0).abs() < 0.05, "{mean} {variance}");
     }
 }

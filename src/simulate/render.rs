@@ -82,10 +82,8 @@ impl<'a> View<'a> {
             targets: Vec::with_capacity(objects.len()),
             columns: vec![Vec::new(); sensor.columns()],
         };
-        let mut spans: Vec<(Target, std::ops::Range<i64>)> = objects
-            .into_iter()
-            .filter_map(|object| view.target(object))
-            .collect();
+        let mut spans: Vec<(Target, std::ops::Range<i64>)> =
+            objects.into_iter().filter_map(|object| view.target(object)).collect();
         spans.sort_by(|a, b| a.0.nearest.total_cmp(&b.0.nearest));
         let count = sensor.columns() as i64;
         for (target, span) in spans {
@@ -113,11 +111,7 @@ impl<'a> View<'a> {
             return None;
         }
         let tangent = |z: f64, outward: f64| {
-            let reference = if z * outward > 0.0 {
-                nearest
-            } else {
-                distance + spread
-            };
+            let reference = if z * outward > 0.0 { nearest } else { distance + spread };
             z / reference.max(0.1)
         };
         let object_from_sensor = sensor_from_object.inverse();
@@ -127,10 +121,7 @@ impl<'a> View<'a> {
             rotation: *object_from_sensor.rotation.to_rotation_matrix().matrix(),
             translation: object_from_sensor.translation.vector,
             nearest,
-            tangents: [
-                tangent(centre.z - rise, -1.0),
-                tangent(centre.z + rise, 1.0),
-            ],
+            tangents: [tangent(centre.z - rise, -1.0), tangent(centre.z + rise, 1.0)],
         };
         Some((target, self.columns_around(&centre, spread)))
     }
@@ -155,10 +146,7 @@ impl<'a> View<'a> {
         let per_radian = count as f64 / std::f64::consts::TAU;
         let middle = (std::f64::consts::PI - centre.y.atan2(centre.x)) * per_radian - 0.5;
         let half = (radius / distance).asin() * per_radian + 2.0;
-        let (first, last) = (
-            (middle - half).floor() as i64,
-            (middle + half).ceil() as i64,
-        );
+        let (first, last) = ((middle - half).floor() as i64, (middle + half).ceil() as i64);
         first..(last + 1).min(first + count)
     }
 
@@ -232,10 +220,8 @@ impl<'a> View<'a> {
 
     fn ground_surface(&self, direction: &Vector3<f64>) -> Option<Surface> {
         let pose = &self.world_from_sensor;
-        let ray = Ray {
-            origin: pose.translation.vector.into(),
-            direction: pose.rotation * direction,
-        };
+        let ray =
+            Ray { origin: pose.translation.vector.into(), direction: pose.rotation * direction };
         let hit = self.ground.hit(&ray, self.sensor.max_range())?;
         Some(Surface {
             range: hit.range,
@@ -282,10 +268,7 @@ impl Target {
         limit: f64,
         rng: &mut Pcg32,
     ) -> Option<Surface> {
-        let ray = Ray {
-            origin: self.translation.into(),
-            direction: self.rotation * direction,
-        };
+        let ray = Ray { origin: self.translation.into(), direction: self.rotation * direction };
         let (mut limit, mut first) = (limit, None);
         for part in &self.model.parts {
             let Some((enter, leave)) = part.shape.span(&ray) else {
@@ -317,11 +300,7 @@ impl Target {
             class: part.class,
             id: self.id,
             material: part.coating.material_at(&at, &normal),
-            cosine: if part.coating.is_foliage() {
-                0.7
-            } else {
-                cosine
-            },
+            cosine: if part.coating.is_foliage() { 0.7 } else { cosine },
         })
     }
 }

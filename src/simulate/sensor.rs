@@ -208,9 +208,8 @@ mod tests {
             (Sensor::Vlp16, 15.0, -15.0),
             (Sensor::Os1_128, 22.5, -22.5),
         ] {
-            let degrees: Vec<f64> = (0..sensor.beams())
-                .map(|row| sensor.elevation(row).to_degrees())
-                .collect();
+            let degrees: Vec<f64> =
+                (0..sensor.beams()).map(|row| sensor.elevation(row).to_degrees()).collect();
             assert!((degrees[0] - first).abs() < 1e-9);
             assert!((degrees[sensor.beams() - 1] - last).abs() < 1e-9);
             assert!(degrees.windows(2).all(|pair| pair[0] > pair[1]));
@@ -219,9 +218,8 @@ mod tests {
 
     #[test]
     fn vlp16_fires_its_lasers_interleaved() {
-        let degrees: Vec<f64> = (0..4)
-            .map(|laser| Sensor::Vlp16.elevation(vlp16_row(laser)).to_degrees())
-            .collect();
+        let degrees: Vec<f64> =
+            (0..4).map(|laser| Sensor::Vlp16.elevation(vlp16_row(laser)).to_degrees()).collect();
         for (found, expected) in degrees.iter().zip([-15.0, 1.0, -13.0, 3.0]) {
             assert!((found - expected).abs() < 1e-9);
         }

@@ -61,10 +61,7 @@ fn frames_depend_on_seed_and_number_alone() {
     drive.frame(4);
     assert_eq!(drive.frame(5), alone);
     assert_eq!(Drive::new(Sensor::Vlp16, Scene::Street, 3).frame(5), alone);
-    assert_ne!(
-        Drive::new(Sensor::Vlp16, Scene::Street, 4).frame(5).cloud,
-        alone.cloud
-    );
+    assert_ne!(Drive::new(Sensor::Vlp16, Scene::Street, 4).frame(5).cloud, alone.cloud);
     assert_ne!(drive.frame(6).cloud, alone.cloud);
     assert_eq!(alone.stamp_ns, EPOCH_NS + 500_000_000);
 }
@@ -139,19 +136,9 @@ fn scenes_hold_what_they_promise() {
         (TRUNK, 50),
         (POLE, 20),
     ];
-    let parking = vec![
-        (CAR, 9000),
-        (MOVING_PERSON, 100),
-        (ROAD, 9000),
-        (PARKING, 500),
-    ];
-    let crowd = vec![
-        (PERSON, 500),
-        (MOVING_PERSON, 3000),
-        (MOVING_BICYCLIST, 100),
-        (POLE, 300),
-        (CAR, 10),
-    ];
+    let parking = vec![(CAR, 9000), (MOVING_PERSON, 100), (ROAD, 9000), (PARKING, 500)];
+    let crowd =
+        vec![(PERSON, 500), (MOVING_PERSON, 3000), (MOVING_BICYCLIST, 100), (POLE, 300), (CAR, 10)];
     let promised = [street, parking, crowd];
     for (scene, promised) in Scene::ALL.into_iter().zip(promised) {
         let frame = Drive::new(Sensor::Hdl64e, scene, 1).frame(0);
@@ -298,11 +285,8 @@ fn returns_of_a_car(is_black: bool) -> Vec<Return> {
     let mut model = car.parked();
     // The body alone: no wheels, windows or seats.
     model.parts.truncate(1);
-    let placed = Placed {
-        id: 1,
-        model,
-        world_from_object: ground.frame_on_slope(8.0, -1.75, FRAC_PI_2),
-    };
+    let placed =
+        Placed { id: 1, model, world_from_object: ground.frame_on_slope(8.0, -1.75, FRAC_PI_2) };
     let pose = drive.world.ego(0.0) * Translation3::new(0.0, 0.0, 1.73);
     let view = View::new(drive.sensor, ground, pose, (0, 0), vec![placed]);
     let returns = view.cast().into_iter().flatten();
@@ -414,11 +398,7 @@ fn the_ego_vehicle_hits_nothing() {
 fn gaps(objects: &[Placed], class: u16, along: usize) -> Vec<f64> {
     let of_class = |o: &&Placed| o.id != 0 && o.model.parts[0].class == class;
     let boxes: Vec<_> = objects.iter().filter(of_class).map(footprint).collect();
-    let reach = |f: &Footprint| {
-        (0..2)
-            .map(|i| f.half[i] * f.axes[i][along].abs())
-            .sum::<f64>()
-    };
+    let reach = |f: &Footprint| (0..2).map(|i| f.half[i] * f.axes[i][along].abs()).sum::<f64>();
     let mut gaps = Vec::new();
     for a in &boxes {
         let ahead = boxes.iter().filter_map(|b| {

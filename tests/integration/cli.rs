@@ -7,10 +7,7 @@ use crate::recordings::drive;
 
 fn divmerge(arguments: &[&str]) -> Output {
     let program = env!("CARGO_BIN_EXE_divmerge");
-    Command::new(program)
-        .args(arguments)
-        .output()
-        .expect("the binary runs")
+    Command::new(program).args(arguments).output().expect("the binary runs")
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -27,14 +24,8 @@ fn demo_ends_in_a_table_and_says_what_to_open() {
     let output = divmerge(&["demo", "--frames", "2", "--out", path(folder.path())]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let said = text(&output.stdout);
-    assert!(
-        said.contains("class") && said.contains("car") && said.contains("mean"),
-        "{said}"
-    );
-    assert!(
-        said.contains("Next:") && said.contains("annotated.mcap"),
-        "{said}"
-    );
+    assert!(said.contains("class") && said.contains("car") && said.contains("mean"), "{said}");
+    assert!(said.contains("Next:") && said.contains("annotated.mcap"), "{said}");
     assert!(folder.path().join("drive.mcap").exists());
 }
 
@@ -64,38 +55,15 @@ fn annotate_prints_a_line_per_topic_or_json() {
     assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
     let said = text(&done.stdout);
     assert!(said.contains("/lidar/points: 2 frames"), "{said}");
-    assert!(
-        said.contains("objects from field:label") && said.contains("not an object"),
-        "{said}"
-    );
+    assert!(said.contains("objects from field:label") && said.contains("not an object"), "{said}");
 
     let refused = divmerge(&arguments);
     assert_eq!(refused.status.code(), Some(1));
-    assert!(
-        text(&refused.stderr).contains("--force"),
-        "{}",
-        text(&refused.stderr)
-    );
+    assert!(text(&refused.stderr).contains("--force"), "{}", text(&refused.stderr));
 
     let mut arguments = arguments.to_vec();
-    arguments.extend([
-        "--force",
-        "--json",
-        "--semantics",
-        "ground",
-        "--preset",
-        "paper",
-    ]);
-    arguments.extend([
-        "--voxel",
-        "0.2",
-        "--bev",
-        "off",
-        "--min-points",
-        "5",
-        "--gap-rows",
-        "2",
-    ]);
+    arguments.extend(["--force", "--json", "--semantics", "ground", "--preset", "paper"]);
+    arguments.extend(["--voxel", "0.2", "--bev", "off", "--min-points", "5", "--gap-rows", "2"]);
     let done = divmerge(&arguments);
     assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
     let report: serde_json::Value = serde_json::from_slice(&done.stdout).expect("JSON");
@@ -137,12 +105,7 @@ fn wrong_usage_exits_with_2() {
         &["paint"],
     ] {
         let output = divmerge(arguments);
-        assert_eq!(
-            output.status.code(),
-            Some(2),
-            "{arguments:?}: {}",
-            text(&output.stderr)
-        );
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", text(&output.stderr));
     }
 }
 
@@ -153,20 +116,12 @@ fn failures_exit_with_1_and_name_the_file() {
     for input in ["/no/such/file.mcap", path(folder.path())] {
         let failed = divmerge(&["annotate", input, "-o", &output]);
         assert_eq!(failed.status.code(), Some(1));
-        assert!(
-            text(&failed.stderr).contains(input),
-            "{}",
-            text(&failed.stderr)
-        );
+        assert!(text(&failed.stderr).contains(input), "{}", text(&failed.stderr));
     }
     let (_drive, input) = drive(1);
     let failed = divmerge(&["annotate", path(&input), "-o", "/no/such/folder/out.mcap"]);
     assert_eq!(failed.status.code(), Some(1));
-    assert!(
-        text(&failed.stderr).contains("/no/such/folder"),
-        "{}",
-        text(&failed.stderr)
-    );
+    assert!(text(&failed.stderr).contains("/no/such/folder"), "{}", text(&failed.stderr));
     assert_eq!(std::fs::read_dir(folder.path()).expect("folder").count(), 0);
 }
 
@@ -179,10 +134,7 @@ fn a_cut_off_recording_exits_with_3() {
     let done = divmerge(&["annotate", path(&input), "-o", path(&output)]);
     assert_eq!(done.status.code(), Some(3), "{}", text(&done.stderr));
     let said = text(&done.stderr);
-    assert!(
-        said.contains("cut off") && said.contains("drive.mcap"),
-        "{said}"
-    );
+    assert!(said.contains("cut off") && said.contains("drive.mcap"), "{said}");
     assert!(output.exists());
 }
 
@@ -190,9 +142,6 @@ fn a_cut_off_recording_exits_with_3() {
 fn completions_for_every_shell() {
     for shell in ["bash", "zsh", "fish"] {
         let output = divmerge(&["completions", shell]);
-        assert!(
-            output.status.success() && text(&output.stdout).contains("annotate"),
-            "{shell}"
-        );
+        assert!(output.status.success() && text(&output.stdout).contains("annotate"), "{shell}");
     }
 }

@@ -9,15 +9,9 @@ fn example(name: &str, arguments: &[&str]) -> std::process::Output {
     folder.pop();
     folder.pop();
     let program = folder.join("examples").join(name);
-    Command::new(&program)
-        .args(arguments)
-        .output()
-        .unwrap_or_else(|error| {
-            panic!(
-                "{}: {error} (run `cargo test`, which builds examples)",
-                program.display()
-            )
-        })
+    Command::new(&program).args(arguments).output().unwrap_or_else(|error| {
+        panic!("{}: {error} (run `cargo test`, which builds examples)", program.display())
+    })
 }
 
 #[test]

@@ -49,23 +49,14 @@ fn modules() -> Vec<(PathBuf, String, String)> {
     let module = |file: &Path| {
         let inside = file.strip_prefix(&root).expect("below src");
         let first = inside.components().next().expect("a name");
-        first
-            .as_os_str()
-            .to_string_lossy()
-            .trim_end_matches(".rs")
-            .to_owned()
+        first.as_os_str().to_string_lossy().trim_end_matches(".rs").to_owned()
     };
     let code = |file: &Path| {
         let text = std::fs::read_to_string(file).expect("source");
-        let lines = text
-            .lines()
-            .filter(|line| !line.trim_start().starts_with("//"));
+        let lines = text.lines().filter(|line| !line.trim_start().starts_with("//"));
         lines.collect::<Vec<_>>().join("\n")
     };
-    files
-        .iter()
-        .map(|file| (file.clone(), module(file), code(file)))
-        .collect()
+    files.iter().map(|file| (file.clone(), module(file), code(file))).collect()
 }
 
 fn layer(module: &str) -> Option<usize> {
@@ -82,25 +73,16 @@ fn arrows_point_down_only() {
         let own = layer(&module).unwrap_or_else(|| panic!("{module} has no layer"));
         for used in code.split("crate::").skip(1) {
             let used = used.trim_start_matches('{');
-            let name: String = used
-                .chars()
-                .take_while(|c| c.is_ascii_alphanumeric() || *c == '_')
-                .collect();
+            let name: String =
+                used.chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '_').collect();
             let Some(other) = layer(&name).filter(|_| name != module) else {
                 continue;
             };
             checked += 1;
-            assert!(
-                other < own,
-                "{}: {module} may not use {name}",
-                file.display()
-            );
+            assert!(other < own, "{}: {module} may not use {name}", file.display());
         }
     }
-    assert!(
-        checked > 30,
-        "only {checked} uses found: the scan is broken"
-    );
+    assert!(checked > 30, "only {checked} uses found: the scan is broken");
 }
 
 #[test]
@@ -109,11 +91,7 @@ fn dependencies_stay_in_their_rooms() {
         for (dependency, rooms) in ROOMS {
             let named = code.contains(&format!("{dependency}::"));
             let allowed = rooms.contains(&module.as_str());
-            assert!(
-                !named || allowed,
-                "{}: {dependency} is named in {module}",
-                file.display()
-            );
+            assert!(!named || allowed, "{}: {dependency} is named in {module}", file.display());
         }
     }
 }

@@ -29,30 +29,15 @@ pub fn divide_and_merge(image: &Image, parameters: &Parameters) -> Labels {
     let seeds = seeds(image, parameters);
     let (component, positive, negative) = local_clustering(image, &seeds, parameters);
     let merged = voting_and_merging(positive.clone(), negative.clone());
-    let instance = component
-        .iter()
-        .map(|&label| if label > 0 { merged[label - 1] } else { 0 })
-        .collect();
-    Labels {
-        component,
-        instance,
-        positive,
-        negative,
-    }
+    let instance =
+        component.iter().map(|&label| if label > 0 { merged[label - 1] } else { 0 }).collect();
+    Labels { component, instance, positive, negative }
 }
 
 fn condition(a: [f64; 3], b: [f64; 3], theta: f64) -> bool {
     let dot = |u: [f64; 3], v: [f64; 3]| u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
-    let (p, q) = if dot(a, a) >= dot(b, b) {
-        (a, b)
-    } else {
-        (b, a)
-    };
-    let cross = [
-        p[1] * q[2] - p[2] * q[1],
-        p[2] * q[0] - p[0] * q[2],
-        p[0] * q[1] - p[1] * q[0],
-    ];
+    let (p, q) = if dot(a, a) >= dot(b, b) { (a, b) } else { (b, a) };
+    let cross = [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]];
     dot(cross, cross).sqrt() > theta.tan() * (dot(p, p) - dot(p, q))
 }
 
@@ -77,12 +62,9 @@ fn seeds(image: &Image, parameters: &Parameters) -> Vec<(usize, usize)> {
 fn neighborhood(image: &Image, at: (usize, usize), p: &Parameters) -> Vec<(usize, usize)> {
     let (rows, columns) = (image.rows as i64, image.columns as i64);
     let mut found = Vec::new();
-    for (dr, dc, gap) in [
-        (0, -1, p.gap_columns),
-        (0, 1, p.gap_columns),
-        (-1, 0, p.gap_rows),
-        (1, 0, p.gap_rows),
-    ] {
+    for (dr, dc, gap) in
+        [(0, -1, p.gap_columns), (0, 1, p.gap_columns), (-1, 0, p.gap_rows), (1, 0, p.gap_rows)]
+    {
         for step in 1..=gap as i64 {
             let r = at.0 as i64 + dr * step;
             let c = (at.1 as i64 + dc * step).rem_euclid(columns);

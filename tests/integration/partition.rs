@@ -18,11 +18,7 @@ pub fn compare(cloud: &PointCloud, config: &Config) -> Stages {
             stages.mask.is_object[point].then(|| cloud.position(point).map(f64::from))
         })
         .collect();
-    let image = Image {
-        rows: stages.image.rows(),
-        columns,
-        points,
-    };
+    let image = Image { rows: stages.image.rows(), columns, points };
     let parameters = Parameters {
         voxel: config.cluster.voxel,
         theta: config.cluster.condition.angle,
@@ -77,11 +73,7 @@ fn cell() -> impl Strategy<Value = Cell> {
 
 fn scene() -> impl Strategy<Value = (usize, usize, Vec<Cell>)> {
     (1..9_usize, 1..14_usize).prop_flat_map(|(rows, columns)| {
-        (
-            Just(rows),
-            Just(columns),
-            prop::collection::vec(cell(), rows * columns),
-        )
+        (Just(rows), Just(columns), prop::collection::vec(cell(), rows * columns))
     })
 }
 
@@ -92,11 +84,7 @@ fn cloud(rows: usize, columns: usize, cells: &[Cell]) -> PointCloud {
 
 /// The organised cloud of a scene: `per_turn` columns to the full turn, rows two degrees apart.
 fn cloud_of_turn(rows: usize, columns: usize, cells: &[Cell], per_turn: usize) -> PointCloud {
-    let mut cloud = PointCloud {
-        height: rows,
-        width: columns,
-        ..PointCloud::default()
-    };
+    let mut cloud = PointCloud { height: rows, width: columns, ..PointCloud::default() };
     let mut class = Vec::new();
     for (index, cell) in cells.iter().enumerate() {
         let (row, column) = (index / columns, index % columns);

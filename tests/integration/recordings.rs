@@ -64,16 +64,8 @@ fn records(path: &Path) -> Vec<Record<'static>> {
 fn same(a: &Record, b: &Record) -> bool {
     match (a, b) {
         (
-            Record::Message {
-                header: h1,
-                data: d1,
-                ..
-            },
-            Record::Message {
-                header: h2,
-                data: d2,
-                ..
-            },
+            Record::Message { header: h1, data: d1, .. },
+            Record::Message { header: h2, data: d2, .. },
         ) => h1 == h2 && d1 == d2,
         _ => a == b,
     }
@@ -85,16 +77,10 @@ fn assert_passed_through(input: &Path, output: &Path) {
     let is_message = |record: &&Record| matches!(record, Record::Message { .. });
     let mut rest = after.iter().filter(is_message);
     for message in before.iter().filter(is_message) {
-        assert!(
-            rest.any(|other| same(message, other)),
-            "a message is missing or out of order"
-        );
+        assert!(rest.any(|other| same(message, other)), "a message is missing or out of order");
     }
     for record in before.iter().filter(|record| !is_message(record)) {
-        assert!(
-            after.iter().any(|other| same(record, other)),
-            "{record:?} is missing"
-        );
+        assert!(after.iter().any(|other| same(record, other)), "{record:?} is missing");
     }
 }
 
@@ -103,17 +89,10 @@ fn everything_is_passed_through_and_two_topics_come_with_it() {
     let (_folder, input) = drive(3);
     let (output, report) = run(&input, &options(Semantics::Auto)).expect("annotated");
     assert_passed_through(&input, &output);
-    assert!(
-        report.is_complete() && report.warnings.is_empty(),
-        "{:?}",
-        report.warnings
-    );
+    assert!(report.is_complete() && report.warnings.is_empty(), "{:?}", report.warnings);
     let topic = &report.topics[CLOUD_TOPIC];
     assert_eq!((topic.frames, topic.unreadable), (3, 0));
-    assert_eq!(
-        topic.semantics,
-        BTreeMap::from([("field:label".to_owned(), 3)])
-    );
+    assert_eq!(topic.semantics, BTreeMap::from([("field:label".to_owned(), 3)]));
     assert_eq!(topic.reasons.values().sum::<u64>(), topic.points);
 
     let overview = Overview::read(&output).expect("a recording");
@@ -133,23 +112,14 @@ fn an_annotated_cloud_keeps_every_byte_of_every_point() {
     let overview = Overview::read(&output).expect("a recording");
     let id = |topic: &str| overview.channels_of(topic).next().expect("the topic").id;
     let (clouds, instances) = (id(CLOUD_TOPIC), id(&format!("{CLOUD_TOPIC}/instances")));
-    let messages = records(&output)
-        .into_iter()
-        .filter_map(|record| match record {
-            Record::Message { header, data, .. } => Some((header, data)),
-            _ => None,
-        });
+    let messages = records(&output).into_iter().filter_map(|record| match record {
+        Record::Message { header, data, .. } => Some((header, data)),
+        _ => None,
+    });
     let messages: Vec<_> = messages.collect();
-    let of = |channel: u16| {
-        messages
-            .iter()
-            .filter(move |(h, _)| h.channel_id == channel)
-    };
+    let of = |channel: u16| messages.iter().filter(move |(h, _)| h.channel_id == channel);
     for ((before, original), (after, annotated)) in of(clouds).zip(of(instances)) {
-        assert_eq!(
-            (before.log_time, before.sequence),
-            (after.log_time, after.sequence)
-        );
+        assert_eq!((before.log_time, before.sequence), (after.log_time, after.sequence));
         let original = PointCloud2::parse(original).expect("the cloud");
         let annotated = PointCloud2::parse(annotated).expect("the annotated cloud");
         assert_eq!(original.stamp_ns(), annotated.stamp_ns());
@@ -159,18 +129,10 @@ fn an_annotated_cloud_keeps_every_byte_of_every_point() {
         }
         let instance = annotated.column_u32("instance").expect("instance");
         let reason = annotated.column_u32("reason").expect("reason");
-        assert!(
-            instance
-                .iter()
-                .zip(&reason)
-                .all(|(&i, &r)| (i != 0) == (r == 0))
-        );
+        assert!(instance.iter().zip(&reason).all(|(&i, &r)| (i != 0) == (r == 0)));
         assert!(instance.iter().any(|&i| i > 5));
         for name in ["component", "semantic", "rgb", "colors"] {
-            assert!(
-                annotated.field(name).is_some_and(|field| field.count == 1),
-                "{name}"
-            );
+            assert!(annotated.field(name).is_some_and(|field| field.count == 1), "{name}");
         }
     }
 }
@@ -190,12 +152,10 @@ fn the_same_input_gives_the_same_bytes() {
 fn how_it_was_made_is_recorded() {
     let (_folder, input) = drive(1);
     let (output, report) = run(&input, &options(Semantics::Ground)).expect("annotated");
-    let made = records(&output)
-        .into_iter()
-        .find_map(|record| match record {
-            Record::Metadata(metadata) if metadata.name == "divmerge" => Some(metadata.metadata),
-            _ => None,
-        });
+    let made = records(&output).into_iter().find_map(|record| match record {
+        Record::Metadata(metadata) if metadata.name == "divmerge" => Some(metadata.metadata),
+        _ => None,
+    });
     let made = made.expect("a metadata record");
     assert_eq!(made["input_sha256"], report.input_sha256);
     assert_eq!(made["version"], env!("CARGO_PKG_VERSION"));
@@ -222,19 +182,14 @@ fn an_output_is_not_replaced_unasked_and_the_input_never() {
 fn an_annotated_recording_is_not_annotated_twice() {
     let (_folder, input) = drive(1);
     let (output, _) = run(&input, &options(Semantics::Auto)).expect("annotated");
-    let error = run(&output, &options(Semantics::Auto))
-        .expect_err("twice")
-        .to_string();
+    let error = run(&output, &options(Semantics::Auto)).expect_err("twice").to_string();
     assert!(error.contains("/lidar/points/instances"), "{error}");
 }
 
 #[test]
 fn a_window_keeps_its_messages_and_every_channel() {
     let (_folder, input) = drive(4);
-    let start = Overview::read(&input)
-        .expect("a recording")
-        .start_ns
-        .expect("messages");
+    let start = Overview::read(&input).expect("a recording").start_ns.expect("messages");
     let mut options = options(Semantics::Auto);
     options.from_ns = Some(start + 100_000_000);
     options.to_ns = Some(start + 300_000_000);
@@ -254,13 +209,7 @@ fn truncated_in_the_middle_of_a_chunk() {
     std::fs::write(&input, &whole[..whole.len() * 2 / 3]).expect("written");
     let (output, report) = run(&input, &options(Semantics::Auto)).expect("annotated");
     assert!(!report.is_complete());
-    assert!(
-        report
-            .truncated
-            .as_ref()
-            .is_some_and(|cut| cut.contains("byte")),
-        "{report:?}"
-    );
+    assert!(report.truncated.as_ref().is_some_and(|cut| cut.contains("byte")), "{report:?}");
     let frames = report.topics[CLOUD_TOPIC].frames;
     assert!((1..12).contains(&frames), "{frames} frames");
     assert!(report.messages < overview.message_count);
@@ -274,10 +223,7 @@ fn assert_passed_through_cut(input: &Path, output: &Path) {
     let after = records(output);
     for record in records(input) {
         if !matches!(record, Record::Truncated { .. }) {
-            assert!(
-                after.iter().any(|other| same(&record, other)),
-                "{record:?} is missing"
-            );
+            assert!(after.iter().any(|other| same(&record, other)), "{record:?} is missing");
         }
     }
 }
@@ -289,13 +235,8 @@ fn a_flipped_byte_is_an_error_that_names_the_place() {
     let middle = bytes.len() / 2;
     bytes[middle] ^= 0x10;
     std::fs::write(&input, &bytes).expect("written");
-    let error = run(&input, &options(Semantics::Auto))
-        .expect_err("damaged")
-        .to_string();
-    assert!(
-        error.contains("drive.mcap") && error.contains("byte "),
-        "{error}"
-    );
+    let error = run(&input, &options(Semantics::Auto)).expect_err("damaged").to_string();
+    assert!(error.contains("drive.mcap") && error.contains("byte "), "{error}");
     assert!(error.contains(CLOUD_TOPIC), "{error}");
     let left: Vec<_> = std::fs::read_dir(folder.path()).expect("folder").collect();
     assert_eq!(left.len(), 1, "something was left behind: {left:?}");
@@ -311,9 +252,7 @@ fn what_is_no_recording_is_said_so() {
         (b"#ROSBAG V2.0\nxxxxxxxxxxxxxxxxxxxxxxxxxxx", "ROS 1"),
     ] {
         std::fs::write(&input, bytes).expect("written");
-        let error = run(&input, &options(Semantics::Auto))
-            .expect_err("no recording")
-            .to_string();
+        let error = run(&input, &options(Semantics::Auto)).expect_err("no recording").to_string();
         assert!(error.contains("x.mcap") && error.contains(word), "{error}");
     }
     let missing = run(&folder.path().join("y.mcap"), &options(Semantics::Auto));
@@ -324,19 +263,12 @@ fn what_is_no_recording_is_said_so() {
 fn recording_of(messages: &[Vec<u8>]) -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("made.mcap");
-    let options = WriteOptions {
-        profile: "ros2".into(),
-        ..WriteOptions::default()
-    };
+    let options = WriteOptions { profile: "ros2".into(), ..WriteOptions::default() };
     let mut writer = RecordingWriter::create(&path, &options).expect("a writer");
     let schema = POINT_CLOUD2_SCHEMA.as_bytes();
-    let schema = writer
-        .add_schema(POINT_CLOUD2_NAME, "ros2msg", schema)
-        .expect("schema");
+    let schema = writer.add_schema(POINT_CLOUD2_NAME, "ros2msg", schema).expect("schema");
     let metadata = BTreeMap::new();
-    let channel_id = writer
-        .add_channel("/points", schema, "cdr", &metadata)
-        .expect("channel");
+    let channel_id = writer.add_channel("/points", schema, "cdr", &metadata).expect("channel");
     for (number, message) in (0_u32..).zip(messages) {
         let header = divmerge::io::MessageHeader {
             channel_id,
@@ -382,20 +314,14 @@ fn clouds_that_lie_are_passed_through_and_named() {
     assert_eq!((topic.frames, topic.unreadable), (1, 3));
     assert!(!report.is_complete());
     assert_eq!(report.warnings.len(), 3);
-    assert!(
-        report
-            .warnings
-            .iter()
-            .all(|w| w.contains("/points") && w.contains("byte"))
-    );
+    assert!(report.warnings.iter().all(|w| w.contains("/points") && w.contains("byte")));
     assert_passed_through(&input, &output);
 }
 
 #[test]
 fn empty_nan_and_crowded_clouds_are_annotated_with_a_word() {
-    let crowd: Vec<[f32; 3]> = (0..1_000_000)
-        .map(|i| [5.0 + (i % 1000) as f32 * 1e-3, 0.0, 0.0])
-        .collect();
+    let crowd: Vec<[f32; 3]> =
+        (0..1_000_000).map(|i| [5.0 + (i % 1000) as f32 * 1e-3, 0.0, 0.0]).collect();
     let (_folder, input) = recording_of(&[
         xyz_message(&[]),
         xyz_message(&[[f32::NAN; 3], [0.0; 3]]),
@@ -424,25 +350,17 @@ fn a_missing_field_is_named_with_those_that_are_there() {
     assert!(report.warnings[0].contains("klass") && report.warnings[0].contains("label"));
     options.topics = vec!["/nothing".into()];
     options.force = true;
-    let error = run(&input, &options)
-        .expect_err("no such topic")
-        .to_string();
-    assert!(
-        error.contains("/nothing") && error.contains(CLOUD_TOPIC),
-        "{error}"
-    );
+    let error = run(&input, &options).expect_err("no such topic").to_string();
+    assert!(error.contains("/nothing") && error.contains(CLOUD_TOPIC), "{error}");
 }
 
 #[test]
 fn real_recordings_of_every_sensor() {
     let Some(data) = shared_data() else { return };
     let folder = tempfile::tempdir().expect("a folder");
-    for name in [
-        "semantickitti_04_ros2",
-        "sensors_ros2",
-        "pointcloud2_32ring_unaligned",
-        "xyz_ros2",
-    ] {
+    for name in
+        ["semantickitti_04_ros2", "sensors_ros2", "pointcloud2_32ring_unaligned", "xyz_ros2"]
+    {
         let input = data.join("recordings").join(name).with_extension("mcap");
         for semantics in [Semantics::Auto, Semantics::Ground] {
             let output = folder.path().join("out.mcap");
@@ -450,10 +368,7 @@ fn real_recordings_of_every_sensor() {
             options.force = true;
             let report = annotate(&input, &output, &options, &mut |_: Event| {}).expect(name);
             assert!(report.is_complete(), "{name}: {:?}", report.warnings);
-            assert!(
-                report.topics.values().all(|topic| topic.instances > 0),
-                "{name}"
-            );
+            assert!(report.topics.values().all(|topic| topic.instances > 0), "{name}");
             assert_passed_through(&input, &output);
         }
     }

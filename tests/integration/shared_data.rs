@@ -26,9 +26,7 @@ pub fn labelled_scans(data: &Path) -> Vec<(PathBuf, PathBuf)> {
         for scan in std::fs::read_dir(sequence.join("velodyne")).expect("velodyne") {
             let scan = scan.expect("entry").path();
             let name = scan.with_extension("label");
-            let label = sequence
-                .join("labels")
-                .join(name.file_name().expect("name"));
+            let label = sequence.join("labels").join(name.file_name().expect("name"));
             scans.push((scan, label));
         }
     }
@@ -44,10 +42,7 @@ fn real_scans_agree_with_the_transcription() {
     for (number, (scan, label)) in scans.iter().enumerate() {
         let words = read_labels(label).expect("labels");
         let classes = words.iter().map(|&word| word as u16).collect();
-        let cloud = read_scan(scan)
-            .expect("scan")
-            .with_class(classes)
-            .expect("one each");
+        let cloud = read_scan(scan).expect("scan").with_class(classes).expect("one each");
         let mut config = Config::paper();
         compare(&cloud, &config);
         if number % 8 == 0 {

@@ -13,9 +13,7 @@ fn frame(sensor: Sensor) -> Frame {
 fn permuted(cloud: &PointCloud, order: &[usize]) -> PointCloud {
     let pick = |column: &[f32]| order.iter().map(|&i| column[i]).collect::<Vec<_>>();
     let pick_u16 = |column: &Option<Vec<u16>>| {
-        column
-            .as_ref()
-            .map(|column| order.iter().map(|&i| column[i]).collect())
+        column.as_ref().map(|column| order.iter().map(|&i| column[i]).collect())
     };
     PointCloud {
         x: pick(&cloud.x),
@@ -31,20 +29,13 @@ fn permuted(cloud: &PointCloud, order: &[usize]) -> PointCloud {
 fn permuting_the_points_leaves_the_partition() {
     let cloud = frame(Sensor::Vlp16).cloud;
     // A fixed scramble: multiply by a number prime to the length.
-    let stride = (1..)
-        .map(|k| 7919 + k)
-        .find(|s| !cloud.len().is_multiple_of(*s))
-        .expect("one");
+    let stride = (1..).map(|k| 7919 + k).find(|s| !cloud.len().is_multiple_of(*s)).expect("one");
     let mut order: Vec<usize> = (0..cloud.len()).collect();
     order.sort_by_key(|&i| (i * stride) % 1_000_003);
     let shuffled = permuted(&cloud, &order);
     let taxonomy = Taxonomy::semantic_kitti();
     let ground = GroundParams::default();
-    for mask in [
-        MaskSource::Classes(&taxonomy),
-        MaskSource::NotGround(&ground),
-        MaskSource::All,
-    ] {
+    for mask in [MaskSource::Classes(&taxonomy), MaskSource::NotGround(&ground), MaskSource::All] {
         for config in [Config::paper(), Config::best()] {
             let before = pipeline::run(&cloud, mask, &config).labels;
             let after = pipeline::run(&shuffled, mask, &config).labels;
@@ -68,17 +59,9 @@ fn every_sensor_is_recognised() {
     for (sensor, rows, projection) in expected {
         let mut cloud = frame(sensor).cloud;
         let image = RangeImage::new(&cloud, &ProjectionParams::default());
-        assert_eq!(
-            (image.rows(), image.projection),
-            (rows, projection),
-            "{sensor}"
-        );
+        assert_eq!((image.rows(), image.projection), (rows, projection), "{sensor}");
         let columns = sensor.columns();
-        assert!(
-            image.columns().abs_diff(columns) <= columns / 50,
-            "{sensor}: {}",
-            image.columns()
-        );
+        assert!(image.columns().abs_diff(columns) <= columns / 50, "{sensor}: {}", image.columns());
         assert!(image.wraps && image.top_row_first, "{sensor}");
         if sensor != Sensor::Os1_128 {
             let shadowed = image.shadowed_count();
@@ -100,15 +83,10 @@ fn a_ring_field_may_ascend_or_descend() {
     let cloud = frame(Sensor::Vlp16).cloud;
     let mut reversed = cloud.clone();
     let highest = 15;
-    reversed.ring = cloud
-        .ring
-        .map(|ring| ring.iter().map(|ring| highest - ring).collect());
+    reversed.ring = cloud.ring.map(|ring| ring.iter().map(|ring| highest - ring).collect());
     let cloud = frame(Sensor::Vlp16).cloud;
     let params = ProjectionParams::default();
-    assert_eq!(
-        RangeImage::new(&cloud, &params),
-        RangeImage::new(&reversed, &params)
-    );
+    assert_eq!(RangeImage::new(&cloud, &params), RangeImage::new(&reversed, &params));
 }
 
 #[test]
@@ -123,23 +101,10 @@ fn best_beats_paper_on_simulated_scenes() {
         for scene in Scene::ALL {
             let frame = Drive::new(Sensor::Vlp16, scene, 5).frame(10);
             let stages = pipeline::run(&frame.cloud, MaskSource::Classes(&taxonomy), config);
-            let fold = |raw: &[u16]| {
-                raw.iter()
-                    .map(|&r| class_of[r as usize])
-                    .collect::<Vec<_>>()
-            };
+            let fold = |raw: &[u16]| raw.iter().map(|&r| class_of[r as usize]).collect::<Vec<_>>();
             let truth = fold(frame.cloud.class.as_ref().expect("classes"));
-            let ids: Vec<u32> = frame
-                .true_instance
-                .iter()
-                .map(|&id| u32::from(id))
-                .collect();
-            scores.add(
-                &fold(&stages.labels.semantic),
-                &stages.labels.instance,
-                &truth,
-                &ids,
-            );
+            let ids: Vec<u32> = frame.true_instance.iter().map(|&id| u32::from(id)).collect();
+            scores.add(&fold(&stages.labels.semantic), &stages.labels.instance, &truth, &ids);
         }
         let things = |class: usize| classes[class].is_thing && scores.true_points(class) >= 50;
         scores.mean(things).pq

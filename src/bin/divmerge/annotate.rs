@@ -87,11 +87,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         force: arguments.force,
     };
     let bar = byte_bar("annotating");
-    let report = annotate(
-        &arguments.input,
-        &arguments.output,
-        &options,
-        &mut |event| match event {
+    let report =
+        annotate(&arguments.input, &arguments.output, &options, &mut |event| match event {
             Event::Progress { bytes, total } => {
                 bar.set_length(total);
                 bar.set_position(bytes);
@@ -99,8 +96,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             Event::Warning(warning) => {
                 bar.suspend(|| eprintln!("warning: {}: {warning}", arguments.input.display()));
             }
-        },
-    );
+        });
     bar.finish_and_clear();
     let report = report?;
     if arguments.json {
@@ -108,11 +104,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     } else {
         print(&report);
     }
-    Ok(if report.is_complete() {
-        Outcome::Done
-    } else {
-        Outcome::Incomplete
-    })
+    Ok(if report.is_complete() { Outcome::Done } else { Outcome::Incomplete })
 }
 
 /// The window of log times that is kept, in nanoseconds.
@@ -145,13 +137,7 @@ pub fn print(report: &Report) {
         report.output.display(),
         grouped(report.output_bytes),
         grouped(report.messages),
-        grouped(
-            2 * report
-                .topics
-                .values()
-                .map(|topic| topic.frames)
-                .sum::<u64>()
-        ),
+        grouped(2 * report.topics.values().map(|topic| topic.frames).sum::<u64>()),
     );
 }
 
@@ -185,11 +171,7 @@ fn how(report: &TopicReport) -> String {
     let join = |counts: &std::collections::BTreeMap<String, u64>| {
         let all = |count: u64| count == report.frames;
         let each = counts.iter().map(|(what, &count)| {
-            if all(count) {
-                what.clone()
-            } else {
-                format!("{what} ({count} frames)")
-            }
+            if all(count) { what.clone() } else { format!("{what} ({count} frames)") }
         });
         each.collect::<Vec<_>>().join("; ")
     };
@@ -197,27 +179,14 @@ fn how(report: &TopicReport) -> String {
         0..=3 => join(&report.projection),
         sizes => format!("range images of {sizes} sizes"),
     };
-    format!(
-        "objects from {}; rows from {images}",
-        join(&report.semantics)
-    )
+    format!("objects from {}; rows from {images}", join(&report.semantics))
 }
 
 fn reasons(report: &TopicReport) -> String {
     let share = |count: u64| 100.0 * count as f64 / report.points.max(1) as f64;
-    let each = divmerge::instances::Reason::ALL
-        .iter()
-        .filter_map(|reason| {
-            let count = *report
-                .reasons
-                .get(reason.describe())
-                .filter(|&&count| count > 0)?;
-            Some(format!(
-                "{} {} ({:.1} %)",
-                grouped(count),
-                reason.describe(),
-                share(count)
-            ))
-        });
+    let each = divmerge::instances::Reason::ALL.iter().filter_map(|reason| {
+        let count = *report.reasons.get(reason.describe()).filter(|&&count| count > 0)?;
+        Some(format!("{} {} ({:.1} %)", grouped(count), reason.describe(), share(count)))
+    });
     each.collect::<Vec<_>>().join(", ")
 }

@@ -147,30 +147,16 @@ fn semantics(text: &str) -> Result<Semantics, String> {
 
 fn number(text: &str) -> Result<f64, String> {
     let number: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    if number.is_finite() {
-        Ok(number)
-    } else {
-        Err("not a finite number".into())
-    }
+    if number.is_finite() { Ok(number) } else { Err("not a finite number".into()) }
 }
 
 fn positive(text: &str) -> Result<f64, String> {
-    number(text).and_then(|n| {
-        if n > 0.0 {
-            Ok(n)
-        } else {
-            Err("must be above 0".into())
-        }
-    })
+    number(text).and_then(|n| if n > 0.0 { Ok(n) } else { Err("must be above 0".into()) })
 }
 
 fn angle(text: &str) -> Result<f64, String> {
     let in_range = |n| {
-        if (0.0..90.0).contains(&n) {
-            Ok(n)
-        } else {
-            Err("must be in 0..90".into())
-        }
+        if (0.0..90.0).contains(&n) { Ok(n) } else { Err("must be in 0..90".into()) }
     };
     number(text).and_then(in_range)
 }
@@ -218,11 +204,7 @@ pub fn moment(text: &str) -> Result<Moment, String> {
     }
     // Through text: a double does not hold nanoseconds since 1970.
     let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
-    let nanoseconds: String = fraction
-        .chars()
-        .chain("000000000".chars())
-        .take(9)
-        .collect();
+    let nanoseconds: String = fraction.chars().chain("000000000".chars()).take(9).collect();
     match (whole.parse::<u64>(), nanoseconds.parse::<u64>()) {
         (Ok(whole), Ok(nanoseconds)) => whole
             .checked_mul(1_000_000_000)
@@ -241,10 +223,7 @@ mod tests {
     fn moments() {
         assert_eq!(moment("12.5"), Ok(Moment::FromStart(12.5)));
         assert_eq!(moment("12.5s"), Ok(Moment::FromStart(12.5)));
-        assert_eq!(
-            moment("@1317384506.4"),
-            Ok(Moment::Absolute(1_317_384_506_400_000_000))
-        );
+        assert_eq!(moment("@1317384506.4"), Ok(Moment::Absolute(1_317_384_506_400_000_000)));
         assert_eq!(moment("@7"), Ok(Moment::Absolute(7_000_000_000)));
         assert!(moment("-1").is_err() && moment("noon").is_err() && moment("@1e3").is_err());
         assert_eq!(Moment::FromStart(1.5).log_time(10), 1_500_000_010);

@@ -56,10 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 
 fn simulate(drive: &Path, frames: usize) -> Result<()> {
     let street = Drive::new(Sensor::Hdl64e, Scene::Street, 1);
-    let options = WriteOptions {
-        force: true,
-        ..WriteOptions::default()
-    };
+    let options = WriteOptions { force: true, ..WriteOptions::default() };
     let bar = frame_bar("simulating an HDL-64E in a street", frames as u64);
     write_drive(&street, frames, drive, &options, |_| bar.inc(1))?;
     bar.finish_and_clear();
@@ -90,11 +87,7 @@ fn score(annotated: &Path) -> Result<Panoptic> {
     let mut scores = Panoptic::new(classes.len(), |class| classes[class].is_ignored, MIN_POINTS);
     let topic = format!("{CLOUD_TOPIC}/instances");
     let overview = Overview::read(annotated)?;
-    let channel = overview
-        .channels_of(&topic)
-        .next()
-        .context("no annotated clouds")?
-        .id;
+    let channel = overview.channels_of(&topic).next().context("no annotated clouds")?.id;
     let mut reader = RecordingReader::open(annotated)?;
     while let Some(record) = reader.next_record()? {
         let Record::Message { header, data, .. } = record else {
@@ -106,10 +99,7 @@ fn score(annotated: &Path) -> Result<Panoptic> {
         let cloud = PointCloud2::parse(&data)?;
         let column = |name: &str| cloud.column_u32(name);
         let class = |name: &str| -> Result<Vec<u16>> {
-            Ok(column(name)?
-                .iter()
-                .map(|&id| class_of[id as u16 as usize])
-                .collect())
+            Ok(column(name)?.iter().map(|&id| class_of[id as u16 as usize]).collect())
         };
         scores.add(
             &class("semantic")?,
@@ -149,10 +139,7 @@ fn print_scores(scores: &Panoptic) {
 fn print_next(drive: &Path, annotated: &Path) {
     println!();
     println!("Next:");
-    println!(
-        "  open {} in Lichtblick, Foxglove or Rerun",
-        annotated.display()
-    );
+    println!("  open {} in Lichtblick, Foxglove or Rerun", annotated.display());
     println!(
         "    {CLOUD_TOPIC}/instances has instances in colour, {CLOUD_TOPIC}/objects their boxes"
     );

@@ -108,11 +108,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     } else {
         print(&info);
     }
-    Ok(if info.complete {
-        Outcome::Done
-    } else {
-        Outcome::Incomplete
-    })
+    Ok(if info.complete { Outcome::Done } else { Outcome::Incomplete })
 }
 
 fn topics(overview: &Overview, mut clouds: BTreeMap<u16, Cloud>) -> Vec<Topic> {
@@ -122,11 +118,7 @@ fn topics(overview: &Overview, mut clouds: BTreeMap<u16, Cloud>) -> Vec<Topic> {
             topic: channel.topic.clone(),
             type_name: schema.map(|schema| schema.name.clone()).unwrap_or_default(),
             encoding: channel.message_encoding.clone(),
-            messages: overview
-                .message_counts
-                .get(&channel.id)
-                .copied()
-                .unwrap_or(0),
+            messages: overview.message_counts.get(&channel.id).copied().unwrap_or(0),
             cloud: clouds.remove(&channel.id),
         }
     };
@@ -137,34 +129,14 @@ fn topics(overview: &Overview, mut clouds: BTreeMap<u16, Cloud>) -> Vec<Topic> {
 fn first_clouds(overview: &Overview) -> Result<(BTreeMap<u16, Cloud>, Vec<String>)> {
     let mut found = BTreeMap::new();
     let mut waiting: BTreeMap<u16, Option<String>> = BTreeMap::new();
-    for channel in overview
-        .channels
-        .values()
-        .filter(|channel| is_cloud(overview, channel))
-    {
-        let messages = overview
-            .message_counts
-            .get(&channel.id)
-            .copied()
-            .unwrap_or(0);
+    for channel in overview.channels.values().filter(|channel| is_cloud(overview, channel)) {
+        let messages = overview.message_counts.get(&channel.id).copied().unwrap_or(0);
         if !is_readable_cloud(overview, channel) {
             let note = Some("cannot be read yet: passed through by `annotate`".to_owned());
-            found.insert(
-                channel.id,
-                Cloud {
-                    note,
-                    geometry: None,
-                },
-            );
+            found.insert(channel.id, Cloud { note, geometry: None });
         } else if is_annotation(overview, &channel.topic) {
             let note = Some("made by an earlier `annotate`".to_owned());
-            found.insert(
-                channel.id,
-                Cloud {
-                    note,
-                    geometry: None,
-                },
-            );
+            found.insert(channel.id, Cloud { note, geometry: None });
         } else if messages > 0 {
             waiting.insert(channel.id, None);
         }
@@ -190,26 +162,14 @@ fn first_clouds(overview: &Overview) -> Result<(BTreeMap<u16, Cloud>, Vec<String
             Ok(geometry) if geometry.returns > 0 => {
                 waiting.remove(&header.channel_id);
                 let geometry = Some(geometry);
-                found.insert(
-                    header.channel_id,
-                    Cloud {
-                        note: None,
-                        geometry,
-                    },
-                );
+                found.insert(header.channel_id, Cloud { note: None, geometry });
             }
             Ok(_) => *note = Some("no cloud has a return".to_owned()),
             Err(error) => *note = Some(error.to_string()),
         }
     }
     for (channel, note) in waiting {
-        found.insert(
-            channel,
-            Cloud {
-                note,
-                geometry: None,
-            },
-        );
+        found.insert(channel, Cloud { note, geometry: None });
     }
     Ok((found, problems))
 }
@@ -224,11 +184,7 @@ fn geometry(message: &[u8]) -> divmerge::Result<Geometry> {
         (row * columns..(row + 1) * columns).any(|pixel| image.point_at(pixel).is_some())
     };
     let describe = |field: &divmerge::io::PointField| {
-        let count = if field.count == 1 {
-            String::new()
-        } else {
-            format!("[{}]", field.count)
-        };
+        let count = if field.count == 1 { String::new() } else { format!("[{}]", field.count) };
         let datatype = format!("{:?}", field.datatype).to_lowercase();
         format!("{} {datatype}{count}", field.name)
     };
@@ -236,9 +192,7 @@ fn geometry(message: &[u8]) -> divmerge::Result<Geometry> {
         frame_id: wire.frame_id.clone(),
         height: wire.height,
         width: wire.width,
-        returns: (0..cloud.len())
-            .filter(|&point| cloud.is_return(point))
-            .count(),
+        returns: (0..cloud.len()).filter(|&point| cloud.is_return(point)).count(),
         point_step: wire.point_step,
         fields: wire.fields.iter().map(describe).collect(),
         projection: image.projection.describe(),
@@ -249,20 +203,14 @@ fn geometry(message: &[u8]) -> divmerge::Result<Geometry> {
         lower_degrees: lower.to_degrees(),
         wraps: image.wraps,
         shadowed: image.shadowed_count(),
-        auto: wire
-            .semantic_field()
-            .map_or("ground".to_owned(), |field| format!("field:{field}")),
+        auto: wire.semantic_field().map_or("ground".to_owned(), |field| format!("field:{field}")),
     })
 }
 
 fn print(info: &Info) {
     println!("{} ({} bytes)", info.file.display(), grouped(info.bytes));
     let named = |name: &str| {
-        if name.is_empty() {
-            "none".to_owned()
-        } else {
-            name.to_owned()
-        }
+        if name.is_empty() { "none".to_owned() } else { name.to_owned() }
     };
     let compression: Vec<String> = info.compression.iter().map(|name| named(name)).collect();
     println!(
@@ -272,23 +220,14 @@ fn print(info: &Info) {
         named(&info.library),
         grouped(info.messages),
         info.seconds,
-        if compression.is_empty() {
-            "none".to_owned()
-        } else {
-            compression.join(", ")
-        },
+        if compression.is_empty() { "none".to_owned() } else { compression.join(", ") },
         info.attachments,
         info.metadata
     );
     for problem in &info.problems {
         println!("  warning: {problem}");
     }
-    let width = info
-        .topics
-        .iter()
-        .map(|topic| topic.topic.len())
-        .max()
-        .unwrap_or(0);
+    let width = info.topics.iter().map(|topic| topic.topic.len()).max().unwrap_or(0);
     for topic in &info.topics {
         let type_name = named(&topic.type_name);
         println!(
@@ -328,11 +267,7 @@ fn print_cloud(cloud: &Cloud) {
         geometry.beams_with_returns,
         geometry.upper_degrees,
         geometry.lower_degrees,
-        if geometry.wraps {
-            "columns close a circle"
-        } else {
-            "columns have an edge"
-        },
+        if geometry.wraps { "columns close a circle" } else { "columns have an edge" },
         grouped(geometry.shadowed as u64)
     );
     println!("      --semantics auto: {}", geometry.auto);

@@ -56,13 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         ..WriteOptions::default()
     };
     let bar = frame_bar("simulating", arguments.frames as u64);
-    let bytes = write_drive(
-        &drive,
-        arguments.frames,
-        &arguments.output,
-        &options,
-        |_| bar.inc(1),
-    )?;
+    let bytes = write_drive(&drive, arguments.frames, &arguments.output, &options, |_| bar.inc(1))?;
     bar.finish_and_clear();
     println!(
         "wrote {} ({} bytes, {} clouds of {} in scene {} on {CLOUD_TOPIC})",

@@ -7,10 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 /// A bar over bytes on stderr; hidden where stderr is no terminal.
 pub fn byte_bar(what: &str) -> ProgressBar {
-    bar(
-        what,
-        "{msg} [{bar:30}] {bytes}/{total_bytes}, {bytes_per_sec}, {eta} left",
-    )
+    bar(what, "{msg} [{bar:30}] {bytes}/{total_bytes}, {bytes_per_sec}, {eta} left")
 }
 
 /// A bar over frames on stderr; hidden where stderr is no terminal.
@@ -25,9 +22,7 @@ fn bar(what: &str, template: &str) -> ProgressBar {
         return ProgressBar::hidden();
     }
     let style = ProgressStyle::with_template(template).expect("a valid template");
-    let bar = ProgressBar::no_length()
-        .with_style(style)
-        .with_message(what.to_owned());
+    let bar = ProgressBar::no_length().with_style(style).with_message(what.to_owned());
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
 }

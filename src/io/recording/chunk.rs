@@ -42,9 +42,8 @@ pub(super) fn compression(body: &[u8]) -> Option<&str> {
 pub(super) fn unpack(body: &[u8], records: &mut Vec<u8>) -> Result<(), String> {
     records.clear();
     let header = Header::parse(body).ok_or("the chunk's header cannot be parsed")?;
-    let Some(data) = usize::try_from(header.compressed_size)
-        .ok()
-        .and_then(|size| header.data.get(..size))
+    let Some(data) =
+        usize::try_from(header.compressed_size).ok().and_then(|size| header.data.get(..size))
     else {
         return Err(format!(
             "the chunk claims {} bytes of records and has {}",
@@ -121,11 +120,7 @@ fn decompress(
                 records.extend_from_slice(data);
             }
             LinearReadEvent::ReadRequest(wanted) => {
-                let source = if unread[0].is_empty() {
-                    &mut unread[1]
-                } else {
-                    &mut unread[0]
-                };
+                let source = if unread[0].is_empty() { &mut unread[1] } else { &mut unread[0] };
                 let (piece, rest) = source.split_at(wanted.min(PIECE).min(source.len()));
                 reader.insert(piece.len()).copy_from_slice(piece);
                 reader.notify_read(piece.len());

@@ -60,17 +60,12 @@ pub(super) fn visit_summary(
     while left > 0 {
         left = left.checked_sub(HEAD_LEN as u64)?;
         record.clear();
-        (&mut file)
-            .take(HEAD_LEN as u64)
-            .read_to_end(&mut record)
-            .ok()?;
+        (&mut file).take(HEAD_LEN as u64).read_to_end(&mut record).ok()?;
         let (opcode, length) = split_head(&record)?;
         left = left.checked_sub(length)?;
         (&mut file).take(length).read_to_end(&mut record).ok()?;
         crc.update(&record);
-        let body = record
-            .get(HEAD_LEN..)
-            .filter(|body| body.len() as u64 == length)?;
+        let body = record.get(HEAD_LEN..).filter(|body| body.len() as u64 == length)?;
         if let op::SCHEMA | op::CHANNEL | op::STATISTICS | op::CHUNK_INDEX = opcode {
             visit(mcap::parse_record(opcode, body).ok()?);
         }

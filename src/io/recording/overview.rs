@@ -77,9 +77,7 @@ impl Overview {
 
     /// Channels of a topic; more than one is allowed.
     pub fn channels_of(&self, topic: &str) -> impl Iterator<Item = &Channel> {
-        self.channels
-            .values()
-            .filter(move |channel| channel.topic == topic)
+        self.channels.values().filter(move |channel| channel.topic == topic)
     }
 
     fn empty(path: &Path, reader: &RecordingReader) -> Self {

@@ -120,11 +120,9 @@ impl RecordingReader {
         };
         Ok(Some(match found {
             Found::Owned(record) => record,
-            Found::Message(header, place, position) => Record::Message {
-                header,
-                data: Cow::Borrowed(&self.batch.bytes[place]),
-                position,
-            },
+            Found::Message(header, place, position) => {
+                Record::Message { header, data: Cow::Borrowed(&self.batch.bytes[place]), position }
+            }
             Found::Private(opcode, place) => Record::Private {
                 opcode,
                 data: Cow::Borrowed(&self.batch.bytes[place]),
@@ -166,12 +164,7 @@ impl RecordingReader {
     /// Reads one record of the file. Damage of the summary ends it and costs no message.
     fn step(&mut self) -> Result<()> {
         match (self.read_record(), self.section) {
-            (
-                Err(Error::Recording {
-                    offset, problem, ..
-                }),
-                Section::Summary,
-            ) => {
+            (Err(Error::Recording { offset, problem, .. }), Section::Summary) => {
                 self.give_up_summary(offset, problem);
                 Ok(())
             }
@@ -181,11 +174,7 @@ impl RecordingReader {
 
     fn read_record(&mut self) -> Result<()> {
         let offset = self.source.offset;
-        let tail = if self.source.is_complete {
-            mcap::MAGIC.len() as u64
-        } else {
-            0
-        };
+        let tail = if self.source.is_complete { mcap::MAGIC.len() as u64 } else { 0 };
         let left = self.source.remaining().saturating_sub(tail);
         if left < HEAD_LEN as u64 {
             return self.run_out(offset, left, "a record is cut in its length");
@@ -225,10 +214,7 @@ impl RecordingReader {
             (Section::Start, op::HEADER) => self.take_header(offset),
             (Section::Start, _) => Err(self.source.damage(
                 offset,
-                format!(
-                    "the file starts with {}, not with its header",
-                    record_name(opcode)
-                ),
+                format!("the file starts with {}, not with its header", record_name(opcode)),
             )),
             (Section::Data, op::CHUNK) => self.take_chunk(offset),
             (Section::Data, op::MESSAGE_INDEX) => self.take_message_index(offset),
@@ -266,10 +252,8 @@ impl RecordingReader {
 
     fn take_header(&mut self, offset: u64) -> Result<()> {
         if let records::Record::Header(header) = self.parse(offset, op::HEADER)? {
-            self.waiting.push_back(Record::Header {
-                profile: header.profile,
-                library: header.library,
-            });
+            self.waiting
+                .push_back(Record::Header { profile: header.profile, library: header.library });
         }
         self.section = Section::Data;
         Ok(())
@@ -280,9 +264,7 @@ impl RecordingReader {
         self.open_batch(offset, true);
         if let Err(problem) = chunk::unpack(&self.body, &mut self.batch.bytes) {
             self.batch.bytes.clear();
-            return Err(self
-                .source
-                .damage(offset, problem + &self.topics_of(offset)));
+            return Err(self.source.damage(offset, problem + &self.topics_of(offset)));
         }
         let compression = chunk::compression(&self.body);
         self.compression.extend(compression.map(str::to_owned));
@@ -325,10 +307,9 @@ impl RecordingReader {
     /// No record follows although the footer has not come.
     fn run_out(&mut self, offset: u64, left: u64, cut: &str) -> Result<()> {
         if self.source.is_complete {
-            return Err(self.source.damage(
-                offset,
-                "the recording ends without the records that should close it",
-            ));
+            return Err(self
+                .source
+                .damage(offset, "the recording ends without the records that should close it"));
         }
         let problem = match left {
             0 => "the file ends before the records that should close it",
@@ -359,8 +340,7 @@ impl RecordingReader {
         if self.section == Section::Summary {
             self.give_summary(offset);
         }
-        self.waiting
-            .push_back(Record::Truncated { offset, problem });
+        self.waiting.push_back(Record::Truncated { offset, problem });
         self.section = Section::End;
     }
 

@@ -94,29 +94,16 @@ impl Record<'_> {
             Record::Header { profile, library } => Record::Header { profile, library },
             Record::Schema(schema) => Record::Schema(schema),
             Record::Channel(channel) => Record::Channel(channel),
-            Record::Message {
-                header,
-                data,
-                position,
-            } => Record::Message {
-                header,
-                data: Cow::Owned(data.into_owned()),
-                position,
-            },
-            Record::Attachment { header, data } => Record::Attachment {
-                header,
-                data: Cow::Owned(data.into_owned()),
-            },
+            Record::Message { header, data, position } => {
+                Record::Message { header, data: Cow::Owned(data.into_owned()), position }
+            }
+            Record::Attachment { header, data } => {
+                Record::Attachment { header, data: Cow::Owned(data.into_owned()) }
+            }
             Record::Metadata(metadata) => Record::Metadata(metadata),
-            Record::Private {
-                opcode,
-                data,
-                in_chunk,
-            } => Record::Private {
-                opcode,
-                data: Cow::Owned(data.into_owned()),
-                in_chunk,
-            },
+            Record::Private { opcode, data, in_chunk } => {
+                Record::Private { opcode, data: Cow::Owned(data.into_owned()), in_chunk }
+            }
             Record::Damaged { offset, problem } => Record::Damaged { offset, problem },
             Record::Truncated { offset, problem } => Record::Truncated { offset, problem },
         }

@@ -31,10 +31,7 @@ pub(super) struct Source {
 impl Source {
     /// Opens a recording and reads the magic that it starts with.
     pub(super) fn open(path: &Path, hash: bool) -> Result<Self> {
-        let at = |source| Error::Io {
-            path: path.to_owned(),
-            source,
-        };
+        let at = |source| Error::Io { path: path.to_owned(), source };
         let mut file = File::open(path).map_err(at)?;
         let metadata = file.metadata().map_err(at)?;
         if !metadata.is_file() {
@@ -91,18 +88,11 @@ impl Source {
 
     /// An error about what is at `offset`.
     pub(super) fn damage(&self, offset: u64, problem: impl Into<String>) -> Error {
-        Error::Recording {
-            path: self.path.clone(),
-            offset,
-            problem: problem.into(),
-        }
+        Error::Recording { path: self.path.clone(), offset, problem: problem.into() }
     }
 
     fn io_error(&self, source: io::Error) -> Error {
-        Error::Io {
-            path: self.path.clone(),
-            source,
-        }
+        Error::Io { path: self.path.clone(), source }
     }
 
     fn expect_magic(&mut self) -> Result<()> {
@@ -181,33 +171,20 @@ fn not_a_file(path: &Path, is_folder: bool) -> Error {
         (true, false) => "is a folder, not an MCAP recording",
         (false, _) => "is not a regular file; a recording must be one",
     };
-    Error::Recording {
-        path: path.to_owned(),
-        offset: 0,
-        problem: problem.to_owned(),
-    }
+    Error::Recording { path: path.to_owned(), offset: 0, problem: problem.to_owned() }
 }
 
 /// What a file that starts with `start` is instead.
 fn not_a_recording(start: &[u8]) -> String {
     const KINDS: [(&[u8], &str); 8] = [
-        (
-            b"#ROSBAG",
-            "a ROS 1 bag; convert it to MCAP first (`mcap convert`)",
-        ),
+        (b"#ROSBAG", "a ROS 1 bag; convert it to MCAP first (`mcap convert`)"),
         (
             b"SQLite format 3",
             "a rosbag2 database (.db3); convert it to MCAP first (`ros2 bag convert`)",
         ),
         (b"\x1f\x8b", "compressed with gzip; decompress it first"),
-        (
-            b"\x28\xb5\x2f\xfd",
-            "compressed with zstd; decompress it first",
-        ),
-        (
-            b"\x04\x22\x4d\x18",
-            "compressed with lz4; decompress it first",
-        ),
+        (b"\x28\xb5\x2f\xfd", "compressed with zstd; decompress it first"),
+        (b"\x04\x22\x4d\x18", "compressed with lz4; decompress it first"),
         (b"BZh", "compressed with bzip2; decompress it first"),
         (b"\xfd7zXZ", "compressed with xz; decompress it first"),
         (b"PK\x03\x04", "a zip archive; unpack it first"),

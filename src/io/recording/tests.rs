@@ -31,24 +31,10 @@ fn shapes() -> Vec<Shape> {
     let mut shapes = Vec::new();
     for has_summary in [true, false] {
         for has_data_crc in [true, false] {
-            for compression in [
-                None,
-                Some(mcap::Compression::Lz4),
-                Some(mcap::Compression::Zstd),
-            ] {
-                shapes.push(Shape {
-                    compression,
-                    has_summary,
-                    has_data_crc,
-                    ..CHUNKED
-                });
+            for compression in [None, Some(mcap::Compression::Lz4), Some(mcap::Compression::Zstd)] {
+                shapes.push(Shape { compression, has_summary, has_data_crc, ..CHUNKED });
             }
-            shapes.push(Shape {
-                compression: None,
-                is_chunked: false,
-                has_summary,
-                has_data_crc,
-            });
+            shapes.push(Shape { compression: None, is_chunked: false, has_summary, has_data_crc });
         }
     }
     shapes
@@ -74,21 +60,13 @@ fn recording(shape: Shape) -> Vec<u8> {
     let qos = BTreeMap::from([("offered_qos_profiles".to_owned(), "- depth: 1".to_owned())]);
     for id in [7, 9] {
         let name = "std_msgs/msg/String";
-        writer
-            .add_schema_with_id(id, name, "ros2msg", b"string data")
-            .unwrap();
+        writer.add_schema_with_id(id, name, "ros2msg", b"string data").unwrap();
     }
     for id in [3, 4] {
-        writer
-            .add_channel_with_id(id, 7, "/twice", "cdr", &qos)
-            .unwrap();
+        writer.add_channel_with_id(id, 7, "/twice", "cdr", &qos).unwrap();
     }
-    writer
-        .add_channel_with_id(0, 0, "/bare", "json", &BTreeMap::new())
-        .unwrap();
-    writer
-        .add_channel_with_id(500, 9, "/silent", "cdr", &qos)
-        .unwrap();
+    writer.add_channel_with_id(0, 0, "/bare", "json", &BTreeMap::new()).unwrap();
+    writer.add_channel_with_id(500, 9, "/silent", "cdr", &qos).unwrap();
     for i in 0..40_u64 {
         let header = MessageHeader {
             channel_id: [3, 4, 0][i as usize % 3],
@@ -96,27 +74,16 @@ fn recording(shape: Shape) -> Vec<u8> {
             log_time: 1_000 + (i * 7) % 40,
             publish_time: 900 + i,
         };
-        let data: Vec<u8> = (0..(i * 37) % 500)
-            .map(|j| ((i * 31 + j * j) % 251) as u8)
-            .collect();
+        let data: Vec<u8> = (0..(i * 37) % 500).map(|j| ((i * 31 + j * j) % 251) as u8).collect();
         writer.write_to_known_channel(&header, &data).unwrap();
         match i {
             10 => writer
-                .write_private_record(
-                    0x81,
-                    b"inside",
-                    PrivateRecordOptions::IncludeInChunks.into(),
-                )
+                .write_private_record(0x81, b"inside", PrivateRecordOptions::IncludeInChunks.into())
                 .unwrap(),
             20 => attach(&mut writer, "calibration.yaml", b"a: 1"),
-            25 => writer
-                .write_private_record(0xff, b"", Default::default())
-                .unwrap(),
+            25 => writer.write_private_record(0xff, b"", Default::default()).unwrap(),
             30 => writer
-                .write_metadata(&Metadata {
-                    name: "rosbag2".into(),
-                    metadata: qos.clone(),
-                })
+                .write_metadata(&Metadata { name: "rosbag2".into(), metadata: qos.clone() })
                 .unwrap(),
             _ => {}
         }
@@ -178,20 +145,10 @@ fn read_all(path: &Path) -> Result<Vec<Record<'static>>> {
 
 /// Without what a copy may change: the library, and where messages lie.
 fn content(records: Vec<Record<'static>>) -> Vec<Record<'static>> {
-    let nowhere = Position {
-        chunk_offset: 0,
-        index_in_chunk: 0,
-    };
+    let nowhere = Position { chunk_offset: 0, index_in_chunk: 0 };
     let strip = |record| match record {
-        Record::Header { profile, .. } => Record::Header {
-            profile,
-            library: String::new(),
-        },
-        Record::Message { header, data, .. } => Record::Message {
-            header,
-            data,
-            position: nowhere,
-        },
+        Record::Header { profile, .. } => Record::Header { profile, library: String::new() },
+        Record::Message { header, data, .. } => Record::Message { header, data, position: nowhere },
         record => record,
     };
     records.into_iter().map(strip).collect()
@@ -228,9 +185,7 @@ fn copy(input: &Path, output: &Path, compression: Compression) -> Result<u64> {
 
 fn problem_of(result: Result<impl Sized>) -> (u64, String) {
     match result {
-        Err(Error::Recording {
-            offset, problem, ..
-        }) => (offset, problem),
+        Err(Error::Recording { offset, problem, .. }) => (offset, problem),
         Err(error) => panic!("another error: {error}"),
         Ok(_) => panic!("no error"),
     }
@@ -242,29 +197,13 @@ fn every_shape_is_read_whole() {
     for shape in shapes() {
         let records = read_all(&folder.write("in.mcap", &recording(shape))).unwrap();
         let count = |of: fn(&Record) -> bool| records.iter().filter(|r| of(r)).count();
-        assert_eq!(
-            count(|r| matches!(r, Record::Header { .. })),
-            1,
-            "{shape:?}"
-        );
+        assert_eq!(count(|r| matches!(r, Record::Header { .. })), 1, "{shape:?}");
         assert_eq!(count(|r| matches!(r, Record::Schema(_))), 2, "{shape:?}");
         assert_eq!(count(|r| matches!(r, Record::Channel(_))), 4, "{shape:?}");
-        assert_eq!(
-            count(|r| matches!(r, Record::Message { .. })),
-            40,
-            "{shape:?}"
-        );
-        assert_eq!(
-            count(|r| matches!(r, Record::Attachment { .. })),
-            2,
-            "{shape:?}"
-        );
+        assert_eq!(count(|r| matches!(r, Record::Message { .. })), 40, "{shape:?}");
+        assert_eq!(count(|r| matches!(r, Record::Attachment { .. })), 2, "{shape:?}");
         assert_eq!(count(|r| matches!(r, Record::Metadata(_))), 1, "{shape:?}");
-        assert_eq!(
-            count(|r| matches!(r, Record::Private { .. })),
-            2,
-            "{shape:?}"
-        );
+        assert_eq!(count(|r| matches!(r, Record::Private { .. })), 2, "{shape:?}");
         assert!(!has_warning(&records), "{shape:?}");
     }
 }
@@ -307,15 +246,7 @@ fn the_format_s_own_library_reads_the_copy() {
         mcap::MessageStream::new(bytes)
             .unwrap()
             .map(|message| message.unwrap())
-            .map(|m| {
-                (
-                    m.channel,
-                    m.sequence,
-                    m.log_time,
-                    m.publish_time,
-                    m.data.into_owned(),
-                )
-            })
+            .map(|m| (m.channel, m.sequence, m.log_time, m.publish_time, m.data.into_owned()))
             .collect()
     };
     assert_eq!(stream(&a), stream(&b));
@@ -323,10 +254,7 @@ fn the_format_s_own_library_reads_the_copy() {
     assert_eq!((a.schemas, a.channels), (b.schemas, b.channels));
     let [a, b] = [a.stats, b.stats].map(Option::unwrap);
     assert_eq!(a.channel_message_counts, b.channel_message_counts);
-    assert_eq!(
-        (a.attachment_count, a.metadata_count),
-        (b.attachment_count, b.metadata_count)
-    );
+    assert_eq!((a.attachment_count, a.metadata_count), (b.attachment_count, b.metadata_count));
 }
 
 #[test]
@@ -346,13 +274,8 @@ fn positions_name_the_chunk_and_the_message() {
     let bytes = fs::read(&input).unwrap();
     let mut last: Option<Position> = None;
     for record in messages(&read_all(&input).unwrap()) {
-        let Record::Message { position, .. } = record else {
-            unreachable!()
-        };
-        assert_eq!(
-            bytes[position.chunk_offset as usize],
-            mcap::records::op::CHUNK
-        );
+        let Record::Message { position, .. } = record else { unreachable!() };
+        assert_eq!(bytes[position.chunk_offset as usize], mcap::records::op::CHUNK);
         match last {
             Some(last) if last.chunk_offset == position.chunk_offset => {
                 assert_eq!(position.index_in_chunk, last.index_in_chunk + 1);
@@ -393,10 +316,7 @@ fn overviews_from_the_index_and_from_the_records_agree() {
         assert_eq!(channels, [0, 3, 4, 500]);
         assert_eq!(overview.message_count, 40);
         assert_eq!(overview.message_counts[&3], 14);
-        assert_eq!(
-            (overview.start_ns, overview.end_ns),
-            (Some(1000), Some(1039))
-        );
+        assert_eq!((overview.start_ns, overview.end_ns), (Some(1000), Some(1039)));
         assert_eq!((overview.attachment_count, overview.metadata_count), (2, 1));
         assert_eq!(overview.chunk_count > 0, shape.is_chunked);
         assert_eq!(overview.compression.len(), usize::from(shape.is_chunked));
@@ -430,23 +350,11 @@ fn with_a_channel_only_in_the_summary() -> Vec<u8> {
         record(11, &[&counts, &others, &times, &by_channel])
     };
     let message = record(5, &[&[1, 0], &[0; 4], &[5; 8], &[5; 8], b"hello"]);
-    let data = [
-        record(1, &[&text(""), &text("hand")]),
-        schema(1),
-        channel(1, 1),
-        message,
-    ]
-    .concat();
+    let data = [record(1, &[&text(""), &text("hand")]), schema(1), channel(1, 1), message].concat();
     let mut bytes = [mcap::MAGIC, &data, &record(15, &[&[0; 4]])].concat();
     let start = bytes.len() as u64;
     // The channels before the schemas, as a writer may order them.
-    for part in [
-        channel(1, 1),
-        channel(2, 2),
-        schema(1),
-        schema(2),
-        statistics,
-    ] {
+    for part in [channel(1, 1), channel(2, 2), schema(1), schema(2), statistics] {
         bytes.extend(part);
     }
     bytes.extend(record(2, &[&start.to_le_bytes(), &[0; 8], &[0; 4]]));
@@ -489,20 +397,14 @@ fn a_file_cut_anywhere_gives_a_prefix_of_its_messages() {
         let whole = recording(shape);
         let original = messages(&read_all(&folder.write("in.mcap", &whole)).unwrap());
         let mut most = 0;
-        for length in (1..whole.len())
-            .step_by(97)
-            .chain(whole.len() - 40..whole.len())
-        {
+        for length in (1..whole.len()).step_by(97).chain(whole.len() - 40..whole.len()) {
             let path = folder.write("cut.mcap", &whole[..length]);
             if length < mcap::MAGIC.len() {
                 assert!(problem_of(read_all(&path)).1.contains("cut off"));
                 continue;
             }
             let records = read_all(&path).unwrap();
-            assert!(
-                matches!(records.last(), Some(Record::Truncated { .. })),
-                "{shape:?} {length}"
-            );
+            assert!(matches!(records.last(), Some(Record::Truncated { .. })), "{shape:?} {length}");
             let found = messages(&records);
             assert!(found == original[..found.len()], "{shape:?} {length}");
             assert!(found.len() >= most, "{shape:?} {length}");
@@ -518,25 +420,16 @@ fn a_file_cut_anywhere_gives_a_prefix_of_its_messages() {
 #[test]
 fn messages_are_saved_from_a_chunk_that_is_cut() {
     let folder = Folder::new();
-    let shape = Shape {
-        compression: None,
-        ..CHUNKED
-    };
+    let shape = Shape { compression: None, ..CHUNKED };
     let whole = recording(shape);
     let records = read_all(&folder.write("in.mcap", &whole)).unwrap();
     let last = 38;
-    let Record::Message { position, .. } = &messages(&records)[last] else {
-        unreachable!()
-    };
+    let Record::Message { position, .. } = &messages(&records)[last] else { unreachable!() };
     // In the middle of the last chunk of several messages.
     let path = folder.write("cut.mcap", &whole[..position.chunk_offset as usize + 600]);
     let saved = messages(&read_all(&path).unwrap());
     let first_of_chunk = last - position.index_in_chunk as usize;
-    assert!(
-        saved.len() > first_of_chunk && saved.len() <= last,
-        "{}",
-        saved.len()
-    );
+    assert!(saved.len() > first_of_chunk && saved.len() <= last, "{}", saved.len());
 }
 
 /// Bytes that no checksum covers may change without notice where there is no data section checksum:
@@ -566,26 +459,15 @@ fn no_flipped_byte_passes_unnoticed() {
 #[test]
 fn a_damaged_chunk_is_named_with_its_place_and_topics() {
     let folder = Folder::new();
-    let shape = Shape {
-        compression: None,
-        ..CHUNKED
-    };
+    let shape = Shape { compression: None, ..CHUNKED };
     let mut bytes = recording(shape);
     let records = read_all(&folder.write("in.mcap", &bytes)).unwrap();
-    let Record::Message { position, .. } = &messages(&records)[0] else {
-        unreachable!()
-    };
+    let Record::Message { position, .. } = &messages(&records)[0] else { unreachable!() };
     bytes[position.chunk_offset as usize + 300] ^= 1;
     let (offset, problem) = problem_of(read_all(&folder.write("in.mcap", &bytes)));
     assert_eq!(offset, position.chunk_offset);
-    assert!(
-        problem.starts_with("chunk CRC mismatch: stored "),
-        "{problem}"
-    );
-    assert!(
-        problem.ends_with("; the chunk holds messages of /bare, /twice"),
-        "{problem}"
-    );
+    assert!(problem.starts_with("chunk CRC mismatch: stored "), "{problem}");
+    assert!(problem.ends_with("; the chunk holds messages of /bare, /twice"), "{problem}");
 }
 
 #[test]
@@ -594,10 +476,7 @@ fn damage_behind_the_data_costs_no_message() {
     let whole = recording(CHUNKED);
     let original = messages(&read_all(&folder.write("in.mcap", &whole)).unwrap());
     // In the topic of a channel: /bare.
-    let at = whole
-        .windows(5)
-        .rposition(|window| window == b"/bare")
-        .unwrap();
+    let at = whole.windows(5).rposition(|window| window == b"/bare").unwrap();
     let mut bytes = whole.clone();
     bytes[at + 1] = b'f';
     let path = folder.write("in.mcap", &bytes);
@@ -648,10 +527,9 @@ fn other_files_are_named() {
     ];
     for (bytes, expected) in cases {
         let path = folder.write("other", bytes);
-        for (offset, problem) in [
-            problem_of(RecordingReader::open(&path)),
-            problem_of(Overview::read(&path)),
-        ] {
+        for (offset, problem) in
+            [problem_of(RecordingReader::open(&path)), problem_of(Overview::read(&path))]
+        {
             assert_eq!(offset, 0);
             assert!(problem.contains(expected), "{problem}");
         }
@@ -670,26 +548,17 @@ fn new_ids_collide_with_nothing_of_the_input() {
     let output = folder.path("out.mcap");
     let mut writer = RecordingWriter::create(&output, &WriteOptions::default()).unwrap();
     writer.reserve(&overview);
-    let same = writer
-        .add_schema("std_msgs/msg/String", "ros2msg", b"string data")
-        .unwrap();
+    let same = writer.add_schema("std_msgs/msg/String", "ros2msg", b"string data").unwrap();
     assert_eq!(same, 7);
     let schema = writer.add_schema("new", "ros2msg", b"bool new").unwrap();
     assert_eq!(schema, 10);
-    let channel = writer
-        .add_channel("/new", schema, "cdr", &BTreeMap::new())
-        .unwrap();
+    let channel = writer.add_channel("/new", schema, "cdr", &BTreeMap::new()).unwrap();
     assert_eq!(channel, 501);
     let mut reader = RecordingReader::open(&input).unwrap();
     while let Some(record) = reader.next_record().unwrap() {
         writer.copy(&record).unwrap();
     }
-    let header = MessageHeader {
-        channel_id: channel,
-        sequence: 0,
-        log_time: 1,
-        publish_time: 1,
-    };
+    let header = MessageHeader { channel_id: channel, sequence: 0, log_time: 1, publish_time: 1 };
     writer.write_message(&header, b"new").unwrap();
     writer.write_metadata("run", &BTreeMap::new()).unwrap();
     writer.finish().unwrap();
@@ -723,9 +592,7 @@ fn an_existing_file_is_replaced_only_when_asked() {
     let late = RecordingWriter::create(&output, &options).unwrap();
     fs::write(&output, "mine").unwrap();
     for error in [
-        RecordingWriter::create(&output, &options)
-            .map(drop)
-            .unwrap_err(),
+        RecordingWriter::create(&output, &options).map(drop).unwrap_err(),
         late.finish().map(drop).unwrap_err(),
     ] {
         assert!(error.to_string().contains("exists already"), "{error}");
@@ -733,10 +600,7 @@ fn an_existing_file_is_replaced_only_when_asked() {
     assert_eq!(fs::read_to_string(&output).unwrap(), "mine");
     assert_eq!(folder.names(), ["out.mcap"]);
 
-    let force = WriteOptions {
-        force: true,
-        ..options
-    };
+    let force = WriteOptions { force: true, ..options };
     let writer = RecordingWriter::create(&output, &force).unwrap();
     writer.finish().unwrap();
     assert!(Overview::read(&output).is_ok());

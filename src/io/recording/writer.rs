@@ -90,8 +90,7 @@ impl RecordingWriter {
     /// [`RecordingWriter::add_schema`] and [`RecordingWriter::add_channel`] hand out.
     pub fn reserve(&mut self, overview: &Overview) {
         let schemas = overview.schemas.iter();
-        self.schemas
-            .extend(schemas.map(|(&id, schema)| (id, schema.clone())));
+        self.schemas.extend(schemas.map(|(&id, schema)| (id, schema.clone())));
         self.channel_ids.extend(overview.channels.keys());
     }
 
@@ -116,14 +115,9 @@ impl RecordingWriter {
                 data: data.as_ref().into(),
             }),
             Record::Metadata(metadata) => self.writer.write_metadata(metadata),
-            Record::Private {
-                opcode,
-                data,
-                in_chunk,
-            } => {
+            Record::Private { opcode, data, in_chunk } => {
                 let options = in_chunk.then_some(PrivateRecordOptions::IncludeInChunks);
-                self.writer
-                    .write_private_record(*opcode, data, options.into_iter().collect())
+                self.writer.write_private_record(*opcode, data, options.into_iter().collect())
             }
         };
         written.map_err(|error| write_error(&self.output, error))
@@ -166,10 +160,8 @@ impl RecordingWriter {
         message_encoding: &str,
         metadata: &BTreeMap<String, String>,
     ) -> Result<u16> {
-        let id = free_id(self.channel_ids.last().copied(), |id| {
-            self.channel_ids.contains(&id)
-        })
-        .ok_or(mcap::McapError::TooManyChannels)?;
+        let id = free_id(self.channel_ids.last().copied(), |id| self.channel_ids.contains(&id))
+            .ok_or(mcap::McapError::TooManyChannels)?;
         self.copy_channel(&Channel {
             id,
             schema_id,
@@ -199,13 +191,8 @@ impl RecordingWriter {
         name: &str,
         metadata: &BTreeMap<String, String>,
     ) -> Result<()> {
-        let metadata = Metadata {
-            name: name.to_owned(),
-            metadata: metadata.clone(),
-        };
-        self.writer
-            .write_metadata(&metadata)
-            .map_err(|error| write_error(&self.output, error))
+        let metadata = Metadata { name: name.to_owned(), metadata: metadata.clone() };
+        self.writer.write_metadata(&metadata).map_err(|error| write_error(&self.output, error))
     }
 
     /// Completes the recording, makes sure that it is on the disk, gives it its name, and returns
@@ -216,9 +203,7 @@ impl RecordingWriter {
     /// is then removed.
     pub fn finish(mut self) -> Result<u64> {
         let output = self.output;
-        self.writer
-            .finish()
-            .map_err(|error| write_error(&output, error))?;
+        self.writer.finish().map_err(|error| write_error(&output, error))?;
         let mut buffer = self.writer.into_inner().into_inner();
         buffer.flush().map_err(at(&output))?;
         let file = buffer.get_ref();
@@ -232,9 +217,7 @@ impl RecordingWriter {
         self.writer
             .add_schema_with_id(schema.id, &schema.name, &schema.encoding, &schema.data)
             .map_err(|error| write_error(&self.output, error))?;
-        self.schemas
-            .entry(schema.id)
-            .or_insert_with(|| schema.clone());
+        self.schemas.entry(schema.id).or_insert_with(|| schema.clone());
         Ok(())
     }
 
@@ -272,9 +255,7 @@ fn mcap_options(compression: Compression) -> mcap::WriteOptions {
 
 /// The id after the last, or else the first free one.
 fn free_id(last: Option<u16>, is_taken: impl Fn(u16) -> bool) -> Option<u16> {
-    last.unwrap_or(0)
-        .checked_add(1)
-        .or_else(|| (1..=u16::MAX).find(|&id| !is_taken(id)))
+    last.unwrap_or(0).checked_add(1).or_else(|| (1..=u16::MAX).find(|&id| !is_taken(id)))
 }
 
 fn create_partial(output: &Path) -> io::Result<(File, TempPath)> {
@@ -310,23 +291,15 @@ fn put(partial: TempPath, output: &Path, force: bool) -> Result<()> {
             Err(refused) => refused.path,
         },
     };
-    partial
-        .persist(output)
-        .map_err(|refused| at(output)(refused.error))
+    partial.persist(output).map_err(|refused| at(output)(refused.error))
 }
 
 fn exists(output: &Path) -> Error {
-    at(output)(io::Error::new(
-        ErrorKind::AlreadyExists,
-        "exists already and may not be replaced",
-    ))
+    at(output)(io::Error::new(ErrorKind::AlreadyExists, "exists already and may not be replaced"))
 }
 
 fn at(path: &Path) -> impl Fn(io::Error) -> Error {
-    move |source| Error::Io {
-        path: path.to_owned(),
-        source,
-    }
+    move |source| Error::Io { path: path.to_owned(), source }
 }
 
 fn write_error(output: &Path, error: mcap::McapError) -> Error {

@@ -19,25 +19,13 @@ pub(in crate::simulate) fn bicyclist(class: u16, pedal: f64) -> Model {
     add_bicycle(&mut parts);
     let limb = |from, to, radius| Shape::capsule(from, to, radius);
     for side in [1.0, -1.0] {
-        let (sin, cos) = (pedal
-            + if side > 0.0 {
-                0.0
-            } else {
-                std::f64::consts::PI
-            })
-        .sin_cos();
+        let (sin, cos) = (pedal + if side > 0.0 { 0.0 } else { std::f64::consts::PI }).sin_cos();
         let foot = [0.05 + 0.17 * cos, side * 0.12, 0.30 + 0.17 * sin];
         let knee = [0.22 + 0.08 * cos, side * 0.13, 0.70 + 0.10 * sin];
-        parts.add(
-            limb([-0.18, side * 0.09, 0.98], knee, 0.08),
-            Material::Cloth,
-        );
+        parts.add(limb([-0.18, side * 0.09, 0.98], knee, 0.08), Material::Cloth);
         parts.add(limb(knee, foot, 0.06), Material::Cloth);
         let shoulder = [0.12, side * 0.19, 1.42];
-        parts.add(
-            limb(shoulder, [0.46, side * 0.24, 1.06], 0.045),
-            Material::Cloth,
-        );
+        parts.add(limb(shoulder, [0.46, side * 0.24, 1.06], 0.045), Material::Cloth);
     }
     let back = limb([-0.15, 0.0, 1.02], [0.10, 0.0, 1.38], 0.16);
     parts.add(back, Material::Cloth);
@@ -49,11 +37,7 @@ pub(in crate::simulate) fn bicyclist(class: u16, pedal: f64) -> Model {
 fn add_bicycle(parts: &mut Parts) {
     for x in [-0.52, 0.52] {
         let [left, right] = [0.02, -0.02].map(|y| [x, y, WHEEL_RADIUS]);
-        let coating = Coating::SpokedWheel {
-            x,
-            z: WHEEL_RADIUS,
-            rim: WHEEL_RADIUS - 0.05,
-        };
+        let coating = Coating::SpokedWheel { x, z: WHEEL_RADIUS, rim: WHEEL_RADIUS - 0.05 };
         parts.add_coated(Shape::cylinder(left, right, WHEEL_RADIUS), coating);
     }
     let (crank, saddle, head) = ([0.0, 0.0, 0.30], [-0.18, 0.0, 0.92], [0.40, 0.0, 0.88]);

@@ -63,15 +63,8 @@ impl Model {
     /// An upright object of at least one part.
     pub fn new(parts: Vec<Part>) -> Self {
         let corners = parts.iter().map(|part| part.shape.bounds());
-        let (low, high) = corners
-            .reduce(|a, b| (a.0.inf(&b.0), a.1.sup(&b.1)))
-            .unwrap_or_default();
-        Model {
-            parts,
-            low,
-            high,
-            leans: false,
-        }
+        let (low, high) = corners.reduce(|a, b| (a.0.inf(&b.0), a.1.sup(&b.1))).unwrap_or_default();
+        Model { parts, low, high, leans: false }
     }
 
     /// The same object standing on wheels.
@@ -102,10 +95,7 @@ struct Parts {
 
 impl Parts {
     fn new(class: u16) -> Self {
-        Parts {
-            class,
-            parts: Vec::new(),
-        }
+        Parts { class, parts: Vec::new() }
     }
 
     fn add(&mut self, shape: Shape, material: Material) {
@@ -113,10 +103,6 @@ impl Parts {
     }
 
     fn add_coated(&mut self, shape: Shape, coating: Coating) {
-        self.parts.push(Part {
-            shape,
-            coating,
-            class: self.class,
-        });
+        self.parts.push(Part { shape, coating, class: self.class });
     }
 }

@@ -60,19 +60,10 @@ impl Person {
             let step = side * swing;
             let knee = at(0.5 * step + 0.04, side * 0.10, 0.48);
             let limb = |from, to, radius: f64| Shape::capsule(from, to, radius * wide);
-            body.add(
-                limb(at(0.0, side * 0.09, 0.9), knee, 0.085),
-                Material::Cloth,
-            );
-            body.add(
-                limb(knee, at(step, side * 0.10, 0.08), 0.06),
-                Material::Cloth,
-            );
+            body.add(limb(at(0.0, side * 0.09, 0.9), knee, 0.085), Material::Cloth);
+            body.add(limb(knee, at(step, side * 0.10, 0.08), 0.06), Material::Cloth);
             let hand = at(-0.7 * step + 0.03, side * 0.225, 0.86);
-            body.add(
-                limb(at(0.0, side * 0.205, 1.40), hand, 0.045),
-                Material::Cloth,
-            );
+            body.add(limb(at(0.0, side * 0.205, 1.40), hand, 0.045), Material::Cloth);
         }
         let axes = [0.13 * wide, 0.20 * wide, 0.34 * tall];
         body.add(Shape::ellipsoid(at(0.0, 0.0, 1.18), axes), Material::Cloth);
@@ -80,10 +71,7 @@ impl Person {
         body.add(Shape::ellipsoid(at(0.02, 0.0, 1.615), axes), Material::Skin);
         if self.has_backpack {
             let axes = [0.11, 0.15, 0.22];
-            body.add(
-                Shape::ellipsoid(at(-0.17, 0.0, 1.24), axes),
-                Material::Cloth,
-            );
+            body.add(Shape::ellipsoid(at(-0.17, 0.0, 1.24), axes), Material::Cloth);
         }
         Model::new(body.parts)
     }

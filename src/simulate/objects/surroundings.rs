@@ -28,10 +28,7 @@ pub(in crate::simulate) fn tree(rng: &mut Pcg32, crown: f64) -> Model {
         let out = (crown - size) * rng.random_range(0.8..1.0);
         let z = clear + rng.random_range(0.7..1.6) * tall;
         let centre = [out * around.cos(), out * around.sin(), z];
-        parts.add(
-            Shape::ellipsoid(centre, [size, size, 0.9 * size]),
-            Material::Leaves,
-        );
+        parts.add(Shape::ellipsoid(centre, [size, size, 0.9 * size]), Material::Leaves);
     }
     Model::new(parts.parts)
 }

@@ -102,11 +102,7 @@ impl Vehicle {
 
     /// A passenger car or, with the given chances, a van.
     pub fn car_or_van(rng: &mut Pcg32, van: f64) -> Self {
-        if rng.random_bool(van) {
-            Vehicle::van(rng)
-        } else {
-            Vehicle::car(rng)
-        }
+        if rng.random_bool(van) { Vehicle::van(rng) } else { Vehicle::car(rng) }
     }
 
     /// The same vehicle with someone at the wheel.
@@ -149,11 +145,7 @@ impl Vehicle {
     }
 
     fn paint(&self) -> Material {
-        if self.is_black {
-            Material::BlackPaint
-        } else {
-            Material::Paint
-        }
+        if self.is_black { Material::BlackPaint } else { Material::Paint }
     }
 
     fn cabin(&self) -> Cabin {
@@ -190,10 +182,8 @@ impl Vehicle {
         let half = [0.5 * length, 0.5 * self.width];
         let move_x = |[x, y, z]: [f64; 3]| [x + shift, y, z];
         let belt = cabin.belt;
-        let mut lower = Shape::cuboid(
-            move_x([-half[0], -half[1], 0.2]),
-            move_x([half[0], half[1], belt]),
-        );
+        let mut lower =
+            Shape::cuboid(move_x([-half[0], -half[1], 0.2]), move_x([half[0], half[1], belt]));
         for y in [1.0, -1.0] {
             for x in [1.0, -1.0] {
                 let corner = move_x([x * half[0], y * (half[1] - 0.2), 0.0]);
@@ -230,10 +220,7 @@ impl Vehicle {
         for y in [1.0, -1.0] {
             shell = shell
                 .cut([0.0, y * rise, cabin.tumblehome], [0.0, y * side, belt])
-                .cut(
-                    [0.0, y * 0.5, 1.0],
-                    [0.0, y * (side - cabin.tumblehome - 0.12), roof],
-                );
+                .cut([0.0, y * 0.5, 1.0], [0.0, y * (side - cabin.tumblehome - 0.12), roof]);
         }
         let rake = cabin.runs[0] / rise;
         let glazing = Glazing {

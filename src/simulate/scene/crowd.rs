@@ -8,10 +8,7 @@ use crate::simulate::objects::class::{BICYCLIST, ROAD, SIDEWALK};
 use crate::simulate::objects::vehicle::Vehicle;
 use crate::simulate::objects::{cycle, surroundings};
 
-const EGO: Ego = Ego {
-    y: -0.5,
-    speed: 1.5,
-};
+const EGO: Ego = Ego { y: -0.5, speed: 1.5 };
 
 /// Strips from right to left, layers, and the ego vehicle.
 pub(super) fn plan() -> (Vec<Strip>, Vec<Layer>, Ego) {

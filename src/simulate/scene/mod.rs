@@ -101,12 +101,7 @@ impl World {
             Scene::Parking => parking::plan(),
             Scene::Crowd => crowd::plan(),
         };
-        World {
-            seed,
-            ground: Ground::new(seed, strips),
-            layers,
-            ego,
-        }
+        World { seed, ground: Ground::new(seed, strips), layers, ego }
     }
 
     /// The foot of the ego vehicle after `time` seconds: on the ground, x ahead, z along its normal.
@@ -166,11 +161,7 @@ impl<'a> Tile<'a> {
 
     /// Direction in which the layer moves, radians.
     fn heading(&self) -> f64 {
-        if self.speed < 0.0 {
-            std::f64::consts::PI
-        } else {
-            0.0
-        }
+        if self.speed < 0.0 { std::f64::consts::PI } else { 0.0 }
     }
 
     /// Stands an object on the ground `along` metres from the tile's beginning, turned by `yaw` radians.
@@ -190,11 +181,7 @@ impl<'a> Tile<'a> {
         } else {
             self.ground.frame_upright(x, y, yaw)
         };
-        self.placed.push(Placed {
-            id,
-            model,
-            world_from_object,
-        });
+        self.placed.push(Placed { id, model, world_from_object });
     }
 }
 
@@ -213,12 +200,7 @@ fn ids(layer: usize, number: i64) -> std::ops::Range<u16> {
 
 /// Shorthand for a strip of a scene's plan.
 fn strip(to_y: f64, class: u16, material: Material, is_raised: bool) -> Strip {
-    Strip {
-        to_y,
-        class,
-        material,
-        is_raised,
-    }
+    Strip { to_y, class, material, is_raised }
 }
 
 #[cfg(test)]
@@ -240,11 +222,7 @@ mod tests {
         let mut taken = vec![false; 1 << 16];
         taken[0] = true;
         for layer in 0..count {
-            let tiles = if layer == 0 {
-                STATIC_IDS.1
-            } else {
-                MOVING_IDS.1
-            };
+            let tiles = if layer == 0 { STATIC_IDS.1 } else { MOVING_IDS.1 };
             for number in -tiles / 2..tiles / 2 {
                 for id in ids(layer, number) {
                     assert!(!std::mem::replace(&mut taken[id as usize], true));

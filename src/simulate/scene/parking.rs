@@ -9,10 +9,7 @@ use crate::simulate::material::Material::{Asphalt, Grass, Paving};
 use crate::simulate::objects::class::{PARKING, ROAD, SIDEWALK, TERRAIN};
 use crate::simulate::objects::surroundings;
 
-const EGO: Ego = Ego {
-    y: -1.3,
-    speed: 2.5,
-};
+const EGO: Ego = Ego { y: -1.3, speed: 2.5 };
 
 /// Strips from right to left, layers, and the ego vehicle.
 pub(super) fn plan() -> (Vec<Strip>, Vec<Layer>, Ego) {

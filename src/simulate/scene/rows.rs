@@ -54,11 +54,7 @@ pub(super) fn bays(tile: &mut Tile<'_>, y: f64, angle: f64) {
 
 /// Parks a vehicle; in one of twelve someone waits at the wheel.
 fn park(tile: &mut Tile<'_>, vehicle: Vehicle, along: f64, y: f64, yaw: f64) {
-    let vehicle = if tile.rng.random_bool(0.08) {
-        vehicle.driven()
-    } else {
-        vehicle
-    };
+    let vehicle = if tile.rng.random_bool(0.08) { vehicle.driven() } else { vehicle };
     tile.place(vehicle.parked(), along, y, yaw);
 }
 
@@ -95,9 +91,7 @@ pub(super) fn cyclists(tile: &mut Tile<'_>, y: f64) {
         let model = cycle::bicyclist(class::MOVING_BICYCLIST, pedal);
         tile.place(model, along, y + aside, tile.heading());
         let follows = tile.rng.random_bool(0.3);
-        along += tile
-            .rng
-            .random_range(if follows { 2.4..3.5 } else { 12.0..30.0 });
+        along += tile.rng.random_range(if follows { 2.4..3.5 } else { 12.0..30.0 });
     }
 }
 

@@ -6,10 +6,7 @@ use super::{Ego, Layer, Strip, TILE, Tile, rows, strip, walkers};
 use crate::simulate::material::Material::{Asphalt, Grass, Paving};
 use crate::simulate::objects::class::{PARKING, ROAD, SIDEWALK, TERRAIN};
 
-const EGO: Ego = Ego {
-    y: -1.75,
-    speed: 7.0,
-};
+const EGO: Ego = Ego { y: -1.75, speed: 7.0 };
 
 /// Strips from right to left, layers, and the ego vehicle.
 pub(super) fn plan() -> (Vec<Strip>, Vec<Layer>, Ego) {

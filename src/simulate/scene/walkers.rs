@@ -17,11 +17,7 @@ fn abreast(tile: &mut Tile<'_>, count: usize, room: f64) -> Vec<(Person, f64)> {
     let mut edge = 0.0;
     for _ in 0..count {
         let person = Person::random(&mut tile.rng);
-        let gap = if members.is_empty() {
-            0.0
-        } else {
-            tile.rng.random_range(GAP)
-        };
+        let gap = if members.is_empty() { 0.0 } else { tile.rng.random_range(GAP) };
         let centre = edge + gap + person.half_width();
         if centre + person.half_width() > room {
             break;
@@ -45,10 +41,7 @@ pub(super) fn stream(tile: &mut Tile<'_>, y: f64, room: f64, spacing: std::ops::
             _ => 3,
         };
         let members = abreast(tile, count, room);
-        let taken: f64 = members
-            .iter()
-            .map(|(person, _)| 2.0 * person.half_width())
-            .sum();
+        let taken: f64 = members.iter().map(|(person, _)| 2.0 * person.half_width()).sum();
         let gaps = 0.5 * members.len().saturating_sub(1) as f64;
         let spare = (0.5 * (room - taken - gaps)).max(1e-3);
         let aside = tile.rng.random_range(-spare..spare);
@@ -63,11 +56,7 @@ pub(super) fn stream(tile: &mut Tile<'_>, y: f64, room: f64, spacing: std::ops::
 
 /// People standing side by side who look towards -y or +y.
 pub(super) fn line(tile: &mut Tile<'_>, along: f64, y: f64, count: usize) {
-    let yaw = if tile.rng.random_bool(0.5) {
-        FRAC_PI_2
-    } else {
-        -FRAC_PI_2
-    };
+    let yaw = if tile.rng.random_bool(0.5) { FRAC_PI_2 } else { -FRAC_PI_2 };
     for (person, offset) in abreast(tile, count, 4.0) {
         tile.place(person.standing(class::PERSON), along + offset, y, yaw);
     }

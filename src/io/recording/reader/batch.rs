@@ -79,10 +79,7 @@ impl RecordingReader {
             }))),
             _ => Err(self.source.damage(
                 offset,
-                format!(
-                    "{} (opcode {opcode:#04x}) inside a chunk",
-                    record_name(opcode)
-                ),
+                format!("{} (opcode {opcode:#04x}) inside a chunk", record_name(opcode)),
             )),
         }
     }
@@ -100,10 +97,7 @@ impl RecordingReader {
                 ),
             ));
         }
-        let position = Position {
-            chunk_offset: offset,
-            index_in_chunk: self.batch.messages,
-        };
+        let position = Position { chunk_offset: offset, index_in_chunk: self.batch.messages };
         self.batch.messages += 1;
         self.counts.messages += 1;
         let data = place.start + HEADER_LEN..place.end;
@@ -137,10 +131,7 @@ impl RecordingReader {
 
     pub(super) fn is_new_schema(&self, offset: u64, schema: &Schema) -> Result<bool> {
         if schema.id == 0 {
-            let problem = format!(
-                "schema `{}` has the id 0, which means no schema",
-                schema.name
-            );
+            let problem = format!("schema `{}` has the id 0, which means no schema", schema.name);
             return Err(self.source.damage(offset, problem));
         }
         match self.schemas.get(&schema.id) {
@@ -201,19 +192,11 @@ fn attachment(body: &[u8]) -> std::result::Result<Record<'static>, String> {
         let what = format!("attachment `{}`:", header.name);
         return Err(crc_mismatch(&what, stored, computed));
     }
-    Ok(Record::Attachment {
-        header,
-        data: Cow::Owned(data.to_vec()),
-    })
+    Ok(Record::Attachment { header, data: Cow::Owned(data.to_vec()) })
 }
 
 pub(super) fn owned_schema(header: records::SchemaHeader, data: &[u8]) -> Schema {
-    Schema {
-        id: header.id,
-        name: header.name,
-        encoding: header.encoding,
-        data: data.to_vec(),
-    }
+    Schema { id: header.id, name: header.name, encoding: header.encoding, data: data.to_vec() }
 }
 
 pub(super) fn unknown_schema(channel: &Channel) -> String {

@@ -64,12 +64,7 @@ impl RecordingReader {
 
     /// Gives what only the summary has, and compares its counts with what was read.
     pub(super) fn give_summary(&mut self, offset: u64) {
-        let Summary {
-            schemas,
-            channels,
-            statistics,
-            ..
-        } = std::mem::take(&mut self.summary);
+        let Summary { schemas, channels, statistics, .. } = std::mem::take(&mut self.summary);
         for schema in schemas.into_values() {
             self.schemas.insert(schema.id, schema.clone());
             self.waiting.push_back(Record::Schema(schema));
@@ -88,16 +83,8 @@ impl RecordingReader {
         let counted = self.counts;
         let pairs = [
             ("messages", statistics.message_count, counted.messages),
-            (
-                "attachments",
-                statistics.attachment_count.into(),
-                counted.attachments,
-            ),
-            (
-                "metadata records",
-                statistics.metadata_count.into(),
-                counted.metadata,
-            ),
+            ("attachments", statistics.attachment_count.into(), counted.attachments),
+            ("metadata records", statistics.metadata_count.into(), counted.metadata),
         ];
         for (what, said, found) in pairs.into_iter().filter(|(_, said, found)| said != found) {
             let problem = format!("the summary counts {said} {what}, the file has {found}");
@@ -125,21 +112,16 @@ impl RecordingReader {
         let more = self.source.remaining();
         let (offset, problem) = match (end == mcap::MAGIC, more) {
             (true, 0) => return Ok(()),
-            (true, _) => (
-                self.source.offset,
-                format!("{more} bytes behind the end of the recording"),
-            ),
+            (true, _) => {
+                (self.source.offset, format!("{more} bytes behind the end of the recording"))
+            }
             (false, 0) => {
                 let problem = "the file is cut off in the eight bytes that close a recording";
                 let problem = problem.to_owned();
-                self.waiting
-                    .push_back(Record::Truncated { offset, problem });
+                self.waiting.push_back(Record::Truncated { offset, problem });
                 return Ok(());
             }
-            (false, _) => (
-                offset,
-                "the footer is not followed by the end of the file".to_owned(),
-            ),
+            (false, _) => (offset, "the footer is not followed by the end of the file".to_owned()),
         };
         self.waiting.push_back(Record::Damaged { offset, problem });
         Ok(())
