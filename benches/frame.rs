@@ -8,7 +8,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use divmerge::Taxonomy;
-use divmerge::annotate::{FrameTimes, Method, Semantics, annotate_message};
+use divmerge::annotate::{Annotated, FrameTimes, Method, Semantics, annotate_message};
 use divmerge::io::drive::cloud_message;
 use divmerge::io::{Record, RecordingReader};
 use divmerge::pipeline::Config;
@@ -84,9 +84,10 @@ fn report(name: &str, messages: &[Vec<u8>], semantics: &Semantics, config: Confi
         config,
     };
     let mut frames: Vec<(f64, FrameTimes, f64, usize, usize)> = Vec::new();
+    let mut annotated = Annotated::default();
     for _ in 0..rounds {
         for message in messages {
-            let (annotated, stages) = annotate_message(message, &method).expect("annotated");
+            let stages = annotate_message(message, &method, &mut annotated).expect("annotated");
             let copy = copy_ms(&annotated.cloud);
             let (points, objects) = (stages.labels.reason.len(), stages.objects.len());
             let times = annotated.times;

@@ -206,12 +206,17 @@ pub fn is_annotation(overview: &Overview, topic: &str) -> bool {
 const INSTANCES: &str = "/instances";
 const OBJECTS: &str = "/objects";
 
-/// Clusters the cloud in a message and writes the two messages that annotate it.
+/// Clusters the cloud in a message and writes the two messages that annotate it into `annotated`, whose
+/// memory is used again.
 ///
 /// # Errors
 /// Those of [`PointCloud2::parse`] and [`PointCloud2::to_cloud`]; [`Error::MissingField`] if the field
 /// that should hold the classes is not there.
-pub fn annotate_message(message: &[u8], method: &Method) -> Result<(Annotated, Stages)> {
+pub fn annotate_message(
+    message: &[u8],
+    method: &Method,
+    annotated: &mut Annotated,
+) -> Result<Stages> {
     let started = Instant::now();
     let wire = PointCloud2::parse(message)?;
     let field = match &method.semantics {
@@ -230,7 +235,6 @@ pub fn annotate_message(message: &[u8], method: &Method) -> Result<(Annotated, S
     let stages = pipeline::run(&cloud, mask, &method.config);
 
     let started = Instant::now();
-    let mut annotated = Annotated { semantics, ..Annotated::default() };
     let reason: Vec<u8> = stages.labels.reason.iter().map(|&reason| reason as u8).collect();
     let annotation = PointAnnotation {
         instance: &stages.labels.instance,
@@ -243,12 +247,13 @@ pub fn annotate_message(message: &[u8], method: &Method) -> Result<(Annotated, S
     let (seconds, nanoseconds) = (wire.stamp_sec, wire.stamp_nanosec);
     let frame = &wire.frame_id;
     io::marker_array(wire.byte_order, seconds, nanoseconds, frame, &boxes, &mut annotated.objects);
+    annotated.semantics = semantics;
     annotated.times = FrameTimes {
         decode_ms,
         stages: stages.times,
         encode_ms: started.elapsed().as_secs_f64() * 1e3,
     };
-    Ok((annotated, stages))
+    Ok(stages)
 }
 
 fn marker(instance: &Instance) -> MarkerBox {
@@ -315,6 +320,8 @@ struct Job<'a> {
     clouds: BTreeMap<u16, String>,
     /// Channels added for each topic, once they are: instances and objects.
     added: BTreeMap<String, (u16, u16)>,
+    /// Memory for the messages of the next cloud.
+    scratch: Annotated,
     /// Warnings by topic and kind: how often, and where first.
     warned: BTreeMap<(String, &'static str), u64>,
     report: Report,
@@ -352,6 +359,7 @@ impl<'a> Job<'a> {
             writer,
             clouds,
             added: BTreeMap::new(),
+            scratch: Annotated::default(),
             warned: BTreeMap::new(),
             report,
         };
@@ -429,8 +437,9 @@ impl<'a> Job<'a> {
         data: &[u8],
         position: Position,
     ) -> Result<()> {
-        let (annotated, stages) = match annotate_message(data, &self.options.method) {
-            Ok(annotated) => annotated,
+        let mut annotated = std::mem::take(&mut self.scratch);
+        let stages = match annotate_message(data, &self.options.method, &mut annotated) {
+            Ok(stages) => stages,
             Err(error) => {
                 let report = self.report.topics.entry(topic.to_owned()).or_default();
                 report.unreadable += 1;
@@ -446,6 +455,7 @@ impl<'a> Job<'a> {
         }
         let report = self.report.topics.entry(topic.to_owned()).or_default();
         report.take(&annotated, &stages);
+        self.scratch = annotated;
         self.remark_on(topic, position, &stages);
         Ok(())
     }

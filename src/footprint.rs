@@ -29,7 +29,7 @@ impl Rectangle {
 /// The convex hull in counter-clockwise order, without collinear points (Andrew's monotone chain,
 /// O(n log n)). One point or two give themselves.
 pub fn convex_hull(points: &[PlanePoint]) -> Vec<PlanePoint> {
-    let mut sorted = points.to_vec();
+    let mut sorted = outer_points(points);
     sorted.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     sorted.dedup();
     if sorted.len() < 3 {
@@ -53,6 +53,37 @@ pub fn convex_hull(points: &[PlanePoint]) -> Vec<PlanePoint> {
     }
     hull.pop();
     hull
+}
+
+/// The points that are not strictly inside the octagon of the extreme points in eight directions; none of
+/// the others is on the hull (Akl and Toussaint 1978).
+fn outer_points(points: &[PlanePoint]) -> Vec<PlanePoint> {
+    const FEW: usize = 16;
+    if points.len() <= FEW {
+        return points.to_vec();
+    }
+    // Directions 0, 45, 90 and 135 degrees, each with its least and greatest point.
+    let keys = |p: &PlanePoint| [p[0], p[0] + p[1], p[1], p[1] - p[0]];
+    let mut least = [points[0]; 4];
+    let mut greatest = [points[0]; 4];
+    let (mut low, mut high) = (keys(&points[0]), keys(&points[0]));
+    for point in points {
+        for (direction, key) in keys(point).into_iter().enumerate() {
+            if key < low[direction] {
+                (low[direction], least[direction]) = (key, *point);
+            } else if key > high[direction] {
+                (high[direction], greatest[direction]) = (key, *point);
+            }
+        }
+    }
+    let octagon = [greatest, least].concat();
+    let is_inside = |p: PlanePoint| {
+        (0..8).all(|i| {
+            let (from, to) = (octagon[i], octagon[(i + 1) % 8]);
+            from == to || cross(from, to, p) > 0.0
+        })
+    };
+    points.iter().copied().filter(|&p| !is_inside(p)).collect()
 }
 
 fn cross(origin: PlanePoint, a: PlanePoint, b: PlanePoint) -> f64 {
@@ -154,6 +185,23 @@ mod tests {
             [[0.0, 0.0], [2.0, 0.0], [1.0, 0.0], [2.0, 2.0], [1.0, 1.0], [0.0, 2.0], [0.0, 0.0]];
         let hull = convex_hull(&points);
         assert_eq!(hull, [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]);
+    }
+
+    #[test]
+    fn discarding_inner_points_changes_no_hull() {
+        use rand::{RngExt, SeedableRng};
+        let mut random = rand_pcg::Pcg32::seed_from_u64(4);
+        for round in 0..200 {
+            let steps = 3.0 + f64::from(round);
+            let mut coordinate = || (random.random::<f64>() * steps).floor();
+            let points: Vec<PlanePoint> = (0..40).map(|_| [coordinate(), coordinate()]).collect();
+            let hull = convex_hull(&points);
+            let is_outside = |p: &PlanePoint| {
+                (0..hull.len()).any(|i| cross(hull[i], hull[(i + 1) % hull.len()], *p) < 0.0)
+            };
+            assert!(hull.len() < 3 || !points.iter().any(is_outside), "{hull:?} of {points:?}");
+            assert!(hull.iter().all(|corner| points.contains(corner)));
+        }
     }
 
     #[test]

@@ -275,10 +275,11 @@ fn describe(
     source: MaskSource,
     labels: &mut PointLabels,
 ) -> Vec<Instance> {
-    let members = members(&labels.instance, pixels.pixels.len());
+    let (points_of, start) = members(&labels.instance, pixels.pixels.len());
     let component_counts = component_counts(components, pixels);
-    let mut instances = Vec::with_capacity(members.len());
-    for (id, points) in (1_u32..).zip(&members) {
+    let mut instances = Vec::with_capacity(pixels.pixels.len());
+    for id in 1..=pixels.pixels.len() as u32 {
+        let points = &points_of[start[id as usize - 1]..start[id as usize]];
         let Some(bounds) = UprightBox::around(cloud, points) else {
             continue;
         };
@@ -304,15 +305,24 @@ fn describe(
     instances
 }
 
-/// Points of each instance.
-fn members(instance: &[u32], count: usize) -> Vec<Vec<u32>> {
-    let mut members = vec![Vec::new(); count];
-    for (point, &instance) in (0_u32..).zip(instance) {
-        if instance != 0 {
-            members[instance as usize - 1].push(point);
-        }
+/// The points of all instances, instance after instance; those of instance k from start\[k - 1\] to
+/// start\[k\].
+fn members(instance: &[u32], count: usize) -> (Vec<u32>, Vec<usize>) {
+    let mut start = vec![0; count + 1];
+    for &instance in instance.iter().filter(|&&instance| instance != 0) {
+        start[instance as usize] += 1;
     }
-    members
+    for id in 1..=count {
+        start[id] += start[id - 1];
+    }
+    let mut next = start.clone();
+    let mut points = vec![0; start[count]];
+    for (point, &instance) in (0_u32..).zip(instance).filter(|&(_, &instance)| instance != 0) {
+        let place = &mut next[instance as usize - 1];
+        points[*place] = point;
+        *place += 1;
+    }
+    (points, start)
 }
 
 /// Number of components in each instance.
@@ -332,7 +342,9 @@ fn component_counts(components: &Components, pixels: &InstancePixels) -> Vec<u32
 fn majority(points: &[u32], class: &[u16], raw: &[u16]) -> (u16, u16) {
     let mut ids: Vec<(u16, u16)> =
         points.iter().map(|&p| (class[p as usize], raw[p as usize])).collect();
-    ids.sort_unstable();
+    if ids.iter().any(|id| *id != ids[0]) {
+        ids.sort_unstable();
+    }
     let most = |ids: &[(u16, u16)], key: fn(&(u16, u16)) -> u16| {
         let runs = ids.chunk_by(|a, b| key(a) == key(b));
         let best = runs.reduce(|best, run| if run.len() > best.len() { run } else { best });

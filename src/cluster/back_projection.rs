@@ -5,8 +5,8 @@ use crate::cloud::PointCloud;
 use crate::range_image::RangeImage;
 
 /// The pixel nearest to a point among the pixels of the window around the point's own pixel that
-/// `accepts` allows. Columns wrap where the image does. Ties go to the first in row-major order of the
-/// window.
+/// `accepts` allows. Columns wrap where the image does. Ties go to the nearer column, then to the left,
+/// then upwards.
 pub fn nearest_pixel(
     cloud: &PointCloud,
     image: &RangeImage,
@@ -20,16 +20,18 @@ pub fn nearest_pixel(
     let rows = row.saturating_sub(window.rows)..=(row + window.rows).min(image.rows() - 1);
     let half = window.columns.min((columns - 1) / 2) as isize;
     let mut best: Option<(f64, usize)> = None;
-    for row in rows {
-        for offset in -half..=half {
-            let column = column as isize + offset;
-            let column = if image.wraps {
-                column.rem_euclid(columns as isize)
-            } else if (0..columns as isize).contains(&column) {
-                column
-            } else {
-                continue;
-            };
+    for offset in (0..=half).flat_map(|o| [-o, o]).skip(1) {
+        if best
+            .is_some_and(|(least, _)| least < least_distance(cloud, image, point, offset, window))
+        {
+            break;
+        }
+        let column = column as isize + offset;
+        let column = if image.wraps { column.rem_euclid(columns as isize) } else { column };
+        if !(0..columns as isize).contains(&column) {
+            continue;
+        }
+        for row in rows.clone() {
             let pixel = row * columns + column as usize;
             let Some(other) = image.point_at(pixel).filter(|_| accepts(pixel)) else {
                 continue;
@@ -41,6 +43,23 @@ pub fn nearest_pixel(
         }
     }
     best.map(|(_, pixel)| pixel)
+}
+
+/// No point so many columns away, or farther, is nearer than this: its ray leaves in another direction.
+fn least_distance(
+    cloud: &PointCloud,
+    image: &RangeImage,
+    point: usize,
+    offset: isize,
+    window: BackProjection,
+) -> f64 {
+    if window.nearest == Nearest::Range {
+        return 0.0;
+    }
+    let between = (offset.unsigned_abs().saturating_sub(1)) as f64;
+    let angle = (between * std::f64::consts::TAU / image.columns() as f64).min(1.5);
+    let [x, y, _] = cloud.position(point).map(f64::from);
+    (x * x + y * y) * angle.sin().powi(2)
 }
 
 /// Anything that orders as the distance does.

@@ -1,6 +1,8 @@
 //! The bird's-eye merge: instances whose regions overlap on the plane become one (paper, section III.E;
 //! ALGORITHM section 6).
 
+use std::cell::OnceCell;
+
 use super::divide::Components;
 use super::merge::Merge;
 use super::objects::ObjectPixels;
@@ -21,8 +23,11 @@ pub fn birds_eye(
     let Some(params) = params else {
         return (1..=merge.count).collect();
     };
-    let regions = regions(objects, components, merge, params);
     let classes = classes(objects, components, merge);
+    if params.same_class && classes.iter().all(|&class| class == 0) {
+        return (1..=merge.count).collect();
+    }
+    let regions = regions(objects, components, merge, params);
     let may_merge =
         |a: usize, b: usize| !params.same_class || (classes[a] != 0 && classes[a] == classes[b]);
     if params.transitive {
@@ -32,43 +37,48 @@ pub fn birds_eye(
     }
 }
 
-/// A region on the plane: its outline and the axis-aligned box around it.
+/// A region on the plane: the axis-aligned box around its points, and its outline once that is asked for.
 #[derive(Debug, Clone)]
 struct Outline {
-    corners: Vec<PlanePoint>,
+    region: Region,
+    points: Vec<PlanePoint>,
+    corners: OnceCell<Vec<PlanePoint>>,
     low: PlanePoint,
     high: PlanePoint,
 }
 
 impl Outline {
     /// `None` of no points: such a region overlaps nothing.
-    fn new(points: &[PlanePoint], region: Region) -> Option<Self> {
+    fn new(points: Vec<PlanePoint>, region: Region) -> Option<Self> {
         if points.is_empty() {
             return None;
         }
         let mut low = [f64::INFINITY; 2];
         let mut high = [f64::NEG_INFINITY; 2];
-        for point in points {
+        for point in &points {
             for axis in 0..2 {
                 low[axis] = low[axis].min(point[axis]);
                 high[axis] = high[axis].max(point[axis]);
             }
         }
-        let corners = match region {
-            Region::Box => Vec::new(),
-            Region::Hull => convex_hull(points),
-            Region::Rectangle => minimum_area_rectangle(&convex_hull(points))
-                .map(|rectangle| rectangle.corners().to_vec())
-                .unwrap_or_default(),
-        };
-        Some(Outline { corners, low, high })
+        Some(Outline { region, points, corners: OnceCell::new(), low, high })
+    }
+
+    fn corners(&self) -> &[PlanePoint] {
+        self.corners.get_or_init(|| {
+            let hull = convex_hull(&self.points);
+            match (self.region, minimum_area_rectangle(&hull)) {
+                (Region::Rectangle, Some(rectangle)) => rectangle.corners().to_vec(),
+                _ => hull,
+            }
+        })
     }
 
     fn overlaps(&self, other: &Outline, margin: f64) -> bool {
         let boxes = (0..2).all(|axis| {
             self.high[axis].min(other.high[axis]) + margin >= self.low[axis].max(other.low[axis])
         });
-        boxes && (self.corners.is_empty() || distance(&self.corners, &other.corners) <= margin)
+        boxes && (self.region == Region::Box || distance(self.corners(), other.corners()) <= margin)
     }
 
     fn absorb(&mut self, other: &Outline) {
@@ -100,7 +110,7 @@ fn regions(
             add(object, label);
         }
     }
-    points.iter().map(|points| Outline::new(points, params.region)).collect()
+    points.into_iter().map(|points| Outline::new(points, params.region)).collect()
 }
 
 /// The most frequent class of each instance's pixels; ties go to the lower class.

@@ -1,35 +1,59 @@
 //! Condition(a, b): do two neighbouring pixels belong together (ALGORITHM section 3)?
 
+use std::f64::consts::TAU;
+
 use super::params::{Condition, Gate, Rays};
 
-/// Whether two points belong together. Symmetric in them.
-///
-/// `p` and `q` in metres, sensor frame; `apart` pixels between them and `nominal`, the angle in radians
-/// that so many pixels stand for (used by [`Rays::Nominal`] and the gates alone).
-pub fn is_connected(
-    p: [f64; 3],
-    q: [f64; 3],
-    apart: usize,
-    nominal: f64,
-    condition: &Condition,
-) -> bool {
-    let angle = || match condition.rays {
-        Rays::Measured => measured_angle_exceeds(p, q, condition.angle),
-        Rays::Nominal { .. } => nominal_angle_exceeds(p, q, nominal, condition.angle),
-    };
-    match &condition.gate {
-        None => angle(),
-        Some(gate) => gated(p, q, apart, gate, angle),
+/// The condition with what it needs of the image and of its own parameters worked out beforehand.
+#[derive(Debug, Clone, Copy)]
+pub struct Judge<'a> {
+    condition: &'a Condition,
+    /// tan(theta).
+    tangent: f64,
+    /// Angle that a column stands for, radians.
+    column_step: f64,
+}
+
+/// The direction in which two pixels are neighbours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Along {
+    /// In one row.
+    Row,
+    /// In one column.
+    Column,
+}
+
+impl<'a> Judge<'a> {
+    /// The condition on an image of so many columns.
+    pub fn new(condition: &'a Condition, columns: usize) -> Self {
+        Judge { condition, tangent: condition.angle.tan(), column_step: TAU / columns as f64 }
+    }
+
+    /// Whether two points belong together. Symmetric in them.
+    ///
+    /// `p` and `q` in metres, sensor frame, `apart` pixels from each other in their row or column.
+    pub fn is_connected(&self, p: [f64; 3], q: [f64; 3], apart: usize, along: Along) -> bool {
+        let angle = || match self.condition.rays {
+            Rays::Measured => measured_angle_exceeds(p, q, self.tangent),
+            Rays::Nominal { row_step } => {
+                let step = if along == Along::Row { self.column_step } else { row_step };
+                nominal_angle_exceeds(p, q, apart as f64 * step, self.condition.angle)
+            }
+        };
+        match &self.condition.gate {
+            None => angle(),
+            Some(gate) => gated(p, q, apart, gate, angle),
+        }
     }
 }
 
 /// beta > theta without trigonometry per pair: |p x q| > tan(theta) (p.p - p.q), p the farther point.
-fn measured_angle_exceeds(p: [f64; 3], q: [f64; 3], theta: f64) -> bool {
+fn measured_angle_exceeds(p: [f64; 3], q: [f64; 3], tangent: f64) -> bool {
     let (pp, qq, pq) = (dot(p, p), dot(q, q), dot(p, q));
     let farther = pp.max(qq);
     let cross =
         norm([p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]]);
-    cross > theta.tan() * (farther - pq)
+    cross > tangent * (farther - pq)
 }
 
 /// beta = atan2(d2 sin alpha, d1 - d2 cos alpha) > theta for ranges d1 >= d2 and a given alpha.
@@ -70,7 +94,8 @@ mod tests {
     fn paper(d1: f64, d2: f64, degrees: f64) -> bool {
         let (p, q) = pair(d1, d2, degrees);
         let condition = ClusterParams::paper().condition;
-        let both = [is_connected(p, q, 1, 0.0, &condition), is_connected(q, p, 1, 0.0, &condition)];
+        let judge = Judge::new(&condition, 1800);
+        let both = [(p, q), (q, p)].map(|(p, q)| judge.is_connected(p, q, 1, Along::Row));
         assert_eq!(both[0], both[1], "not symmetric");
         both[0]
     }
@@ -95,8 +120,11 @@ mod tests {
         for d1 in [10.0, 10.05, 10.15, 10.25, 11.0] {
             let (p, q) = pair(d1, 10.0, 0.3);
             let mut nominal = ClusterParams::paper().condition;
-            nominal.rays = Rays::Nominal { row_step: 1.0 };
-            assert_eq!(is_connected(p, q, 1, 0.3_f64.to_radians(), &nominal), paper(d1, 10.0, 0.3));
+            nominal.rays = Rays::Nominal { row_step: 0.3_f64.to_radians() };
+            for (columns, along) in [(1200, Along::Row), (7, Along::Column)] {
+                let holds = Judge::new(&nominal, columns).is_connected(p, q, 1, along);
+                assert_eq!(holds, paper(d1, 10.0, 0.3));
+            }
         }
     }
 
@@ -105,7 +133,8 @@ mod tests {
         let condition = ClusterParams::authors().condition;
         let holds = |d1: f64, d2: f64, degrees: f64, apart: usize| {
             let (p, q) = pair(d1, d2, degrees);
-            is_connected(p, q, apart, degrees.to_radians(), &condition)
+            let columns = (360.0 * apart as f64 / degrees).round() as usize;
+            Judge::new(&condition, columns).is_connected(p, q, apart, Along::Row)
         };
         assert!(holds(20.0, 20.0, 0.5, 3));
         assert!(!holds(20.0, 20.0, 0.5, 4), "beyond 15 m at most 3 pixels");

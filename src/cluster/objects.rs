@@ -1,7 +1,7 @@
 //! Object pixels as a dense list: what the divide step walks on.
 
 use crate::cloud::PointCloud;
-use crate::cluster::condition::is_connected;
+use crate::cluster::condition::{Along, Judge};
 use crate::cluster::params::ClusterParams;
 use crate::grid::Grid;
 use crate::range_image::{NEIGHBOURS, NO_NEIGHBOUR, RangeImage, Reach, neighbours};
@@ -70,18 +70,20 @@ fn connected(
     image: &RangeImage,
     params: &ClusterParams,
 ) -> Vec<[bool; NEIGHBOURS]> {
+    const FORWARD: [(usize, usize, Along); 2] = [(1, 0, Along::Row), (3, 2, Along::Column)];
+    let columns = image.columns();
+    let judge = Judge::new(&params.condition, columns);
     let mut connected = vec![[false; NEIGHBOURS]; objects.len()];
     for from in 0..objects.len() {
-        for (forward, backward) in [(1, 0), (3, 2)] {
+        for (forward, backward, along) in FORWARD {
             let to = objects.neighbours[from][forward];
             if to == NO_NEIGHBOUR {
                 continue;
             }
             let to = to as usize;
-            let apart = pixels_apart(objects.pixel[from], objects.pixel[to], image.columns());
-            let nominal = nominal_angle(apart, forward, image, params);
+            let apart = pixels_apart(objects.pixel[from], objects.pixel[to], columns, along);
             let [p, q] = [from, to].map(|i| objects.position[i].map(f64::from));
-            let holds = is_connected(p, q, apart, nominal, &params.condition);
+            let holds = judge.is_connected(p, q, apart, along);
             connected[from][forward] = holds;
             connected[to][backward] = holds;
         }
@@ -89,22 +91,12 @@ fn connected(
     connected
 }
 
-fn pixels_apart(from: u32, to: u32, columns: usize) -> usize {
+/// Pixels from one pixel rightwards or downwards to another.
+fn pixels_apart(from: u32, to: u32, columns: usize, along: Along) -> usize {
     let (from, to) = (from as usize, to as usize);
-    let rows = (to / columns).abs_diff(from / columns);
-    if rows > 0 { rows } else { (to + columns - from) % columns }
-}
-
-fn nominal_angle(
-    apart: usize,
-    direction: usize,
-    image: &RangeImage,
-    params: &ClusterParams,
-) -> f64 {
-    let super::params::Rays::Nominal { row_step } = params.condition.rays else {
-        return 0.0;
-    };
-    let column_step = std::f64::consts::TAU / image.columns() as f64;
-    let step = if direction < 2 { column_step } else { row_step };
-    apart as f64 * step
+    match along {
+        Along::Column => (to - from) / columns,
+        Along::Row if to > from => to - from,
+        Along::Row => to + columns - from,
+    }
 }

@@ -8,7 +8,7 @@ use super::params::{ClusterParams, Rounding};
 /// The seeds in row-major order, as object pixel numbers: seed k carries label k + 1. Where neighbours
 /// must be of one class, so must the pixels of a voxel.
 pub fn seeds(objects: &ObjectPixels, params: &ClusterParams) -> Vec<u32> {
-    let mut taken = FxHashSet::default();
+    let mut taken = FxHashSet::with_capacity_and_hasher(objects.len() / 4, Default::default());
     let class = |object: usize| {
         if params.same_class_neighbours { objects.class[object] } else { 0 }
     };

@@ -23,10 +23,10 @@ pub struct Votes {
     pub pairs: Vec<Vote>,
 }
 
-/// Votes as they come in.
+/// Votes as they come in: (lower label, higher label and, in the lowest bit, whether in favour).
 #[derive(Debug, Default)]
 pub(super) struct Ballot {
-    cast: Vec<(u32, u32, bool)>,
+    cast: Vec<(u32, u64)>,
 }
 
 impl Ballot {
@@ -41,21 +41,35 @@ impl Ballot {
     /// Votes within one component decide nothing and are not kept.
     fn cast(&mut self, own: u32, other: u32, in_favour: bool) {
         if own != other {
-            self.cast.push((own.min(other), own.max(other), in_favour));
+            let (a, b) = (own.min(other), own.max(other));
+            self.cast.push((a, u64::from(b) << 1 | u64::from(in_favour)));
         }
     }
 
-    /// Counts the votes between `components` components. O(v log v) in the votes.
-    pub(super) fn count(mut self, components: u32) -> Votes {
-        self.cast.sort_unstable();
-        let mut pairs: Vec<Vote> = Vec::new();
-        for (a, b, in_favour) in self.cast {
-            if pairs.last().is_none_or(|last| (last.a, last.b) != (a, b)) {
-                pairs.push(Vote { a, b, positive: 0, negative: 0 });
-            }
-            if let Some(vote) = pairs.last_mut() {
-                vote.positive += u32::from(in_favour);
-                vote.negative += u32::from(!in_favour);
+    /// Counts the votes between `components` components: a counting sort by the lower label, then a
+    /// short sort of each label's votes. O(m + v log b) in v votes, b of them on one component's border.
+    pub(super) fn count(self, components: u32) -> Votes {
+        let mut start = vec![0_usize; components as usize + 2];
+        for &(a, _) in &self.cast {
+            start[a as usize + 1] += 1;
+        }
+        for label in 1..start.len() {
+            start[label] += start[label - 1];
+        }
+        let mut sorted = vec![0_u64; self.cast.len()];
+        let mut next = start.clone();
+        for (a, vote) in self.cast {
+            sorted[next[a as usize]] = vote;
+            next[a as usize] += 1;
+        }
+        let mut pairs = Vec::new();
+        for a in 1..=components {
+            let of_a = &mut sorted[start[a as usize]..start[a as usize + 1]];
+            of_a.sort_unstable();
+            for of_pair in of_a.chunk_by(|x, y| x >> 1 == y >> 1) {
+                let positive = of_pair.iter().filter(|&vote| vote & 1 == 1).count() as u32;
+                let negative = of_pair.len() as u32 - positive;
+                pairs.push(Vote { a, b: (of_pair[0] >> 1) as u32, positive, negative });
             }
         }
         Votes { components, pairs }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::{elevation, median};
+use super::{elevation, is_sampled, median};
 use crate::cloud::PointCloud;
 
 /// A sensor with more beams than this is not known; a larger ring number is not a beam.
@@ -12,24 +12,7 @@ const MOST_BEAMS: usize = 1024;
 /// Where that is all but monotone in the ring number, plain ascending or descending order is used, so
 /// that a ring with few returns cannot fall out of line. `None` if the numbers cannot be beams.
 pub(super) fn row_of_ring(cloud: &PointCloud, ring: &[u16]) -> Option<Vec<u16>> {
-    let mut elevations: Vec<Vec<f64>> = Vec::new();
-    for (point, &ring) in ring.iter().enumerate() {
-        if !cloud.is_return(point) {
-            continue;
-        }
-        let ring = usize::from(ring);
-        if ring >= MOST_BEAMS {
-            return None;
-        }
-        if ring >= elevations.len() {
-            elevations.resize_with(ring + 1, Vec::new);
-        }
-        elevations[ring].push(slope(cloud, point));
-    }
-    if elevations.is_empty() {
-        return None;
-    }
-    let medians: Vec<Option<f64>> = elevations.iter_mut().map(|beam| median(beam)).collect();
+    let medians = median_slopes(cloud, ring)?;
     let known: Vec<f64> = medians.iter().copied().flatten().collect();
     let rising = known.windows(2).filter(|pair| pair[1] > pair[0]).count();
     let steps = known.len().saturating_sub(1);
@@ -49,10 +32,33 @@ pub(super) fn row_of_ring(cloud: &PointCloud, ring: &[u16]) -> Option<Vec<u16>> 
     Some(row_of_ring)
 }
 
+/// For each ring number the median slope of its returns, from a sample of them where they are many.
+/// `None` without any return or with a ring number that is no beam.
+fn median_slopes(cloud: &PointCloud, ring: &[u16]) -> Option<Vec<Option<f64>>> {
+    const MANY: usize = 256;
+    let highest = ring.iter().copied().max().map_or(0, usize::from);
+    let mut counts = vec![0_usize; highest + 1];
+    for (_, &ring) in ring.iter().enumerate().filter(|&(point, _)| cloud.is_return(point)) {
+        counts[usize::from(ring)] += 1;
+    }
+    let rings = counts.iter().rposition(|&count| count > 0)? + 1;
+    if rings > MOST_BEAMS {
+        return None;
+    }
+    let mut slopes: Vec<Vec<f64>> = vec![Vec::new(); rings];
+    for (point, &ring) in ring.iter().enumerate() {
+        let ring = usize::from(ring);
+        if (is_sampled(cloud, point) || counts[ring] < MANY) && cloud.is_return(point) {
+            slopes[ring].push(slope(cloud, point));
+        }
+    }
+    Some(slopes.iter_mut().map(|beam| median(beam)).collect())
+}
+
 /// Tangent of the elevation: orders as the elevation does.
 fn slope(cloud: &PointCloud, point: usize) -> f64 {
     let [x, y, z] = cloud.position(point).map(f64::from);
-    z / x.hypot(y).max(f64::MIN_POSITIVE)
+    z / (x * x + y * y).sqrt().max(f64::MIN_POSITIVE)
 }
 
 /// Number of the turn in which each point was stored, for clouds stored beam after beam (KITTI's, and
@@ -81,21 +87,16 @@ fn turns_at(cloud: &PointCloud, azimuths: &[f32], seam: f64) -> Option<Vec<u16>>
         }
         turns[point] = turn;
     }
-    let count = usize::from(turn) + 1;
-    (turn + 1 >= FEWEST_BEAMS && are_ordered(cloud, &turns, count)).then_some(turns)
+    (turn + 1 >= FEWEST_BEAMS && are_ordered(cloud, &turns)).then_some(turns)
 }
 
-fn are_ordered(cloud: &PointCloud, turns: &[u16], count: usize) -> bool {
-    let mut elevations = vec![Vec::new(); count];
-    for (point, &turn) in turns.iter().enumerate() {
-        if cloud.is_return(point) {
-            elevations[usize::from(turn)].push(slope(cloud, point));
-        }
-    }
-    let medians: Vec<f64> = elevations.iter_mut().filter_map(|beam| median(beam)).collect();
+/// Whether the median elevations of the turns rise or fall all but steadily.
+fn are_ordered(cloud: &PointCloud, turns: &[u16]) -> bool {
+    let medians: Vec<f64> =
+        median_slopes(cloud, turns).unwrap_or_default().into_iter().flatten().collect();
     let falling = medians.windows(2).filter(|pair| pair[1] < pair[0]).count();
-    let steps = medians.len() - 1;
-    falling * 20 >= steps * 19 || falling * 20 <= steps
+    let steps = medians.len().saturating_sub(1);
+    steps > 0 && (falling * 20 >= steps * 19 || falling * 20 <= steps)
 }
 
 /// Elevations of the beams in radians, highest first, from a histogram of all returns. `None` unless

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::median;
+use super::{is_sampled, median};
 use crate::cloud::PointCloud;
 
 /// From azimuths to columns. Columns run clockwise seen from above, column 0 beginning behind the sensor
@@ -91,18 +91,14 @@ fn shifts(
     rows: usize,
     columns: &Columns,
 ) -> Vec<f64> {
-    const EVERY: usize = 8;
     const AGREEMENT: f64 = 0.5;
     let mut sums = vec![[0.0; 3]; rows];
-    let mut seen = vec![0_usize; rows];
     for (point, &row) in row.iter().enumerate() {
-        let row = usize::from(row);
-        seen[row] += 1;
-        if !seen[row].is_multiple_of(EVERY) || !cloud.is_return(point) {
+        if !is_sampled(cloud, point) || !cloud.is_return(point) {
             continue;
         }
         let (sin, cos) = (TAU * columns.coordinate(azimuths[point]).fract()).sin_cos();
-        let sum = &mut sums[row];
+        let sum = &mut sums[usize::from(row)];
         *sum = [sum[0] + cos, sum[1] + sin, sum[2] + 1.0];
     }
     let shift = |[cos, sin, n]: [f64; 3]| {

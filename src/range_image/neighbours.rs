@@ -26,43 +26,48 @@ pub struct Reach {
 /// are neighbours. In each direction the nearest object pixel of the same group within reach is the
 /// neighbour; all others are stepped over (ALGORITHM section 4). A pixel is never its own neighbour.
 pub fn neighbours(objects: &Grid<u32>, group: &[u16], reach: Reach) -> Vec<[u32; NEIGHBOURS]> {
-    let (rows, columns) = (objects.rows(), objects.columns());
     let mut found = vec![[NO_NEIGHBOUR; NEIGHBOURS]; group.len()];
-    let mut link = |at: usize, to: usize, forward: usize, backward: usize| {
-        let pixel = objects.values()[at];
-        let other = objects.values()[to];
-        if other == NO_NEIGHBOUR || group[other as usize] != group[pixel as usize] {
-            return false;
-        }
-        found[pixel as usize][forward] = other;
-        found[other as usize][backward] = pixel;
-        true
-    };
-    let reach_columns = reach.columns.min(columns.saturating_sub(1));
-    let reach_rows = reach.rows.min(rows.saturating_sub(1));
-    for row in 0..rows {
-        for column in 0..columns {
-            let at = row * columns + column;
-            if objects.values()[at] == NO_NEIGHBOUR {
-                continue;
-            }
-            for distance in 1..=reach_columns {
-                let to = column + distance;
-                if to >= columns && !reach.wraps {
-                    break;
-                }
-                if link(at, row * columns + to % columns, 1, 0) {
-                    break;
-                }
-            }
-            for to in row + 1..=(row + reach_rows).min(rows - 1) {
-                if link(at, to * columns + column, 3, 2) {
-                    break;
-                }
+    let mut in_row = Vec::with_capacity(objects.columns());
+    for row in 0..objects.rows() {
+        in_row.clear();
+        let numbers = objects.row(row).iter().enumerate();
+        in_row.extend(numbers.filter(|&(_, &n)| n != NO_NEIGHBOUR).map(|(c, &n)| (c, n)));
+        link_row(&in_row, objects.columns(), group, reach, &mut found);
+        for &(column, number) in &in_row {
+            let below =
+                (row + 1..objects.rows()).take(reach.rows).map(|row| objects[(row, column)]);
+            let other = below
+                .filter(|&other| other != NO_NEIGHBOUR)
+                .find(|&other| group[other as usize] == group[number as usize]);
+            if let Some(other) = other {
+                found[number as usize][3] = other;
+                found[other as usize][2] = number;
             }
         }
     }
     found
+}
+
+/// Links the object pixels of one row, given as (column, number) from left to right.
+fn link_row(
+    in_row: &[(usize, u32)],
+    columns: usize,
+    group: &[u16],
+    reach: Reach,
+    found: &mut [[u32; NEIGHBOURS]],
+) {
+    for (place, &(column, number)) in in_row.iter().enumerate() {
+        let to_the_right = in_row[place + 1..].iter().map(|&(c, n)| (c - column, n));
+        let round_the_seam = in_row[..place].iter().map(|&(c, n)| (c + columns - column, n));
+        let other = to_the_right
+            .chain(round_the_seam.filter(|_| reach.wraps))
+            .take_while(|&(distance, _)| distance <= reach.columns)
+            .find(|&(_, other)| group[other as usize] == group[number as usize]);
+        if let Some((_, other)) = other {
+            found[number as usize][1] = other;
+            found[other as usize][0] = number;
+        }
+    }
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! Unorganised clouds: a row per beam, columns from the azimuth, nearest point wins.
 
+use super::elevation;
 use super::{
     NOWHERE, Projection, ProjectionParams, RangeImage, RowsFrom, Wrap, beams, columns::Columns,
 };
-use super::{azimuth, elevation};
 use crate::cloud::PointCloud;
 use crate::grid::Grid;
 
@@ -19,7 +19,7 @@ struct Rows {
 }
 
 pub(super) fn project(cloud: &PointCloud, params: &ProjectionParams) -> RangeImage {
-    let azimuths: Vec<f32> = (0..cloud.len()).map(|i| azimuth(cloud, i) as f32).collect();
+    let azimuths: Vec<f32> = cloud.y.iter().zip(&cloud.x).map(|(y, x)| y.atan2(*x)).collect();
     let rows = rows(cloud, &azimuths, params);
     let columns = match (rows.projection, params.columns) {
         (Projection::UniformElevation, given) => Columns::new(given.unwrap_or(PAPER_COLUMNS)),
