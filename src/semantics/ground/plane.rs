@@ -1,0 +1,111 @@
+//! The plane that the ground near the sensor lies on.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::GroundParams;
+use super::profile::{Profile, Return};
+use super::slopes::{Limits, climb};
+use crate::cloud::PointCloud;
+use crate::range_image::NOWHERE;
+
+/// Height over the sensor's horizontal plane: `[z at the origin, dz/dx, dz/dy]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Plane([f32; 3]);
+
+impl Plane {
+    /// One column in this many is looked at: the plane has three unknowns.
+    const COLUMN_STRIDE: usize = 4;
+    /// Share of the low flat returns that may lie below the ground, as reflections do.
+    const LOWEST_SHARE: usize = 5;
+    /// Metres from the plane within which returns count, fit by fit. The first leaves room for a few
+    /// degrees of tilt, the last for a kerb.
+    const BANDS: [f32; 4] = [0.5, 0.5, 0.3, 0.2];
+    /// Farthest that a column's start is moved along the plane in metres: where ground within sight
+    /// follows a plane at all.
+    const REACH: f32 = 10.0;
+
+    /// Trimmed least squares through flat returns below the sensor, begun at their lowest fifth; `None` if
+    /// there is no such return.
+    ///
+    /// The low end, because tables and car roofs are flat as well, but the ground is under them.
+    pub fn of_low_flat_returns(
+        profile: &Profile,
+        cloud: &PointCloud,
+        params: &GroundParams,
+    ) -> Option<Plane> {
+        let mut low = low_flat_returns(profile, cloud, params);
+        if low.is_empty() {
+            return None;
+        }
+        let rank = low.len() / Self::LOWEST_SHARE;
+        let (_, lowest, _) = low.select_nth_unstable_by(rank, |a, b| a[2].total_cmp(&b[2]));
+        let mut plane = Plane([lowest[2], 0.0, 0.0]);
+        for band in Self::BANDS {
+            plane = fit(low.iter().filter(|&&p| plane.height_over(p).abs() < band))?;
+        }
+        Some(plane)
+    }
+
+    /// Height of a position over the plane in metres.
+    fn height_over(&self, [x, y, z]: [f32; 3]) -> f32 {
+        let [base, along_x, along_y] = self.0;
+        z - base - along_x * x - along_y * y
+    }
+
+    /// Whether ground may start to spread from a flat return: near the sensor and, but for a kerb and
+    /// 3 % of bend, on the plane.
+    pub fn is_start(&self, position: [f32; 3], params: &GroundParams) -> bool {
+        let distance = (position[0] * position[0] + position[1] * position[1]).sqrt();
+        distance < params.start_distance as f32
+            && self.height_over(position).abs() < params.step as f32 + 0.03 * distance
+    }
+
+    /// The plane below or above a position, or nearer the sensor if that is far off.
+    pub fn below(&self, position: [f32; 3]) -> Return {
+        let distance = (position[0] * position[0] + position[1] * position[1]).sqrt();
+        let share = (Self::REACH / distance).min(1.0);
+        let [x, y, _] = position.map(|along| along * share);
+        Return {
+            distance: distance * share,
+            height: -self.height_over([x, y, 0.0]),
+            point: NOWHERE,
+        }
+    }
+}
+
+/// Positions of flat returns below the sensor and near it, each column starting at its first return,
+/// which counts for nothing by itself: one return has no slope.
+fn low_flat_returns(profile: &Profile, cloud: &PointCloud, params: &GroundParams) -> Vec<[f32; 3]> {
+    let limits = Limits::new(params);
+    let mut low = Vec::new();
+    let mut slopes = vec![f32::NAN; profile.rows];
+    for column in (0..profile.columns).step_by(Plane::COLUMN_STRIDE) {
+        let column = &profile.returns[column * profile.rows..][..profile.rows];
+        let Some(&first) = column.iter().find(|seen| seen.exists()) else {
+            continue;
+        };
+        climb(column, first, &limits, &mut slopes);
+        let is_low = |seen: &Return| {
+            let is_confirmed = seen.exists() && seen.point != first.point;
+            is_confirmed && seen.height < 0.0 && seen.distance < params.start_distance as f32
+        };
+        let flat = column.iter().zip(&slopes);
+        let flat = flat.filter(|(seen, slope)| is_low(seen) && slope.abs() <= limits.max_slope);
+        low.extend(flat.map(|(seen, _)| cloud.position(seen.point as usize)));
+    }
+    low
+}
+
+/// Least squares with a weak pull to the horizontal, which settles what a single ring or line leaves open.
+fn fit<'a>(positions: impl Iterator<Item = &'a [f32; 3]>) -> Option<Plane> {
+    let mut normal = Matrix3::from_diagonal(&Vector3::new(1e-6, 1.0, 1.0));
+    let mut right = Vector3::zeros();
+    for position in positions {
+        let [x, y, z] = position.map(f64::from);
+        let row = Vector3::new(1.0, x, y);
+        normal += row * row.transpose();
+        right += row * z;
+    }
+    let plane = normal.cholesky()?.solve(&right);
+    Some(Plane([plane[0] as f32, plane[1] as f32, plane[2] as f32]))
+}
