@@ -6,7 +6,7 @@
 //!
 //! Steps:
 //! 1. [`Profile`]: every column as distances and heights, bottom up.
-//! 2. [`Plane`]: a plane through the low flat returns near the sensor says where the ground starts.
+//! 2. [`Plane`]: a plane through the lowest flat returns around the sensor says where the ground starts.
 //! 3. [`column_slopes`]: the slope of each return against the last ground below it in its column.
 //! 4. [`Spread`]: flat returns on the plane are ground, and so are flat returns continuous with them.
 //! 5. [`HeightMap`]: the ground heights seen from above; flat returns at the height of the ground around
@@ -21,6 +21,7 @@
 //! upwards and sideways, never down the image; steps 2, 5 and 6 are additions.
 //!
 //! Time O(H W + N) and memory O(H W) plus the height map, at most 256 x 256 cells and their pyramid.
+//!
 //! A column of one return is judged by the plane alone. An image of one row has no slopes and no ground.
 
 mod height_map;
@@ -60,10 +61,10 @@ pub struct GroundParams {
     /// radians; added to `step`. Default 5 degrees (the paper's largest change of slope).
     pub slope_change: f64,
     /// Largest horizontal distance of the returns that the plane is fitted to and that ground starts
-    /// from, metres. Default 20: a sensor 3 m up with a lowest beam of -15 degrees meets the ground at
+    /// from, metres; at most 64 cells. Default 20: a sensor 3 m up with a lowest beam of -15 degrees meets the ground at
     /// 11 m.
     pub start_distance: f64,
-    /// Side of the height map's cells, metres. Default 1: a 10 % road rises 0.05 from their centre to
+    /// Side of the cells in which the ground is seen from above, metres. Default 1: a 10 % road rises 0.05 from their centre to
     /// their edge.
     pub cell: f64,
     /// How far from the height of the ground around it a return may be ground, metres; more where that

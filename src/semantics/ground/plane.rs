@@ -13,6 +13,9 @@ use crate::range_image::NOWHERE;
 pub(super) struct Plane([f32; 3]);
 
 impl Plane {
+    /// Least height of a sensor over the ground in metres: nothing is mounted lower, and what a sensor sees
+    /// at its own height is what it stands among.
+    const CLEARANCE: f32 = 0.2;
     /// One column in this many is looked at: the plane has three unknowns.
     const COLUMN_STRIDE: usize = 4;
     /// Share of the low flat returns that may lie below the ground, as reflections do.
@@ -25,7 +28,7 @@ impl Plane {
     const REACH: f32 = 10.0;
 
     /// Trimmed least squares through flat returns below the sensor, begun at their lowest fifth; `None` if
-    /// there is no such return.
+    /// there is no such return, or the plane passes through the sensor.
     ///
     /// The low end, because tables and car roofs are flat as well, but the ground is under them.
     pub fn of_low_flat_returns(
@@ -43,7 +46,7 @@ impl Plane {
         for band in Self::BANDS {
             plane = fit(low.iter().filter(|&&p| plane.height_over(p).abs() < band))?;
         }
-        Some(plane)
+        (plane.0[0] < -Self::CLEARANCE).then_some(plane)
     }
 
     /// Height of a position over the plane in metres.
@@ -73,11 +76,13 @@ impl Plane {
     }
 }
 
-/// Positions of flat returns below the sensor and near it, each column starting at its first return,
-/// which counts for nothing by itself: one return has no slope.
+/// Flat returns below the sensor and near it, the lowest of each cell of a grid around the sensor.
+///
+/// By cells, since the sensor's own vehicle or a table under it fills much of the image but little of the
+/// floor. A column starts at its first return, which counts for nothing by itself: one return has no slope.
 fn low_flat_returns(profile: &Profile, cloud: &PointCloud, params: &GroundParams) -> Vec<[f32; 3]> {
     let limits = Limits::new(params);
-    let mut low = Vec::new();
+    let mut lowest = Cells::new(params);
     let mut slopes = vec![f32::NAN; profile.rows];
     for column in (0..profile.columns).step_by(Plane::COLUMN_STRIDE) {
         let column = &profile.returns[column * profile.rows..][..profile.rows];
@@ -85,15 +90,50 @@ fn low_flat_returns(profile: &Profile, cloud: &PointCloud, params: &GroundParams
             continue;
         };
         climb(column, first, &limits, &mut slopes);
-        let is_low = |seen: &Return| {
+        for (seen, slope) in column.iter().zip(&slopes) {
             let is_confirmed = seen.exists() && seen.point != first.point;
-            is_confirmed && seen.height < 0.0 && seen.distance < params.start_distance as f32
-        };
-        let flat = column.iter().zip(&slopes);
-        let flat = flat.filter(|(seen, slope)| is_low(seen) && slope.abs() <= limits.max_slope);
-        low.extend(flat.map(|(seen, _)| cloud.position(seen.point as usize)));
+            if is_confirmed && seen.height < -Plane::CLEARANCE && slope.abs() <= limits.max_slope {
+                lowest.keep(cloud.position(seen.point as usize));
+            }
+        }
     }
-    low
+    lowest.positions.into_iter().flatten().collect()
+}
+
+/// The lowest position in each cell of a square around the sensor.
+struct Cells {
+    cell: f32,
+    reach: f32,
+    side: usize,
+    positions: Vec<Option<[f32; 3]>>,
+}
+
+impl Cells {
+    /// Most cells from the sensor to the square's edge.
+    const MOST: f32 = 64.0;
+
+    fn new(params: &GroundParams) -> Self {
+        let cell = params.cell as f32;
+        let reach = (params.start_distance as f32).min(Self::MOST * cell);
+        let side = 2 * (reach / cell) as usize + 1;
+        Cells {
+            cell,
+            reach,
+            side,
+            positions: vec![None; side * side],
+        }
+    }
+
+    fn keep(&mut self, position: [f32; 3]) {
+        let [x, y, z] = position;
+        if x.abs() < self.reach && y.abs() < self.reach {
+            let [row, column] = [x, y].map(|along| ((along + self.reach) / self.cell) as usize);
+            let lowest = self.positions.get_mut(row * self.side + column);
+            if let Some(lowest) = lowest.filter(|lowest| lowest.is_none_or(|low| z < low[2])) {
+                *lowest = Some(position);
+            }
+        }
+    }
 }
 
 /// Least squares with a weak pull to the horizontal, which settles what a single ring or line leaves open.

@@ -1,7 +1,8 @@
 //! Small scenes, ray-cast: a sloped floor, boxes on it, and whether each return is of the floor.
 
 use super::*;
-use crate::range_image::ProjectionParams;
+use crate::grid::Grid;
+use crate::range_image::{Projection, ProjectionParams};
 
 /// An axis-aligned box, lower and upper corner in metres, z over the floor under the sensor.
 type Solid = [[f64; 3]; 2];
@@ -220,6 +221,25 @@ fn room_whose_lowest_beams_meet_furniture() {
 }
 
 #[test]
+fn table_under_the_sensor_is_not_ground() {
+    let scene = Scene {
+        sensor: 1.1,
+        beams: (5.0, -45.0),
+        ..Scene::with([[[-0.8, -0.8, 0.0], [0.8, 0.8, 0.85]], CAR])
+    };
+    assert_separated(&scene);
+}
+
+#[test]
+fn surface_at_the_sensors_height_is_not_ground() {
+    let scene = Scene {
+        sensor: 1.1,
+        ..Scene::with([[[-30.0, -30.0, 0.0], [30.0, 30.0, 1.0]]])
+    };
+    assert!(!verdicts(&scene.scan().0).contains(&true));
+}
+
+#[test]
 fn ground_behind_a_wall_is_found() {
     let scene = Scene {
         sensor: 3.0,
@@ -307,14 +327,26 @@ fn degenerate_images() {
         let (cloud, _) = scene.scan();
         assert_eq!(verdicts(&cloud).len(), rows * columns);
     }
-    let ring = Scene {
+    let far = PointCloud::new(vec![1e30, -1e38], vec![1e30, 3e38], vec![-1e38, -1.0]).unwrap();
+    assert_eq!(verdicts(&far), [false; 2]);
+}
+
+#[test]
+fn one_row_shows_no_slope_and_no_ground() {
+    let scene = Scene {
         rows: 1,
         beams: (-10.0, -10.0),
         ..Scene::default()
     };
-    let image = RangeImage::new(&ring.scan().0, &ProjectionParams::default());
-    assert_eq!(image.rows(), 1);
-    assert!(!verdicts(&ring.scan().0).contains(&true));
-    let far = PointCloud::new(vec![1e30, -1e38], vec![1e30, 3e38], vec![-1e38, -1.0]).unwrap();
-    assert_eq!(verdicts(&far), [false; 2]);
+    let (cloud, _) = scene.scan();
+    let every = 0..cloud.len() as u32;
+    let image = RangeImage {
+        projection: Projection::Organised,
+        wraps: true,
+        top_row_first: true,
+        point_of_pixel: Grid::from_rows(1, cloud.len(), every.clone().collect()),
+        pixel_of_point: every.collect(),
+    };
+    let found = ground(&cloud, &image, &GroundParams::default());
+    assert_eq!(found, vec![false; cloud.len()]);
 }
