@@ -66,6 +66,12 @@ impl HeightMap {
         })
     }
 
+    /// Whether a position is as high as the ground in its own cell of the finest grid.
+    pub fn is_on(&self, [x, y, z]: [f32; 3]) -> bool {
+        let height = self.cell_at(x, y).map(|cell| self.levels[0][cell]);
+        height.is_some_and(|height| (z - height).abs() <= self.band)
+    }
+
     fn cell_at(&self, x: f32, y: f32) -> Option<(usize, usize)> {
         let along = |metres: f32| {
             let cells = metres / self.cell + (Self::SIDE / 2) as f32;

@@ -11,13 +11,13 @@
 //! 4. [`Spread`]: flat returns on the plane are ground, and so are flat returns continuous with them.
 //! 5. [`HeightMap`]: the ground heights seen from above; flat returns at the height of the ground around
 //!    them start to spread anew, which finds the ground behind occluders.
-//! 6. The verdict for each point: its pixel's, or ground height for what that leaves open, such as
-//!    shadowed points and the strip that a kerb hides.
+//! 6. The verdict for each point: a seen one is ground if its pixel is, or if it is as high as the ground
+//!    in its own cell, such as the face of a kerb; a shadowed one is judged by the ground's height alone.
 //!
 //! Departures from the paper: slopes are measured over a baseline rather than between successive rows
 //! and then smoothed by a Savitzky-Golay filter (one row spans centimetres near the sensor and metres
-//! far off, so that no one filter width fits both); a return that comes back nearer than the one below it
-//! is never ground; a face that rises higher than a kerb is rejected down to its foot; ground spreads
+//! far off, so that no one filter width fits both); they are taken against the last ground below, not the
+//! last return; a face that rises higher than a kerb is rejected down to its foot; ground spreads
 //! upwards and sideways, never down the image; steps 2, 5 and 6 are additions.
 //!
 //! Time O(H W + N) and memory O(H W) plus the height map, at most 256 x 256 cells and their pyramid.
@@ -102,9 +102,11 @@ pub fn ground(cloud: &PointCloud, image: &RangeImage, params: &GroundParams) -> 
     let heights = HeightMap::new(cloud, spread.ground_points(), params);
     let verdict = |point| {
         image.pixel_of(point).is_some_and(|pixel| {
-            let is_seen = !image.is_shadowed(point);
-            (is_seen && spread.is_ground(profile.index(pixel)))
-                || heights.is_near(cloud.position(point))
+            if image.is_shadowed(point) {
+                heights.is_near(cloud.position(point))
+            } else {
+                spread.is_ground(profile.index(pixel)) || heights.is_on(cloud.position(point))
+            }
         })
     };
     (0..cloud.len()).map(verdict).collect()

@@ -81,13 +81,9 @@ impl Limits {
         }
     }
 
-    /// Rise over run. A higher beam that comes back nearer met something that stands or hangs in front of
-    /// the ground.
+    /// Rise over run, never less run than the baseline: what stands or hangs in front of the anchor is
+    /// steep as well.
     fn slope(&self, rise: f32, run: f32) -> f32 {
-        if run < -self.baseline {
-            NEVER
-        } else {
-            rise / run.max(self.baseline)
-        }
+        rise / run.max(self.baseline)
     }
 }

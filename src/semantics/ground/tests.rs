@@ -179,6 +179,50 @@ fn walls_are_not_ground() {
 }
 
 #[test]
+fn wall_is_rejected_down_to_its_foot() {
+    let scene = Scene {
+        rows: 128,
+        columns: 90,
+        ..Scene::with([[[5.0, -60.0, 0.0], [5.3, 60.0, 3.0]]])
+    };
+    let foot = share_of_ground(&scene, 0.09, 0.2);
+    assert!(foot < 0.05, "{foot} of the wall's foot taken for ground");
+}
+
+#[test]
+fn height_map_knows_heights_where_ground_is_near() {
+    let (x, z) = (vec![10.2, 10.4, 10.6], vec![-1.75, -1.7, -1.65]);
+    let cloud = PointCloud::new(x, vec![0.5; 3], z).unwrap();
+    let heights = HeightMap::new(&cloud, 0..3, &GroundParams::default());
+    let near = |x, z| heights.is_near([x, 0.5, z]);
+    assert!(near(10.9, -1.65) && !near(10.9, -1.55), "its own cell");
+    assert!(
+        near(11.5, -1.6) && !near(11.5, -1.5),
+        "a coarser one, of a wider band"
+    );
+    assert!(!near(30.0, -1.7) && !near(1e30, -1.7) && !near(f32::NAN, -1.7));
+}
+
+#[test]
+fn ground_hidden_from_the_rest_is_found_by_its_height() {
+    let (cloud, _) = Scene::default().scan();
+    let image = RangeImage::new(&cloud, &ProjectionParams::default());
+    let profile = Profile::new(&cloud, &image);
+    let params = GroundParams::default();
+    let level = |seen: &profile::Return| if seen.exists() { 0.0 } else { f32::NAN };
+    let mut slopes: Vec<f32> = profile.returns.iter().map(level).collect();
+    // A ring that is not flat parts the near floor from the floor behind it.
+    let parted = (0..slopes.len()).filter(|index| index % profile.rows == 4);
+    parted.for_each(|index| slopes[index] = f32::NAN);
+    let mut spread = Spread::new(&profile, &slopes, &params);
+    spread.start(|point| cloud.squared_range(point) < 17.0);
+    assert!(!spread.is_ground(5));
+    let heights = HeightMap::new(&cloud, spread.ground_points(), &params);
+    spread.start(|point| heights.is_near(cloud.position(point)));
+    assert!(spread.is_ground(5));
+}
+
+#[test]
 fn car_beside_the_sensor_is_not_where_ground_starts() {
     assert_separated(&Scene::with([[[-2.0, 1.2, 0.0], [2.0, 3.0, 1.4]], CAR]));
 }
