@@ -18,8 +18,10 @@ impl Plane {
     const CLEARANCE: f32 = 0.2;
     /// One column in this many is looked at: the plane has three unknowns.
     const COLUMN_STRIDE: usize = 4;
-    /// Share of the low flat returns that may lie below the ground, as reflections do.
-    const LOWEST_SHARE: usize = 5;
+    /// Shares of the low flat returns under the heights that fits begin at: low ones, since tables and car
+    /// roofs are flat as well but stand on the ground; several, since tilt or a bank puts any one of
+    /// them off the ground that most lies on.
+    const STARTS: [f64; 4] = [0.1, 0.2, 0.35, 0.5];
     /// Metres from the plane within which returns count, fit by fit. The first leaves room for a few
     /// degrees of tilt, the last for a kerb.
     const BANDS: [f32; 4] = [0.5, 0.5, 0.3, 0.2];
@@ -27,26 +29,38 @@ impl Plane {
     /// follows a plane at all.
     const REACH: f32 = 10.0;
 
-    /// Trimmed least squares through flat returns below the sensor, begun at their lowest fifth; `None` if
-    /// there is no such return, or the plane passes through the sensor.
-    ///
-    /// The low end, because tables and car roofs are flat as well, but the ground is under them.
+    /// Trimmed least squares through flat returns below the sensor, begun at several heights of their lower
+    /// half; the plane that most of them lie on (ties: the lower start). `None` if there is no such
+    /// return, or if the plane passes through the sensor.
     pub fn of_low_flat_returns(
         profile: &Profile,
         cloud: &PointCloud,
         params: &GroundParams,
     ) -> Option<Plane> {
         let mut low = low_flat_returns(profile, cloud, params);
-        if low.is_empty() {
-            return None;
-        }
-        let rank = low.len() / Self::LOWEST_SHARE;
-        let (_, lowest, _) = low.select_nth_unstable_by(rank, |a, b| a[2].total_cmp(&b[2]));
-        let mut plane = Plane([lowest[2], 0.0, 0.0]);
-        for band in Self::BANDS {
-            plane = fit(low.iter().filter(|&&p| plane.height_over(p).abs() < band))?;
-        }
-        (plane.0[0] < -Self::CLEARANCE).then_some(plane)
+        low.sort_unstable_by(|a, b| a[2].total_cmp(&b[2]));
+        let starts = Self::STARTS.iter().filter_map(|share| {
+            let rank = (share * low.len() as f64) as usize;
+            Plane::refined(low.get(rank)?[2], &low)
+        });
+        let support = |plane: &Plane| low.iter().filter(|&&p| plane.carries(p)).count();
+        let best = starts.rev().max_by_key(support)?;
+        (best.0[0] < -Self::CLEARANCE).then_some(best)
+    }
+
+    /// The plane that trimmed least squares reach from a height.
+    fn refined(height: f32, low: &[[f32; 3]]) -> Option<Plane> {
+        Self::BANDS
+            .iter()
+            .try_fold(Plane([height, 0.0, 0.0]), |plane, band| {
+                fit(low.iter().filter(|&&p| plane.height_over(p).abs() < *band))
+            })
+    }
+
+    /// Whether a position lies within the last band of the plane.
+    fn carries(&self, position: [f32; 3]) -> bool {
+        let [.., band] = Self::BANDS;
+        self.height_over(position).abs() < band
     }
 
     /// Height of a position over the plane in metres.
