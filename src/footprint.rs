@@ -187,14 +187,14 @@ mod tests {
         assert_eq!(hull, [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]);
     }
 
-    #[test]
-    fn discarding_inner_points_changes_no_hull() {
-        use rand::{RngExt, SeedableRng};
-        let mut random = rand_pcg::Pcg32::seed_from_u64(4);
-        for round in 0..200 {
-            let steps = 3.0 + f64::from(round);
-            let mut coordinate = || (random.random::<f64>() * steps).floor();
-            let points: Vec<PlanePoint> = (0..40).map(|_| [coordinate(), coordinate()]).collect();
+    proptest::proptest! {
+        /// Few distinct coordinates, so that many points coincide or lie on a line.
+        #[test]
+        fn discarding_inner_points_changes_no_hull(
+            grid in proptest::collection::vec((0..12_u8, 0..12_u8), 17..80),
+        ) {
+            let points: Vec<PlanePoint> =
+                grid.iter().map(|&(x, y)| [f64::from(x), f64::from(y)]).collect();
             let hull = convex_hull(&points);
             let is_outside = |p: &PlanePoint| {
                 (0..hull.len()).any(|i| cross(hull[i], hull[(i + 1) % hull.len()], *p) < 0.0)

@@ -1,0 +1,158 @@
+//! The plane that the ground near the sensor lies on.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::GroundParams;
+use super::profile::{Profile, Return};
+use super::slopes::{Limits, climb};
+use crate::cloud::PointCloud;
+use crate::range_image::NOWHERE;
+
+/// Height over the sensor's horizontal plane: `[z at the origin, dz/dx, dz/dy]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Plane([f32; 3]);
+
+impl Plane {
+    /// Least height of a sensor over the ground in metres: nothing is mounted lower, and what a sensor sees
+    /// at its own height is what it stands among.
+    const CLEARANCE: f32 = 0.2;
+    /// One column in this many is looked at: the plane has three unknowns.
+    const COLUMN_STRIDE: usize = 4;
+    /// Shares of the low flat returns under the heights that fits begin at: low ones, since tables and car
+    /// roofs are flat as well but stand on the ground; several, since tilt or a bank puts any one of
+    /// them off the ground that most lies on.
+    const STARTS: [f64; 4] = [0.1, 0.2, 0.35, 0.5];
+    /// Metres from the plane within which returns count, fit by fit. The first leaves room for a few
+    /// degrees of tilt, the last for a kerb.
+    const BANDS: [f32; 4] = [0.5, 0.5, 0.3, 0.2];
+    /// Farthest that a column's start is moved along the plane in metres: where ground within sight
+    /// follows a plane at all.
+    const REACH: f32 = 10.0;
+
+    /// Trimmed least squares through flat returns below the sensor, begun at several heights of their lower
+    /// half; the plane that most of them lie on (ties: the lower start). `None` if there is no such
+    /// return, or if the plane passes through the sensor.
+    pub fn of_low_flat_returns(
+        profile: &Profile,
+        cloud: &PointCloud,
+        params: &GroundParams,
+    ) -> Option<Plane> {
+        let mut low = low_flat_returns(profile, cloud, params);
+        low.sort_unstable_by(|a, b| a[2].total_cmp(&b[2]));
+        let starts = Self::STARTS.iter().filter_map(|share| {
+            let rank = (share * low.len() as f64) as usize;
+            Plane::refined(low.get(rank)?[2], &low)
+        });
+        let support = |plane: &Plane| low.iter().filter(|&&p| plane.carries(p)).count();
+        let best = starts.rev().max_by_key(support)?;
+        (best.0[0] < -Self::CLEARANCE).then_some(best)
+    }
+
+    /// The plane that trimmed least squares reach from a height.
+    fn refined(height: f32, low: &[[f32; 3]]) -> Option<Plane> {
+        Self::BANDS.iter().try_fold(Plane([height, 0.0, 0.0]), |plane, band| {
+            fit(low.iter().filter(|&&p| plane.height_over(p).abs() < *band))
+        })
+    }
+
+    /// Whether a position lies within the last band of the plane.
+    fn carries(&self, position: [f32; 3]) -> bool {
+        let [.., band] = Self::BANDS;
+        self.height_over(position).abs() < band
+    }
+
+    /// Height of a position over the plane in metres.
+    fn height_over(&self, [x, y, z]: [f32; 3]) -> f32 {
+        let [base, along_x, along_y] = self.0;
+        z - base - along_x * x - along_y * y
+    }
+
+    /// Whether ground may start to spread from a flat return: near the sensor and, but for a kerb and
+    /// 3 % of bend, on the plane.
+    pub fn is_start(&self, position: [f32; 3], params: &GroundParams) -> bool {
+        let distance = (position[0] * position[0] + position[1] * position[1]).sqrt();
+        distance < params.start_distance as f32
+            && self.height_over(position).abs() < params.step as f32 + 0.03 * distance
+    }
+
+    /// The plane below or above a position, or nearer the sensor if that is far off.
+    pub fn below(&self, position: [f32; 3]) -> Return {
+        let distance = (position[0] * position[0] + position[1] * position[1]).sqrt();
+        let share = (Self::REACH / distance).min(1.0);
+        let [x, y, _] = position.map(|along| along * share);
+        Return {
+            distance: distance * share,
+            height: -self.height_over([x, y, 0.0]),
+            point: NOWHERE,
+        }
+    }
+}
+
+/// Flat returns below the sensor and near it, the lowest of each cell of a grid around the sensor.
+///
+/// By cells, since the sensor's own vehicle or a table under it fills much of the image but little of the
+/// floor. A column starts at its first return, which counts for nothing by itself: one return has no slope.
+fn low_flat_returns(profile: &Profile, cloud: &PointCloud, params: &GroundParams) -> Vec<[f32; 3]> {
+    let limits = Limits::new(params);
+    let mut lowest = Cells::new(params);
+    let mut slopes = vec![f32::NAN; profile.rows];
+    for column in (0..profile.columns).step_by(Plane::COLUMN_STRIDE) {
+        let column = &profile.returns[column * profile.rows..][..profile.rows];
+        let Some(&first) = column.iter().find(|seen| seen.exists()) else {
+            continue;
+        };
+        climb(column, first, &limits, &mut slopes);
+        for (seen, slope) in column.iter().zip(&slopes) {
+            let is_confirmed = seen.exists() && seen.point != first.point;
+            if is_confirmed && seen.height < -Plane::CLEARANCE && slope.abs() <= limits.max_slope {
+                lowest.keep(cloud.position(seen.point as usize));
+            }
+        }
+    }
+    lowest.positions.into_iter().flatten().collect()
+}
+
+/// The lowest position in each cell of a square around the sensor.
+struct Cells {
+    cell: f32,
+    reach: f32,
+    side: usize,
+    positions: Vec<Option<[f32; 3]>>,
+}
+
+impl Cells {
+    /// Most cells from the sensor to the square's edge.
+    const MOST: f32 = 64.0;
+
+    fn new(params: &GroundParams) -> Self {
+        let cell = params.cell as f32;
+        let reach = (params.start_distance as f32).min(Self::MOST * cell);
+        let side = 2 * (reach / cell) as usize + 1;
+        Cells { cell, reach, side, positions: vec![None; side * side] }
+    }
+
+    fn keep(&mut self, position: [f32; 3]) {
+        let [x, y, z] = position;
+        if x.abs() < self.reach && y.abs() < self.reach {
+            let [row, column] = [x, y].map(|along| ((along + self.reach) / self.cell) as usize);
+            let lowest = self.positions.get_mut(row * self.side + column);
+            if let Some(lowest) = lowest.filter(|lowest| lowest.is_none_or(|low| z < low[2])) {
+                *lowest = Some(position);
+            }
+        }
+    }
+}
+
+/// Least squares with a weak pull to the horizontal, which settles what a single ring or line leaves open.
+fn fit<'a>(positions: impl Iterator<Item = &'a [f32; 3]>) -> Option<Plane> {
+    let mut normal = Matrix3::from_diagonal(&Vector3::new(1e-6, 1.0, 1.0));
+    let mut right = Vector3::zeros();
+    for position in positions {
+        let [x, y, z] = position.map(f64::from);
+        let row = Vector3::new(1.0, x, y);
+        normal += row * row.transpose();
+        right += row * z;
+    }
+    let plane = normal.cholesky()?.solve(&right);
+    Some(Plane([plane[0] as f32, plane[1] as f32, plane[2] as f32]))
+}

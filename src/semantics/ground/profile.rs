@@ -1,0 +1,76 @@
+//! A range image as columns read from the bottom up.
+
+use crate::cloud::PointCloud;
+use crate::range_image::{NOWHERE, RangeImage};
+
+/// One return of a column.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Return {
+    /// Horizontal distance from the sensor in metres; NaN without a return.
+    pub distance: f32,
+    /// z in metres, sensor frame; NaN without a return.
+    pub height: f32,
+    /// The point, or [`NOWHERE`].
+    pub point: u32,
+}
+
+impl Return {
+    const NONE: Return = Return { distance: f32::NAN, height: f32::NAN, point: NOWHERE };
+
+    fn new(cloud: &PointCloud, point: u32) -> Self {
+        let [x, y, z] = cloud.position(point as usize);
+        Return { distance: (x * x + y * y).sqrt(), height: z, point }
+    }
+
+    /// Whether there is a return at all.
+    pub fn exists(&self) -> bool {
+        self.point != NOWHERE
+    }
+}
+
+/// The returns column by column, each column from the bottom up: the return `up` rows above the bottom
+/// of `column` is `returns[column * rows + up]`. (Columns are what every step reads, so they lie
+/// together.)
+#[derive(Debug)]
+pub(super) struct Profile {
+    /// Rows H of the image, the length of a column.
+    pub rows: usize,
+    /// Columns W of the image.
+    pub columns: usize,
+    /// Whether the first and the last column are neighbours.
+    pub wraps: bool,
+    /// H x W returns.
+    pub returns: Vec<Return>,
+    top_row_first: bool,
+}
+
+impl Profile {
+    /// The profile of an image over `cloud`.
+    pub fn new(cloud: &PointCloud, image: &RangeImage) -> Self {
+        let mut profile = Profile {
+            rows: image.rows(),
+            columns: image.columns(),
+            wraps: image.wraps,
+            returns: vec![Return::NONE; image.point_of_pixel.len()],
+            top_row_first: image.top_row_first,
+        };
+        for row in 0..profile.rows {
+            let up = profile.up(row);
+            for (column, &point) in image.point_of_pixel.row(row).iter().enumerate() {
+                if point != NOWHERE {
+                    profile.returns[column * profile.rows + up] = Return::new(cloud, point);
+                }
+            }
+        }
+        profile
+    }
+
+    /// Where an image's pixel is in [`Profile::returns`].
+    pub fn index(&self, pixel: usize) -> usize {
+        (pixel % self.columns) * self.rows + self.up(pixel / self.columns)
+    }
+
+    fn up(&self, row: usize) -> usize {
+        if self.top_row_first { self.rows - 1 - row } else { row }
+    }
+}

@@ -1,0 +1,99 @@
+//! Spread of the ground over the range image, upwards and sideways.
+
+use super::GroundParams;
+use super::profile::Profile;
+
+/// The ground found so far.
+#[derive(Debug)]
+pub(super) struct Spread<'a> {
+    profile: &'a Profile,
+    is_flat: Vec<bool>,
+    is_ground: Vec<bool>,
+    front: Vec<u32>,
+    step: f32,
+    slope_change: f32,
+}
+
+impl<'a> Spread<'a> {
+    /// No ground yet.
+    pub fn new(profile: &'a Profile, slopes: &[f32], params: &GroundParams) -> Self {
+        let max_slope = params.max_slope.tan() as f32;
+        Spread {
+            profile,
+            is_flat: slopes.iter().map(|slope| slope.abs() <= max_slope).collect(),
+            is_ground: vec![false; slopes.len()],
+            front: Vec::new(),
+            step: params.step as f32,
+            slope_change: params.slope_change.tan() as f32,
+        }
+    }
+
+    /// Makes ground of the flat returns whose point `is_start` picks, and of all that follows from them.
+    pub fn start(&mut self, is_start: impl Fn(usize) -> bool) {
+        for index in 0..self.is_flat.len() {
+            let point = self.profile.returns[index].point as usize;
+            if self.is_flat[index] && !self.is_ground[index] && is_start(point) {
+                self.mark(index);
+            }
+        }
+        while let Some(index) = self.front.pop() {
+            self.visit(index as usize);
+        }
+    }
+
+    /// Whether a return of the profile is ground.
+    pub fn is_ground(&self, index: usize) -> bool {
+        self.is_ground[index]
+    }
+
+    /// The points found to be ground, column by column.
+    pub fn ground_points(&self) -> impl Iterator<Item = usize> {
+        let returns = self.profile.returns.iter().zip(&self.is_ground);
+        returns.filter_map(|(seen, &is_ground)| is_ground.then_some(seen.point as usize))
+    }
+
+    fn mark(&mut self, index: usize) {
+        self.is_ground[index] = true;
+        self.front.push(index as u32);
+    }
+
+    fn visit(&mut self, from: usize) {
+        let (rows, all) = (self.profile.rows, self.is_flat.len());
+        if from % rows + 1 < rows {
+            self.join_above(from);
+        }
+        if from >= rows {
+            self.join_along_row(from, from - rows);
+        } else if self.profile.wraps {
+            self.join_along_row(from, from + all - rows);
+        }
+        if from + rows < all {
+            self.join_along_row(from, from + rows);
+        } else if self.profile.wraps {
+            self.join_along_row(from, from + rows - all);
+        }
+    }
+
+    /// Rows lie metres apart far off, so the allowed rise grows with the run. Never downwards: from the
+    /// ground behind a car, its roof is as good a neighbour as a gentle slope.
+    fn join_above(&mut self, from: usize) {
+        let [here, above] = [from, from + 1].map(|index| self.profile.returns[index].distance);
+        let rise = self.step + self.slope_change * (above - here).abs();
+        self.join(from, from + 1, rise);
+    }
+
+    /// Neighbours of one row lie close together on ground; a jump of the distance is an edge, whatever
+    /// slope it makes.
+    fn join_along_row(&mut self, from: usize, to: usize) {
+        self.join(from, to, self.step);
+    }
+
+    fn join(&mut self, from: usize, to: usize, highest_rise: f32) {
+        if self.is_flat[to] && !self.is_ground[to] {
+            let [here, next] = [from, to].map(|index| self.profile.returns[index].height);
+            if (next - here).abs() <= highest_rise {
+                self.mark(to);
+            }
+        }
+    }
+}
