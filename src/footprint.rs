@@ -141,23 +141,36 @@ pub fn distance(a: &[PlanePoint], b: &[PlanePoint]) -> f64 {
     if overlap(a, b) {
         return 0.0;
     }
-    let sides = |region: &[PlanePoint]| -> Vec<(PlanePoint, PlanePoint)> {
-        (0..region.len()).map(|i| (region[i], region[(i + 1) % region.len()])).collect()
-    };
-    let from_corners = |corners: &[PlanePoint], region: &[PlanePoint]| {
-        let sides = sides(region);
-        let each = corners.iter().flat_map(|&c| sides.iter().map(move |&s| to_segment(c, s)));
-        each.fold(f64::INFINITY, f64::min)
-    };
-    from_corners(a, b).min(from_corners(b, a))
+    closest_points(a, b).map_or(f64::INFINITY, |[p, q]| (p[0] - q[0]).hypot(p[1] - q[1]))
 }
 
-fn to_segment(point: PlanePoint, (from, to): (PlanePoint, PlanePoint)) -> f64 {
+/// The two points, one of each region, that are nearest to each other; of regions that do not overlap.
+/// `None` of an empty region.
+pub fn closest_points(a: &[PlanePoint], b: &[PlanePoint]) -> Option<[PlanePoint; 2]> {
+    let squared = |[p, q]: &[PlanePoint; 2]| (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2);
+    let from_a = corners_to_sides(a, b);
+    let from_b = corners_to_sides(b, a).map(|[q, p]| [p, q]);
+    from_a.chain(from_b).min_by(|x, y| squared(x).total_cmp(&squared(y)))
+}
+
+/// For each corner of one region and each side of the other, the corner and the side's nearest point.
+fn corners_to_sides<'a>(
+    corners: &'a [PlanePoint],
+    region: &'a [PlanePoint],
+) -> impl Iterator<Item = [PlanePoint; 2]> + 'a {
+    corners.iter().flat_map(move |&corner| {
+        (0..region.len()).map(move |i| {
+            [corner, nearest_on_segment(corner, region[i], region[(i + 1) % region.len()])]
+        })
+    })
+}
+
+fn nearest_on_segment(point: PlanePoint, from: PlanePoint, to: PlanePoint) -> PlanePoint {
     let along = [to[0] - from[0], to[1] - from[1]];
     let length = along[0] * along[0] + along[1] * along[1];
     let dot = (point[0] - from[0]) * along[0] + (point[1] - from[1]) * along[1];
     let t = if length > 0.0 { (dot / length).clamp(0.0, 1.0) } else { 0.0 };
-    (point[0] - from[0] - t * along[0]).hypot(point[1] - from[1] - t * along[1])
+    [from[0] + t * along[0], from[1] + t * along[1]]
 }
 
 fn separated_by_a_side(a: &[PlanePoint], b: &[PlanePoint]) -> bool {
