@@ -1,6 +1,7 @@
 //! The main job: a recording in, the same recording with instances out.
 
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -277,12 +278,12 @@ fn marker(instance: &Instance) -> MarkerBox {
 /// [`Error::Recording`] if the input is damaged (a cut-off input is none: it is annotated as far as it
 /// goes), [`Error::NoCloud`], [`Error::Conflict`] if the input already has an output's topic or is the
 /// output,
-/// [`Error::Io`] and [`Error::Write`].
+/// [`Error::Io`] and [`Error::Write`]; [`Error::Interrupted`] if `on_event` breaks off at a progress event.
 pub fn annotate(
     input: &Path,
     output: &Path,
     options: &Options,
-    on_event: &mut dyn FnMut(Event),
+    on_event: &mut dyn FnMut(Event) -> ControlFlow<()>,
 ) -> Result<Report> {
     refuse_same_file(input, output)?;
     let overview = Overview::read(input)?;
@@ -293,7 +294,9 @@ pub fn annotate(
         let bytes = job.record(&record)?;
         if bytes > 0 {
             let bytes = reader.offset();
-            (job.on_event)(Event::Progress { bytes, total });
+            if (job.on_event)(Event::Progress { bytes, total }).is_break() {
+                return Err(Error::Interrupted { path: output.to_owned() });
+            }
         }
     }
     let hash = reader.finish()?;
@@ -314,7 +317,7 @@ fn refuse_same_file(input: &Path, output: &Path) -> Result<()> {
 struct Job<'a> {
     overview: &'a Overview,
     options: &'a Options,
-    on_event: &'a mut dyn FnMut(Event),
+    on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
     writer: RecordingWriter,
     /// Topic of each channel whose clouds are annotated.
     clouds: BTreeMap<u16, String>,
@@ -332,7 +335,7 @@ impl<'a> Job<'a> {
         overview: &'a Overview,
         output: &Path,
         options: &'a Options,
-        on_event: &'a mut dyn FnMut(Event),
+        on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
     ) -> Result<Self> {
         let clouds = choose(overview, &options.topics)?;
         let mut writer = RecordingWriter::create(
@@ -383,7 +386,7 @@ impl<'a> Job<'a> {
     }
 
     fn warn(&mut self, warning: String) {
-        (self.on_event)(Event::Warning(&warning));
+        let _ = (self.on_event)(Event::Warning(&warning));
         self.report.warnings.push(warning);
     }
 

@@ -93,6 +93,13 @@ pub enum Error {
         problem: String,
     },
 
+    /// The caller broke off.
+    #[error("interrupted; nothing was written to {}", path.display())]
+    Interrupted {
+        /// The output that was not written.
+        path: PathBuf,
+    },
+
     /// The operating system refused.
     #[error("{}: {source}", path.display())]
     Io {

@@ -7,9 +7,9 @@ use clap::{Args, ValueEnum};
 use divmerge::annotate::{Event, Options, Report, TopicReport, annotate};
 use divmerge::io::{Compression, Overview};
 
-use crate::Outcome;
 use crate::arguments::{MethodArguments, Moment, moment};
 use crate::terminal::{byte_bar, grouped};
+use crate::{Outcome, interrupt};
 
 /// Write a recording again with instances in it
 ///
@@ -76,6 +76,7 @@ impl From<Compress> for Compression {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    interrupt::listen();
     crate::refuse_existing(&arguments.output, arguments.force)?;
     let (from_ns, to_ns) = window(arguments)?;
     let options = Options {
@@ -87,8 +88,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         force: arguments.force,
     };
     let bar = byte_bar("annotating");
-    let report =
-        annotate(&arguments.input, &arguments.output, &options, &mut |event| match event {
+    let report = annotate(&arguments.input, &arguments.output, &options, &mut |event| {
+        match event {
             Event::Progress { bytes, total } => {
                 bar.set_length(total);
                 bar.set_position(bytes);
@@ -96,7 +97,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             Event::Warning(warning) => {
                 bar.suspend(|| eprintln!("warning: {}: {warning}", arguments.input.display()));
             }
-        });
+        }
+        interrupt::wish()
+    });
     bar.finish_and_clear();
     let report = report?;
     if arguments.json {
@@ -148,7 +151,7 @@ fn summary(report: &TopicReport) -> String {
     let stages = &report.times.stages;
     let mut line = format!(
         "{} frames, {} points, {:.1} instances per frame, {:.1} ms per frame (decode {:.1}, \
-         project {:.1}, mask {:.1}, divide {:.1}, merge {:.1}, label {:.1}, encode {:.1})",
+             project {:.1}, mask {:.1}, divide {:.1}, merge {:.1}, label {:.1}, encode {:.1})",
         grouped(report.frames),
         grouped(report.points),
         report.instances as f64 / report.frames.max(1) as f64,

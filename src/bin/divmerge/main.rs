@@ -5,6 +5,7 @@ mod arguments;
 mod completions;
 mod demo;
 mod info;
+mod interrupt;
 mod simulate;
 mod terminal;
 
