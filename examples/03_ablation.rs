@@ -4,13 +4,13 @@
 //! Mean panoptic quality over the thing classes that truth has with 50 points or more, classes given.
 //! The folder holds SemanticKITTI sequences and may be left out; simulated drives need none.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use divmerge::cluster::ClusterParams;
 use divmerge::cluster::params::{BirdsEye, Region};
 use divmerge::evaluate::panoptic::{MIN_POINTS, Panoptic};
-use divmerge::io::semantic_kitti::{read_labels, read_scan};
+use divmerge::io::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
 use divmerge::pipeline::{self, Config};
 use divmerge::semantics::MaskSource;
 use divmerge::simulate::{Drive, Scene, Sensor};
@@ -137,19 +137,13 @@ fn things(scores: &Panoptic, names: &[&str]) -> String {
 }
 
 fn labelled(root: &Path) -> Result<Vec<Frame>> {
-    let mut frames = Vec::new();
-    for sequence in entries(&root.join("sequences"))? {
-        for scan in entries(&sequence.join("velodyne"))? {
-            let name = scan.with_extension("label");
-            let label = sequence.join("labels").join(name.file_name().context("scan name")?);
-            let truth = read_labels(&label)?;
-            let classes = truth.iter().map(|&word| word as u16).collect();
-            let cloud = read_scan(&scan)?.with_class(classes)?;
-            let group = sequence.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            frames.push(Frame { group, cloud, truth });
-        }
-    }
-    Ok(frames)
+    let frame = |labelled: LabelledScan| {
+        let truth = read_labels(&labelled.labels)?;
+        let classes = truth.iter().map(|&word| word as u16).collect();
+        let cloud = read_scan(&labelled.scan)?.with_class(classes)?;
+        Ok(Frame { group: labelled.sequence, cloud, truth })
+    };
+    labelled_scans(root)?.into_iter().map(frame).collect()
 }
 
 fn simulated() -> Vec<Frame> {
@@ -168,12 +162,4 @@ fn simulated() -> Vec<Frame> {
         }
     }
     frames
-}
-
-fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
-    let list =
-        std::fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()))?;
-    let mut paths = list.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>>>()?;
-    paths.sort();
-    Ok(paths)
 }

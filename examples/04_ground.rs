@@ -3,10 +3,10 @@
 //! Ground is road, lane marking, parking, sidewalk, other ground and terrain; points of vegetation and
 //! points without a label are left out on both sides, as the field does.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, Result};
-use divmerge::io::semantic_kitti::{read_labels, read_scan};
+use divmerge::io::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
 use divmerge::range_image::{ProjectionParams, RangeImage};
 use divmerge::semantics::GroundParams;
 use divmerge::semantics::ground::ground;
@@ -18,14 +18,10 @@ fn main() -> Result<()> {
     let root = std::env::args().nth(1).context("give the folder that holds `sequences`")?;
     println!("| Sequence | scans | F1 | precision | recall |\n| --- | ---: | ---: | ---: | ---: |");
     let mut all = Vec::new();
-    for sequence in entries(&Path::new(&root).join("sequences"))? {
-        let mut scores = Vec::new();
-        for scan in entries(&sequence.join("velodyne"))? {
-            let name = scan.with_extension("label");
-            let label = sequence.join("labels").join(name.file_name().context("scan name")?);
-            scores.push(score(&scan, &label)?);
-        }
-        print_row(&sequence.file_name().unwrap_or_default().to_string_lossy(), &scores);
+    let scans = labelled_scans(Path::new(&root))?;
+    for sequence in scans.chunk_by(|a, b| a.sequence == b.sequence) {
+        let scores = sequence.iter().map(score).collect::<Result<Vec<_>>>()?;
+        print_row(&sequence[0].sequence, &scores);
         all.extend(scores);
     }
     print_row("all", &all);
@@ -33,12 +29,12 @@ fn main() -> Result<()> {
 }
 
 /// F1, precision and recall of one scan in percent.
-fn score(scan: &Path, label: &Path) -> Result<[f64; 3]> {
-    let cloud = read_scan(scan)?;
+fn score(labelled: &LabelledScan) -> Result<[f64; 3]> {
+    let cloud = read_scan(&labelled.scan)?;
     let image = RangeImage::new(&cloud, &ProjectionParams::default());
     let found = ground(&cloud, &image, &GroundParams::default());
     let (mut hits, mut extra, mut missed) = (0.0, 0.0, 0.0);
-    for (word, found) in read_labels(label)?.into_iter().zip(found) {
+    for (word, found) in read_labels(&labelled.labels)?.into_iter().zip(found) {
         let class = word & 0xffff;
         match (GROUND.contains(&class), found) {
             _ if LEFT_OUT.contains(&class) => {}
@@ -56,12 +52,4 @@ fn score(scan: &Path, label: &Path) -> Result<[f64; 3]> {
 fn print_row(name: &str, scores: &[[f64; 3]]) {
     let mean = |i: usize| scores.iter().map(|score| score[i]).sum::<f64>() / scores.len() as f64;
     println!("| {name} | {} | {:.2} | {:.2} | {:.2} |", scores.len(), mean(0), mean(1), mean(2));
-}
-
-fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
-    let list =
-        std::fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()))?;
-    let mut paths = list.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>>>()?;
-    paths.sort();
-    Ok(paths)
 }
