@@ -30,8 +30,35 @@ pub struct BorderPair {
     pub beta_degrees: f64,
     /// Whether the condition holds: a vote in favour, if the components differ.
     pub holds: bool,
-    /// Whether the distance gates decided otherwise than the angle (preset `authors`).
-    pub decided_by_gate: bool,
+    /// What the condition went by.
+    pub rule: Rule,
+}
+
+/// What the condition of a pair of pixels went by.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(tag = "by", rename_all = "snake_case")]
+pub enum Rule {
+    /// beta > theta.
+    Angle,
+    /// Distance gates, which decided otherwise than the angle (preset `authors`).
+    Gate,
+    /// Nearness on the bird's-eye plane, the size of their class being known (preset `best`).
+    Nearness {
+        /// Distance on the plane, metres.
+        distance: f64,
+        /// They belong together if it is less than this, metres.
+        reach: f64,
+    },
+}
+
+impl BorderPair {
+    /// How far the pair is from the other verdict, as a share of the threshold.
+    fn margin(&self, theta_degrees: f64) -> f64 {
+        match self.rule {
+            Rule::Nearness { distance, reach } => (distance / reach - 1.0).abs(),
+            _ => (self.beta_degrees / theta_degrees - 1.0).abs(),
+        }
+    }
 }
 
 /// The pair of an object pixel and its neighbour in a direction, which must be there.
@@ -67,12 +94,29 @@ pub(super) fn pair(frame: &Frame, from: usize, direction: usize) -> BorderPair {
         distance: distance(p, q),
         beta_degrees: beta.to_degrees(),
         holds,
-        decided_by_gate: condition.gate.is_some() && (beta > condition.angle) != holds,
+        rule: nearness(frame, from, to, direction).unwrap_or({
+            let is_gated = condition.gate.is_some() && (beta > condition.angle) != holds;
+            if is_gated { Rule::Gate } else { Rule::Angle }
+        }),
     }
 }
 
+/// The rule of nearness, if it is in force and the size of the class is known: that of the left or upper
+/// pixel.
+fn nearness(frame: &Frame, from: usize, to: usize, direction: usize) -> Option<Rule> {
+    let Frame { stages, config, .. } = frame;
+    let first = if direction % 2 == 1 { from } else { to };
+    let size = stages.mask.sizes[usize::from(stages.objects.class[first])]?;
+    let nearness = config.cluster.condition.nearness?;
+    let [p, q] = [from, to].map(|object| stages.objects.position[object].map(f64::from));
+    Some(Rule::Nearness {
+        distance: (p[0] - q[0]).hypot(p[1] - q[1]),
+        reach: (nearness.share_of_width * size.width).min(nearness.at_most),
+    })
+}
+
 /// All pairs with one pixel in a component that `is_left` accepts and the other in one that `is_right`
-/// accepts, those nearest to the angle theta first.
+/// accepts, those nearest to the other verdict first.
 pub(super) fn border(
     frame: &Frame,
     is_left: impl Fn(u32) -> bool,
@@ -97,8 +141,7 @@ pub(super) fn border(
         }
     }
     let theta = frame.config.cluster.condition.angle.to_degrees();
-    let off = |pair: &BorderPair| (pair.beta_degrees - theta).abs();
-    pairs.sort_by(|a, b| off(a).total_cmp(&off(b)));
+    pairs.sort_by(|a, b| a.margin(theta).total_cmp(&b.margin(theta)));
     pairs
 }
 

@@ -1,15 +1,16 @@
 //! What the stages after the vote merge did: bird's-eye merge, minimum size, back-projection.
 //!
-//! Whether these stages joined two groups is read off the final labels alone; how near the groups' regions
-//! are on the bird's-eye plane is measured here again.
+//! Whether these stages joined two groups is read off the run; how near the groups' regions are on the
+//! bird's-eye plane is measured here again where the run does not keep it.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 
 use serde::Serialize;
 
 use super::Frame;
 use super::facts::{GroupFacts, Place, PointFacts, group};
-use crate::cluster::params::{BirdsEye, Region};
+use crate::cluster::Join;
+use crate::cluster::params::{BirdsEye, FragmentMerge, Region};
 use crate::footprint::{PlanePoint, convex_hull, distance, minimum_area_rectangle};
 use crate::instances::Reason;
 
@@ -33,6 +34,18 @@ pub enum LaterStage {
         /// Apart: whether only groups of one class merge, and theirs differ.
         classes_differ: bool,
     },
+    /// The groups of the two points as fragments of an object of known size (preset `best`).
+    Fragments {
+        /// Whether the stages after the vote merge made them one.
+        joined: bool,
+        /// Joined: the joins that led to the one which brought the two points together, it being the last;
+        /// pieces are groups.
+        joins: Vec<Join>,
+        /// Apart: how their last outlines compare; none where their class is of no known size.
+        test: Option<SizeTest>,
+        /// Apart: whether their classes differ.
+        classes_differ: bool,
+    },
     /// A point's instance was under the minimum size and was dropped.
     MinimumSize {
         /// Which of the points asked about, from 0.
@@ -53,10 +66,25 @@ pub enum LaterStage {
     },
 }
 
+/// Two outlines that stayed apart, against the size of their class.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SizeTest {
+    /// Distance between the outlines, metres.
+    pub gap: f64,
+    /// Up to so far apart they are one whatever the rectangle, metres.
+    pub touching: f64,
+    /// From this far apart on they are never compared, metres: the width of the class.
+    pub too_far: f64,
+    /// Sides of the rectangle around both, metres, the longer first.
+    pub union: [f64; 2],
+    /// The longest sides accepted across that gap, metres.
+    pub limit: [f64; 2],
+}
+
 /// What the later stages did with the points.
 pub(super) fn evidence(frame: &Frame, points: &[PointFacts]) -> Vec<LaterStage> {
     let on_the_plane = match points {
-        [a, b] => birds_eye(frame, a, b),
+        [a, b] => on_the_plane(frame, a, b),
         _ => None,
     };
     let numbered = || points.iter().enumerate();
@@ -86,17 +114,87 @@ fn minimum_size(frame: &Frame, point: usize, facts: &PointFacts) -> Option<Later
     Some(LaterStage::MinimumSize { point, pixels: pixels.count(), minimum })
 }
 
-fn birds_eye(frame: &Frame, a: &PointFacts, b: &PointFacts) -> Option<LaterStage> {
+fn on_the_plane(frame: &Frame, a: &PointFacts, b: &PointFacts) -> Option<LaterStage> {
     let (from, to) = (a.group?.number, b.group?.number);
     if from == to {
         return None;
     }
     let last = &frame.stages.birds_eye;
     let joined = last[from as usize - 1] == last[to as usize - 1];
+    let differ = !joined && a.class_name != b.class_name;
+    Some(match frame.config.cluster.fragments {
+        Some(params) => LaterStage::Fragments {
+            joined,
+            joins: if joined { joins(&frame.stages.joins, from, to) } else { Vec::new() },
+            test: if joined { None } else { size_test(frame, a, from, to, params) },
+            classes_differ: differ,
+        },
+        None => birds_eye(frame, from, to, joined, differ),
+    })
+}
+
+/// The joins up to the one that brought two pieces together, less those that had nothing to do with it.
+fn joins(joins: &[Join], from: u32, to: u32) -> Vec<Join> {
+    let mut sets: Vec<(BTreeSet<u32>, Vec<Join>)> = Vec::new();
+    for join in joins {
+        let mut united = (BTreeSet::from([join.target, join.query]), Vec::new());
+        sets.retain_mut(|(members, made)| {
+            let is_part = members.contains(&join.target) || members.contains(&join.query);
+            if is_part {
+                united.0.append(members);
+                united.1.append(made);
+            }
+            !is_part
+        });
+        united.1.push(*join);
+        if united.0.contains(&from) && united.0.contains(&to) {
+            return united.1;
+        }
+        sets.push(united);
+    }
+    Vec::new()
+}
+
+fn size_test(
+    frame: &Frame,
+    a: &PointFacts,
+    from: u32,
+    to: u32,
+    params: FragmentMerge,
+) -> Option<SizeTest> {
+    let stages = frame.stages;
+    let size = stages.mask.sizes[usize::from(stages.objects.class[a.object?])]?;
+    let last = &stages.birds_eye;
+    let hull = |piece: u32| {
+        let end = last[piece as usize - 1];
+        let in_group = |group: u32| group != 0 && last[group as usize - 1] == end;
+        let objects = 0..stages.objects.len();
+        let members = objects.filter(|&object| in_group(stages.merged_instance(object)));
+        let on_plane = members.map(|object| {
+            let [x, y, _] = stages.objects.position[object];
+            [f64::from(x), f64::from(y)]
+        });
+        convex_hull(&on_plane.collect::<Vec<_>>())
+    };
+    let (one, other) = (hull(from), hull(to));
+    let gap = distance(&one, &other);
+    let union = minimum_area_rectangle(&convex_hull(&[&one[..], &other].concat()))?.size;
+    let scale = params.slack - (params.slack - 1.0) * gap / size.width;
+    Some(SizeTest {
+        gap,
+        touching: (params.touching_share * size.width).min(params.touching),
+        too_far: size.width,
+        union,
+        limit: [size.length * scale, size.width * scale],
+    })
+}
+
+fn birds_eye(frame: &Frame, from: u32, to: u32, joined: bool, differ: bool) -> LaterStage {
+    let last = &frame.stages.birds_eye;
     let Some(params) = frame.config.cluster.birds_eye else {
         let (groups, gaps) = (Vec::new(), Vec::new());
         let (region, margin, classes_differ) = (None, 0.0, false);
-        return Some(LaterStage::BirdsEye { joined, region, margin, groups, gaps, classes_differ });
+        return LaterStage::BirdsEye { joined, region, margin, groups, gaps, classes_differ };
     };
     let beside = |group: u32| -> Vec<(u32, Outline)> {
         let members = (1..).zip(last).filter(|&(_, &end)| end == last[group as usize - 1]);
@@ -109,14 +207,14 @@ fn birds_eye(frame: &Frame, a: &PointFacts, b: &PointFacts) -> Option<LaterStage
     } else {
         nearest(&beside(from), &beside(to)).unwrap_or_default()
     };
-    Some(LaterStage::BirdsEye {
+    LaterStage::BirdsEye {
         joined,
         region: Some(params.region),
         margin: params.margin,
         groups: numbers.into_iter().map(|number| group(frame.stages, number)).collect(),
         gaps,
-        classes_differ: !joined && params.same_class && a.instance_class != b.instance_class,
-    })
+        classes_differ: params.same_class && differ,
+    }
 }
 
 /// A region on the plane.

@@ -45,9 +45,9 @@ use crate::instances::Reason;
 use crate::pipeline::{Config, Stages};
 use crate::semantics::MaskSource;
 
-pub use border::BorderPair;
+pub use border::{BorderPair, Rule};
 pub use facts::{ComponentFacts, GroupFacts, Place, PointFacts};
-pub use later::LaterStage;
+pub use later::{LaterStage, SizeTest};
 pub use votes::{Donor, Link, VoteEvidence};
 pub use what_if::{Choice, Flip, Number, WhatIf, what_if};
 
@@ -132,7 +132,7 @@ pub struct Explanation {
     pub votes: Option<VoteEvidence>,
     /// What the stages after the merge step did with these points, where they did anything.
     pub later: Vec<LaterStage>,
-    /// theta of the condition, degrees.
+    /// theta of the condition, degrees; pairs that went by nearness say so.
     pub angle_degrees: f64,
     /// Two components merge where V+ / (V+ + V-) exceeds this.
     pub merge_ratio: f64,

@@ -46,7 +46,7 @@ pub struct Link {
     pub own_negative: u64,
     /// Where the rest was inherited from.
     pub inherited: Vec<Donor>,
-    /// The pairs of pixels that voted, own and inherited; nearest to theta first.
+    /// The pairs of pixels that voted, own and inherited; nearest to the other verdict first.
     pub pairs: Vec<BorderPair>,
 }
 

@@ -79,11 +79,12 @@ struct Dial {
     per_unit: f64,
     /// The coarse scan, ascending.
     scan: &'static [f64],
-    get: fn(&ClusterParams) -> f64,
+    /// In its unit; none where the parameter is not in force.
+    get: fn(&ClusterParams) -> Option<f64>,
     set: fn(&mut ClusterParams, f64),
 }
 
-const DIALS: [Dial; 6] = [
+const DIALS: [Dial; 7] = [
     Dial {
         parameter: "angle",
         unit: "degrees",
@@ -92,8 +93,22 @@ const DIALS: [Dial; 6] = [
             0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0,
             16.0, 18.0, 20.0, 22.0, 25.0, 30.0, 35.0, 40.0, 50.0, 60.0,
         ],
-        get: |params| params.condition.angle.to_degrees(),
+        get: |params| Some(params.condition.angle.to_degrees()),
         set: |params, degrees| params.condition.angle = degrees.to_radians(),
+    },
+    Dial {
+        parameter: "nearness",
+        unit: "widths of the class",
+        per_unit: 100.0,
+        scan: &[
+            0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0,
+        ],
+        get: |params| params.condition.nearness.map(|nearness| nearness.share_of_width),
+        set: |params, share| {
+            if let Some(nearness) = &mut params.condition.nearness {
+                nearness.share_of_width = share;
+            }
+        },
     },
     Dial {
         parameter: "voxel",
@@ -103,7 +118,7 @@ const DIALS: [Dial; 6] = [
             0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.7, 0.8, 0.9, 1.0,
             1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0,
         ],
-        get: |params| params.voxel,
+        get: |params| Some(params.voxel),
         set: |params, metres| params.voxel = metres,
     },
     Dial {
@@ -113,7 +128,7 @@ const DIALS: [Dial; 6] = [
         scan: &[
             1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0, 16.0,
         ],
-        get: |params| params.gap_columns as f64,
+        get: |params| Some(params.gap_columns as f64),
         set: |params, pixels| params.gap_columns = pixels as usize,
     },
     Dial {
@@ -121,7 +136,7 @@ const DIALS: [Dial; 6] = [
         unit: "pixels",
         per_unit: 1.0,
         scan: &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0],
-        get: |params| params.gap_rows as f64,
+        get: |params| Some(params.gap_rows as f64),
         set: |params, pixels| params.gap_rows = pixels as usize,
     },
     Dial {
@@ -132,7 +147,7 @@ const DIALS: [Dial; 6] = [
             0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75,
             0.8, 0.85, 0.9, 0.95, 1.0,
         ],
-        get: |params| params.merge_ratio,
+        get: |params| Some(params.merge_ratio),
         set: |params, ratio| params.merge_ratio = ratio,
     },
     Dial {
@@ -140,7 +155,7 @@ const DIALS: [Dial; 6] = [
         unit: "pixels",
         per_unit: 1.0,
         scan: &[0.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10000.0],
-        get: |params| params.min_pixels as f64,
+        get: |params| Some(params.min_pixels as f64),
         set: |params, pixels| params.min_pixels = pixels as usize,
     },
 ];
@@ -159,7 +174,7 @@ pub fn what_if(frame: &Frame, subject: Subject) -> Vec<WhatIf> {
     }
     let search = Search { frame, subject, now: answer(frame.stages, subject) };
     let count = DIALS.len() + 2;
-    let found: Mutex<Vec<(usize, WhatIf)>> = Mutex::new(Vec::with_capacity(count));
+    let found: Mutex<Vec<(usize, WhatIf)>> = Mutex::default();
     let next = AtomicUsize::new(0);
     let workers = std::thread::available_parallelism().map_or(1, usize::from).min(count);
     std::thread::scope(|scope| {
@@ -170,8 +185,9 @@ pub fn what_if(frame: &Frame, subject: Subject) -> Vec<WhatIf> {
                     if number >= count {
                         break;
                     }
-                    let result = search.parameter(number);
-                    found.lock().expect("no worker panicked").push((number, result));
+                    if let Some(result) = search.parameter(number) {
+                        found.lock().expect("no worker panicked").push((number, result));
+                    }
                 }
             });
         }
@@ -188,11 +204,11 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    fn parameter(&self, number: usize) -> WhatIf {
+    fn parameter(&self, number: usize) -> Option<WhatIf> {
         match DIALS.get(number) {
-            Some(dial) => WhatIf::Number(self.number(dial)),
-            None if number == DIALS.len() => WhatIf::Choice(self.birds_eye()),
-            None => WhatIf::Choice(self.same_class()),
+            Some(dial) => self.number(dial).map(WhatIf::Number),
+            None if number == DIALS.len() => Some(WhatIf::Choice(self.on_the_plane())),
+            None => Some(WhatIf::Choice(self.same_class())),
         }
     }
 
@@ -204,22 +220,22 @@ impl Search<'_> {
         answer(&stages, self.subject) != self.now
     }
 
-    fn number(&self, dial: &Dial) -> Number {
+    fn number(&self, dial: &Dial) -> Option<Number> {
         let image = &self.frame.stages.image;
         // A gap that may be of any size is one of the image's size.
         let most = image.rows().max(image.columns()).max(1 << 20) as f64;
-        let now = (dial.get)(&self.frame.config.cluster).min(most);
+        let now = (dial.get)(&self.frame.config.cluster)?.min(most);
         let below: Vec<f64> =
             dial.scan.iter().copied().filter(|&value| value < now).rev().collect();
         let above: Vec<f64> = dial.scan.iter().copied().filter(|&value| value > now).collect();
-        Number {
+        Some(Number {
             parameter: dial.parameter,
             unit: dial.unit,
             now,
             searched: [dial.scan[0], dial.scan[dial.scan.len() - 1]],
             lower: self.first_flip(dial, now, &below),
             higher: self.first_flip(dial, now, &above),
-        }
+        })
     }
 
     /// The first value of a scan away from `now` that flips the answer, narrowed down.
@@ -243,40 +259,27 @@ impl Search<'_> {
         Some(Flip { value: value(flipped), unchanged_at })
     }
 
-    fn birds_eye(&self) -> Choice {
-        let now = self.frame.config.cluster.birds_eye;
-        let name = |region: Option<Region>| match region {
-            None => "off",
-            Some(Region::Box) => "box",
-            Some(Region::Rectangle) => "rectangle",
-            Some(Region::Hull) => "hull",
+    fn on_the_plane(&self) -> Choice {
+        let now = &self.frame.config.cluster;
+        let is_now = |plane: Plane| match plane {
+            Plane::BySize => now.fragments.is_some(),
+            Plane::Off => now.fragments.is_none() && now.birds_eye.is_none(),
+            Plane::Overlap(region) => {
+                now.fragments.is_none() && now.birds_eye.is_some_and(|now| now.region == region)
+            }
         };
-        let with = |region: Region| match now {
-            Some(now) => BirdsEye { region, ..now },
-            None => BirdsEye {
-                region,
-                margin: 0.0,
-                same_class: true,
-                transitive: true,
-                grown_pixels_only: false,
-            },
+        let only_boxes = now.birds_eye.is_some_and(|now| !now.transitive || now.grown_pixels_only);
+        let is_possible = |plane: Plane| {
+            !only_boxes || !matches!(plane, Plane::Overlap(Region::Rectangle | Region::Hull))
         };
-        let only_boxes = now.is_some_and(|now| !now.transitive || now.grown_pixels_only);
-        let regions = [None, Some(Region::Box), Some(Region::Rectangle), Some(Region::Hull)];
-        let tried: Vec<Option<Region>> = regions
-            .into_iter()
-            .filter(|&region| region != now.map(|now| now.region))
-            .filter(|&region| !only_boxes || region.is_none() || region == Some(Region::Box))
-            .collect();
-        let flips = tried.iter().copied().filter(|region| {
-            let birds_eye = region.map(with);
-            self.flips(|params| params.birds_eye = birds_eye)
-        });
+        let tried: Vec<Plane> =
+            PLANES.into_iter().filter(|&plane| !is_now(plane) && is_possible(plane)).collect();
+        let flips = tried.iter().filter(|plane| self.flips(|params| plane.set(params)));
         Choice {
             parameter: "bird's-eye merge",
-            now: name(now.map(|now| now.region)),
-            flips: flips.map(name).collect(),
-            tried: tried.iter().copied().map(name).collect(),
+            now: PLANES.into_iter().find(|&plane| is_now(plane)).map_or("other", Plane::name),
+            flips: flips.map(|plane| plane.name()).collect(),
+            tried: tried.iter().map(|plane| plane.name()).collect(),
         }
     }
 
@@ -290,5 +293,45 @@ impl Search<'_> {
             tried: vec![name(!now)],
             flips: if flips { vec![name(!now)] } else { Vec::new() },
         }
+    }
+}
+
+/// What may be done on the bird's-eye plane after the votes.
+#[derive(Debug, Clone, Copy)]
+enum Plane {
+    Off,
+    Overlap(Region),
+    BySize,
+}
+
+const PLANES: [Plane; 5] = [
+    Plane::Off,
+    Plane::Overlap(Region::Box),
+    Plane::Overlap(Region::Rectangle),
+    Plane::Overlap(Region::Hull),
+    Plane::BySize,
+];
+
+impl Plane {
+    fn name(self) -> &'static str {
+        match self {
+            Plane::Off => "off",
+            Plane::Overlap(Region::Box) => "box",
+            Plane::Overlap(Region::Rectangle) => "rectangle",
+            Plane::Overlap(Region::Hull) => "hull",
+            Plane::BySize => "size",
+        }
+    }
+
+    fn set(self, params: &mut ClusterParams) {
+        let overlap = |region: Region| {
+            let own = params.birds_eye.or(ClusterParams::paper().birds_eye);
+            own.map(|own| BirdsEye { region, ..own })
+        };
+        (params.birds_eye, params.fragments) = match self {
+            Plane::Off => (None, None),
+            Plane::Overlap(region) => (overlap(region), None),
+            Plane::BySize => (None, ClusterParams::best().fragments),
+        };
     }
 }
