@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
+use crate::cloud::PointCloud;
 use crate::error::{Error, Result};
 use crate::instances::{Instance, Reason};
 use crate::io::{
@@ -46,6 +47,39 @@ pub struct Method {
     pub ground: GroundParams,
     /// Projection and clustering.
     pub config: Config,
+}
+
+/// A cloud as the method sees it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decoded<'a> {
+    /// The cloud, with classes if they are asked for.
+    pub cloud: PointCloud,
+    /// Where its object mask comes from.
+    pub mask: MaskSource<'a>,
+    /// The same in words, as in `field:label`.
+    pub semantics: String,
+}
+
+impl Method {
+    /// The cloud in a message, and where its object mask comes from.
+    ///
+    /// # Errors
+    /// Those of [`PointCloud2::to_cloud`]; [`Error::MissingField`] if the field that should hold the
+    /// classes is not there.
+    pub fn decode(&self, wire: &PointCloud2) -> Result<Decoded<'_>> {
+        let field = match &self.semantics {
+            Semantics::Auto => wire.semantic_field(),
+            Semantics::Field(name) => Some(name.as_str()),
+            Semantics::Ground | Semantics::All => None,
+        };
+        let cloud = wire.to_cloud(field)?;
+        let (mask, semantics) = match (&self.semantics, field) {
+            (Semantics::All, _) => (MaskSource::All, "all".to_owned()),
+            (_, Some(field)) => (MaskSource::Classes(&self.taxonomy), format!("field:{field}")),
+            (_, None) => (MaskSource::NotGround(&self.ground), "ground".to_owned()),
+        };
+        Ok(Decoded { cloud, mask, semantics })
+    }
 }
 
 /// What is done to a recording.
@@ -204,17 +238,7 @@ pub fn annotate_message(
 ) -> Result<Stages> {
     let started = Instant::now();
     let wire = PointCloud2::parse(message)?;
-    let field = match &method.semantics {
-        Semantics::Auto => wire.semantic_field(),
-        Semantics::Field(name) => Some(name.as_str()),
-        Semantics::Ground | Semantics::All => None,
-    };
-    let cloud = wire.to_cloud(field)?;
-    let (mask, semantics) = match (&method.semantics, field) {
-        (Semantics::All, _) => (MaskSource::All, "all".to_owned()),
-        (_, Some(field)) => (MaskSource::Classes(&method.taxonomy), format!("field:{field}")),
-        (_, None) => (MaskSource::NotGround(&method.ground), "ground".to_owned()),
-    };
+    let Decoded { cloud, mask, semantics } = method.decode(&wire)?;
     let decode_ms = started.elapsed().as_secs_f64() * 1e3;
 
     let stages = pipeline::run(&cloud, mask, &method.config);

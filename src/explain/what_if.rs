@@ -93,7 +93,7 @@ const DIALS: [Dial; 7] = [
             0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0,
             16.0, 18.0, 20.0, 22.0, 25.0, 30.0, 35.0, 40.0, 50.0, 60.0,
         ],
-        get: |params| Some(params.condition.angle.to_degrees()),
+        get: |params| Some((params.condition.angle.to_degrees() * 1e6).round() / 1e6),
         set: |params, degrees| params.condition.angle = degrees.to_radians(),
     },
     Dial {
