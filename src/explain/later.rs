@@ -3,16 +3,17 @@
 //! Whether these stages joined two groups is read off the run; how near the groups' regions are on the
 //! bird's-eye plane is measured here again where the run does not keep it.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use serde::Serialize;
 
 use super::Frame;
-use super::facts::{GroupFacts, Place, PointFacts, group};
+use super::facts::{GroupFacts, Place, PointFacts, group, pixels_of_group};
 use crate::cluster::Join;
 use crate::cluster::params::{BirdsEye, FragmentMerge, Region};
 use crate::footprint::{PlanePoint, convex_hull, distance, minimum_area_rectangle};
 use crate::instances::Reason;
+use crate::pipeline::Stages;
 
 /// Something that a stage after the vote merge did, or left undone.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -114,6 +115,16 @@ fn minimum_size(frame: &Frame, point: usize, facts: &PointFacts) -> Option<Later
     Some(LaterStage::MinimumSize { point, pixels: pixels.count(), minimum })
 }
 
+/// The most frequent class of a group's pixels; ties go to the lower class.
+fn class_of_group(stages: &Stages, number: u32) -> u16 {
+    let mut counts: BTreeMap<u16, usize> = BTreeMap::new();
+    for object in pixels_of_group(stages, number) {
+        *counts.entry(stages.objects.class[object]).or_default() += 1;
+    }
+    let most = counts.iter().rev().max_by_key(|&(_, count)| count);
+    most.map_or(0, |(&class, _)| class)
+}
+
 fn on_the_plane(frame: &Frame, a: &PointFacts, b: &PointFacts) -> Option<LaterStage> {
     let (from, to) = (a.group?.number, b.group?.number);
     if from == to {
@@ -121,12 +132,12 @@ fn on_the_plane(frame: &Frame, a: &PointFacts, b: &PointFacts) -> Option<LaterSt
     }
     let last = &frame.stages.birds_eye;
     let joined = last[from as usize - 1] == last[to as usize - 1];
-    let differ = !joined && a.class_name != b.class_name;
+    let differ = !joined && class_of_group(frame.stages, from) != class_of_group(frame.stages, to);
     Some(match frame.config.cluster.fragments {
         Some(params) => LaterStage::Fragments {
             joined,
             joins: if joined { joins(&frame.stages.joins, from, to) } else { Vec::new() },
-            test: if joined { None } else { size_test(frame, a, from, to, params) },
+            test: if joined || differ { None } else { size_test(frame, a, from, to, params) },
             classes_differ: differ,
         },
         None => birds_eye(frame, from, to, joined, differ),

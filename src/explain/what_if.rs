@@ -100,9 +100,7 @@ const DIALS: [Dial; 7] = [
         parameter: "nearness",
         unit: "widths of the class",
         per_unit: 100.0,
-        scan: &[
-            0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0,
-        ],
+        scan: &[0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0],
         get: |params| params.condition.nearness.map(|nearness| nearness.share_of_width),
         set: |params, share| {
             if let Some(nearness) = &mut params.condition.nearness {
@@ -145,7 +143,7 @@ const DIALS: [Dial; 7] = [
         per_unit: 100.0,
         scan: &[
             0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75,
-            0.8, 0.85, 0.9, 0.95, 1.0,
+            0.8, 0.85, 0.9, 0.95,
         ],
         get: |params| Some(params.merge_ratio),
         set: |params, ratio| params.merge_ratio = ratio,

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory};
+use divmerge::cluster::Evidence;
 use divmerge::explain::{
     Answer, BorderPair, Choice, DecidedBy, Explanation, Flip, Frame, LaterStage, Link, Number,
     Place, PointFacts, Rule, SizeTest, Subject, VoteEvidence, WhatIf, explain, nearest_points,
@@ -204,7 +205,7 @@ impl Text<'_> {
                     DecidedBy::VotesInFavour => {
                         format!("the votes joined them ({})", joined(votes))
                     }
-                    _ => "the votes left them apart, a later stage joined them".to_owned(),
+                    _ => format!("the votes left them apart, {} joined them", self.last_stage()),
                 };
                 format!("Yes, A and B are one: {}. Why: {why}.", own[0])
             }
@@ -234,6 +235,16 @@ impl Text<'_> {
                 };
                 format!("No, A has {} and B has {}. Why: {why}.", own[0], own[1])
             }
+        }
+    }
+
+    /// The stage on the plane after the votes, in words.
+    fn last_stage(&self) -> &'static str {
+        let later = &self.report.explanation.later;
+        match later.iter().find(|stage| !matches!(stage, LaterStage::BackProjection { .. })) {
+            Some(LaterStage::Fragments { .. }) => "the merge of fragments by size",
+            Some(LaterStage::BirdsEye { .. }) => "the bird's-eye merge",
+            _ => "a later stage",
         }
     }
 
@@ -373,13 +384,24 @@ impl Text<'_> {
             println!("No parameter of the clustering changes that: the object mask decides.");
             return;
         }
-        println!("What would give the other answer, each change alone, found by running it:");
+        let (mut found, mut searched) = (Vec::new(), Vec::new());
         for each in what_if {
-            let (name, found) = match each {
-                WhatIf::Number(number) => (number.parameter, changes(number)),
-                WhatIf::Choice(choice) => (choice.parameter, choices(choice)),
+            let (name, change) = match each {
+                WhatIf::Number(number) => (number.parameter, change(number)),
+                WhatIf::Choice(choice) => (choice.parameter, chosen(choice)),
             };
-            println!("  {name:<24}{found}");
+            match change {
+                Ok(change) => found.push(format!("  {name:<24}{change}")),
+                Err(range) => searched.push(format!("{name} ({range})")),
+            }
+        }
+        println!("What would give the other answer, each change alone, found by running it:");
+        match found.is_empty() {
+            true => println!("  nothing that was tried"),
+            false => println!("{}", found.join("\n")),
+        }
+        if !searched.is_empty() {
+            println!("  Does not, wherever it was tried: {}.", searched.join(", "));
         }
     }
 }
@@ -464,7 +486,7 @@ fn link_line(link: &Link, report: &Report) -> String {
     let own = match inherited.is_empty() {
         true => String::new(),
         false => format!(
-            "; {}:{} its own, inherited {}",
+            "; V+:V- {}:{} on their own border, inherited {}",
             link.own_positive,
             link.own_negative,
             inherited.join(", ")
@@ -566,11 +588,14 @@ fn later(stage: &LaterStage) {
             println!("Merge of fragments by size: joined them.");
             for join in joins {
                 println!(
-                    "  group {} joined group {}: {:?}, {:.2} m apart; together {}, limit {}",
+                    "  group {} joined group {}: {:.2} m apart, {} (together {}, limit {})",
                     join.query,
                     join.target,
-                    join.evidence,
                     join.gap,
+                    match join.evidence {
+                        Evidence::Touching => "touching",
+                        Evidence::Fits => "and both fit one object of their class",
+                    },
                     sides(join.union),
                     sides(join.limit)
                 );
@@ -621,36 +646,36 @@ fn sides([length, width]: [f64; 2]) -> String {
     format!("{length:.1} x {width:.1} m")
 }
 
-fn changes(number: &Number) -> String {
+/// The smallest changes in words, or the range that was searched for one.
+fn change(number: &Number) -> Result<String, String> {
     let unit = match number.unit {
         "" => String::new(),
         unit => format!(" {unit}"),
     };
-    let now =
-        if number.now >= f64::from(1 << 20) { "any".to_owned() } else { number.now.to_string() };
-    let Some(smallest) = number.smallest() else {
-        let [from, to] = number.searched;
-        return format!("{now}{unit} now; no value in {from}..{to} does");
+    let written = |value: f64| match value {
+        value if value >= f64::from(1 << 20) => "any".to_owned(),
+        value => value.to_string(),
     };
-    let told = |flip: Flip| format!("{}{unit}", flip.value);
+    let Some(smallest) = number.smallest() else {
+        return Err(format!("{} to {}{unit}", number.searched[0], number.searched[1]));
+    };
+    let told = |flip: Flip| {
+        let (value, not_yet) = (written(flip.value), written(flip.unchanged_at));
+        match flip.unchanged_at == number.now {
+            true => format!("{value}{unit}"),
+            false => format!("{value}{unit} ({not_yet} is not enough)"),
+        }
+    };
     let both = [number.lower, number.higher].into_iter().flatten();
     let other = both.filter(|&flip| flip != smallest).map(|flip| format!(", or {}", told(flip)));
-    format!(
-        "{now} -> {}{} (at {} not yet)",
-        told(smallest),
-        other.collect::<String>(),
-        if smallest.unchanged_at == number.now {
-            now.clone()
-        } else {
-            smallest.unchanged_at.to_string()
-        }
-    )
+    Ok(format!("{} -> {}{}", written(number.now), told(smallest), other.collect::<String>()))
 }
 
-fn choices(choice: &Choice) -> String {
+/// The other values that do in words, or all that were tried.
+fn chosen(choice: &Choice) -> Result<String, String> {
     match &choice.flips[..] {
-        [] => format!("{} now; none of {} does", choice.now, choice.tried.join(", ")),
-        flips => format!("{} -> {}", choice.now, flips.join(" or ")),
+        [] => Err(choice.tried.join(", ")),
+        flips => Ok(format!("{} -> {}", choice.now, flips.join(" or "))),
     }
 }
 
