@@ -11,6 +11,7 @@ use std::collections::BinaryHeap;
 
 use serde::Serialize;
 
+use super::cells::{Cells, Layer};
 use super::params::FragmentMerge;
 use crate::footprint::{PlanePoint, Rectangle, convex_hull, distance, minimum_area_rectangle};
 use crate::taxonomy::ClassSize;
@@ -35,35 +36,39 @@ pub struct Join {
     pub query: u32,
     /// Distance between their outlines in metres.
     pub gap: f64,
-    /// Sides of the rectangle around both in metres, the longer first.
-    pub union: [f64; 2],
-    /// The longest sides accepted across that gap in metres.
-    pub limit: [f64; 2],
     /// Why they became one.
     pub evidence: Evidence,
 }
 
 /// Why two groups of pieces became one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Evidence {
     /// They all but touch.
     Touching,
     /// The rectangle around both fits an object of their class.
-    Fits,
+    Fits {
+        /// Its sides in metres, the longer first.
+        union: [f64; 2],
+        /// The longest sides that are accepted across their gap, metres.
+        limit: [f64; 2],
+    },
 }
 
 /// For each piece (from 0) the group it belongs to, groups numbered from 1 in the order of their first
 /// pieces, and the joins in the order in which they were made.
 ///
-/// Time O(p log p) in the pairs of pieces nearer than their class is wide.
+/// Steps: pieces that touch join until none do; then of all pairs that belong together the one with the
+/// least evidence against it joins, and what that group has become is compared with its neighbours anew.
+/// Time grows with the pairs of pieces nearer than their class is wide.
 pub fn assemble(fragments: &[Fragment], params: &FragmentMerge) -> (Vec<u32>, Vec<Join>) {
     let mut assembly = Assembly::new(fragments, params);
-    assembly.run();
+    assembly.join_touching();
+    assembly.join_fitting();
     (assembly.numbered(), assembly.joins)
 }
 
-/// A group of pieces.
+/// A group of pieces, under the number of its first piece.
 struct Group {
     hull: Vec<PlanePoint>,
     low: PlanePoint,
@@ -72,12 +77,12 @@ struct Group {
     version: u32,
 }
 
+/// A pair of groups that belong together.
 struct Candidate {
     cost: f64,
     groups: [usize; 2],
     versions: [u32; 2],
-    gap: f64,
-    union: Rectangle,
+    join: Join,
 }
 
 struct Assembly<'a> {
@@ -85,127 +90,168 @@ struct Assembly<'a> {
     params: &'a FragmentMerge,
     groups: Vec<Group>,
     parent: Vec<usize>,
-    /// Groups of one class by the place of their low x, so that near ones are found without trying all.
-    cells: super::cells::Cells,
+    cells: Cells,
     queue: BinaryHeap<Candidate>,
     joins: Vec<Join>,
 }
 
 impl<'a> Assembly<'a> {
     fn new(fragments: &'a [Fragment], params: &'a FragmentMerge) -> Self {
-        let groups: Vec<Group> = fragments.iter().map(|f| Group::new(f.hull.clone())).collect();
-        let widest = fragments.iter().filter_map(|f| f.size).map(|size| size.width);
-        let cell = widest.fold(1.0, f64::max);
         let mut assembly = Assembly {
             fragments,
             params,
-            parent: (0..groups.len()).collect(),
-            cells: super::cells::Cells::new(cell),
-            groups,
+            groups: fragments.iter().map(|f| Group::new(f.hull.clone())).collect(),
+            parent: (0..fragments.len()).collect(),
+            cells: Cells::default(),
             queue: BinaryHeap::new(),
             joins: Vec::new(),
         };
         for number in 0..fragments.len() {
-            assembly.propose(number);
             assembly.enter(number);
         }
         assembly
     }
 
+    /// Size of a group's class, if it can join others at all.
+    fn size(&self, group: usize) -> Option<ClassSize> {
+        self.fragments[group].size.filter(|_| !self.groups[group].hull.is_empty())
+    }
+
     fn enter(&mut self, number: usize) {
-        if self.fragments[number].size.is_some() && !self.groups[number].hull.is_empty() {
+        if let Some(size) = self.size(number) {
             let group = &self.groups[number];
-            self.cells.insert(number, group.low, group.high);
+            let layer = Layer { number: self.fragments[number].class, side: size.width };
+            self.cells.insert(layer, number, group.low, group.high);
         }
     }
 
-    /// Queues the pairs of a group with the groups entered so far that are near.
-    fn propose(&mut self, number: usize) {
-        let fragment = &self.fragments[number];
-        let Some(size) = fragment.size.filter(|_| !self.groups[number].hull.is_empty()) else {
+    /// The groups of the same class whose boxes are within `reach` metres of a group's.
+    fn near(&self, number: usize, size: ClassSize, reach: f64) -> Vec<usize> {
+        let group = &self.groups[number];
+        let layer = Layer { number: self.fragments[number].class, side: size.width };
+        let mut near = self.cells.near(layer, group.low, group.high, reach);
+        near.retain(|&other| {
+            other != number && self.parent[other] == other && {
+                let other = &self.groups[other];
+                (0..2).all(|axis| {
+                    let from = group.low[axis].max(other.low[axis]);
+                    from - group.high[axis].min(other.high[axis]) <= reach
+                })
+            }
+        });
+        near
+    }
+
+    fn touching(&self, size: ClassSize) -> f64 {
+        (self.params.touching_share * size.width).min(self.params.touching)
+    }
+
+    /// Pieces that touch are one whatever their size, so their order does not matter.
+    fn join_touching(&mut self) {
+        let mut waiting: Vec<usize> = (0..self.groups.len()).rev().collect();
+        while let Some(number) = waiting.pop() {
+            let Some(size) = self.size(number).filter(|_| self.parent[number] == number) else {
+                continue;
+            };
+            let touching = self.touching(size);
+            let mut own = number;
+            let before = self.joins.len();
+            for other in self.near(number, size, touching) {
+                let gap = distance(&self.groups[own].hull, &self.groups[other].hull);
+                if gap <= touching {
+                    let (a, b) = (own.min(other), own.max(other));
+                    let (target, query) = (a as u32 + 1, b as u32 + 1);
+                    self.join(Join { target, query, gap, evidence: Evidence::Touching });
+                    own = a;
+                }
+            }
+            if self.joins.len() > before {
+                waiting.push(own);
+            }
+        }
+    }
+
+    fn join_fitting(&mut self) {
+        for number in 0..self.groups.len() {
+            self.propose(number, |other| other < number);
+        }
+        while let Some(Candidate { groups: [a, b], versions, join, .. }) = self.queue.pop() {
+            let is_current = [a, b].iter().zip(versions).all(|(&group, version)| {
+                self.parent[group] == group && self.groups[group].version == version
+            });
+            if is_current {
+                self.join(join);
+                self.propose(a, |_| true);
+            }
+        }
+    }
+
+    /// Queues the pairs of a group with its neighbours that belong together.
+    fn propose(&mut self, number: usize, with: impl Fn(usize) -> bool) {
+        if self.parent[number] != number {
+            return;
+        }
+        let Some(size) = self.size(number) else {
             return;
         };
-        let group = &self.groups[number];
-        let near = self.cells.near(group.low, group.high, size.width);
-        for other in near {
-            if other == number
-                || self.parent[other] != other
-                || self.fragments[other].class != fragment.class
+        for other in self.near(number, size, size.width) {
+            if with(other)
+                && let Some(candidate) = self.judge(number.min(other), number.max(other), size)
             {
-                continue;
-            }
-            if let Some(candidate) = self.candidate(number, other, size) {
                 self.queue.push(candidate);
             }
         }
     }
 
-    fn candidate(&self, a: usize, b: usize, size: ClassSize) -> Option<Candidate> {
-        let (a, b) = (a.min(b), a.max(b));
-        let (one, two) = (&self.groups[a], &self.groups[b]);
-        let boxes_apart = (0..2).any(|axis| {
-            one.low[axis].max(two.low[axis]) - one.high[axis].min(two.high[axis]) >= size.width
-        });
-        if boxes_apart {
-            return None;
-        }
-        let gap = distance(&one.hull, &two.hull);
-        if gap >= size.width {
-            return None;
-        }
-        let union = minimum_area_rectangle(&convex_hull(&[&one.hull[..], &two.hull].concat()))?;
-        let excess = (union.size[0] - size.length).max(0.0) + (union.size[1] - size.width).max(0.0);
-        let perimeter = 2.0 * (union.size[0] + union.size[1]);
-        let cost =
-            gap + self.params.perimeter_weight * perimeter + self.params.excess_weight * excess;
-        let versions = [one.version, two.version];
-        Some(Candidate { cost, groups: [a, b], versions, gap, union })
-    }
-
-    fn run(&mut self) {
-        while let Some(candidate) = self.queue.pop() {
-            let [a, b] = candidate.groups;
-            let is_current = [a, b].iter().zip(candidate.versions).all(|(&group, version)| {
-                self.parent[group] == group && self.groups[group].version == version
-            });
-            if !is_current {
-                continue;
-            }
-            if let Some(join) = self.judge(&candidate) {
-                self.join(a, b, join);
-            }
-        }
+    fn union(&self, a: usize, b: usize) -> Option<Rectangle> {
+        let corners = [&self.groups[a].hull[..], &self.groups[b].hull].concat();
+        minimum_area_rectangle(&convex_hull(&corners))
     }
 
     /// Whether a pair belongs together, and why.
-    fn judge(&self, candidate: &Candidate) -> Option<Join> {
-        let [a, b] = candidate.groups;
-        let size = self.fragments[a].size?;
-        let params = self.params;
-        let touching = (params.touching_share * size.width).min(params.touching);
-        let scale = params.slack - (params.slack - 1.0) * candidate.gap / size.width;
+    fn judge(&self, a: usize, b: usize, size: ClassSize) -> Option<Candidate> {
+        let (one, two) = (&self.groups[a], &self.groups[b]);
+        let longest = (self.params.slack * size.length).hypot(self.params.slack * size.width);
+        let too_long = |axis: usize| {
+            one.high[axis].max(two.high[axis]) - one.low[axis].min(two.low[axis]) > longest
+        };
+        let gap = distance(&one.hull, &two.hull);
+        let is_touching = gap <= self.touching(size);
+        if gap >= size.width || (!is_touching && (too_long(0) || too_long(1))) {
+            return None;
+        }
+        let union = self.union(a, b)?.size;
+        let scale = self.params.slack - (self.params.slack - 1.0) * gap / size.width;
         let limit = [size.length * scale, size.width * scale];
-        let union = candidate.union.size;
-        let evidence = if candidate.gap <= touching {
+        let evidence = if is_touching {
             Evidence::Touching
         } else if union[0] <= limit[0] && union[1] <= limit[1] {
-            Evidence::Fits
+            Evidence::Fits { union, limit }
         } else {
             return None;
         };
+        let excess = (union[0] - size.length).max(0.0) + (union[1] - size.width).max(0.0);
+        let perimeter = 2.0 * (union[0] + union[1]);
         let (target, query) = (a as u32 + 1, b as u32 + 1);
-        Some(Join { target, query, gap: candidate.gap, union, limit, evidence })
+        Some(Candidate {
+            cost: gap
+                + self.params.perimeter_weight * perimeter
+                + self.params.excess_weight * excess,
+            groups: [a, b],
+            versions: [one.version, two.version],
+            join: Join { target, query, gap, evidence },
+        })
     }
 
-    /// The later group joins the earlier one, whose pairs are proposed anew.
-    fn join(&mut self, a: usize, b: usize, join: Join) {
-        self.parent[b] = a;
+    /// The later group joins the earlier one.
+    fn join(&mut self, join: Join) {
+        let (a, b) = (join.target as usize - 1, join.query as usize - 1);
         let hull = convex_hull(&[&self.groups[a].hull[..], &self.groups[b].hull].concat());
         let version = self.groups[a].version + 1;
         self.groups[a] = Group { version, ..Group::new(hull) };
-        self.joins.push(join);
+        self.parent[b] = a;
         self.enter(a);
-        self.propose(a);
+        self.joins.push(join);
     }
 
     fn numbered(&self) -> Vec<u32> {
@@ -323,7 +369,7 @@ mod tests {
 
     #[test]
     fn nothing_and_pieces_without_points() {
-        assert_eq!(groups(&[]), []);
+        assert!(groups(&[]).is_empty());
         let empty = Fragment { class: 1, size: Some(CAR), hull: Vec::new() };
         assert_eq!(groups(&[empty.clone(), piece([0.0, 0.0], [1.0, 1.0]), empty]), [1, 2, 3]);
     }

@@ -264,10 +264,10 @@ impl ClusterParams {
         let paper = Self::paper();
         ClusterParams {
             condition: Condition {
-                nearness: Some(Nearness { share_of_width: 0.28, at_most: 0.5 }),
+                nearness: Some(Nearness { share_of_width: 0.2, at_most: 0.5 }),
                 ..paper.condition
             },
-            gap_columns: 4,
+            gap_columns: 2,
             gap_rows: 2,
             same_class_neighbours: true,
             leftovers: Leftovers::Reseeded,
@@ -275,11 +275,11 @@ impl ClusterParams {
             fragments: Some(FragmentMerge {
                 touching_share: 0.17,
                 touching: 0.3,
-                slack: 1.3,
+                slack: 1.2,
                 perimeter_weight: 0.02,
                 excess_weight: 0.1,
             }),
-            back_projection: BackProjection { rows: 3, columns: 8, nearest: Nearest::Space },
+            back_projection: BackProjection { rows: 8, columns: 64, nearest: Nearest::Space },
             ..paper
         }
     }
