@@ -587,18 +587,16 @@ fn later(stage: &LaterStage) {
         LaterStage::Fragments { joined: true, joins, .. } => {
             println!("Merge of fragments by size: joined them.");
             for join in joins {
-                println!(
-                    "  group {} joined group {}: {:.2} m apart, {} (together {}, limit {})",
-                    join.query,
-                    join.target,
-                    join.gap,
-                    match join.evidence {
-                        Evidence::Touching => "touching",
-                        Evidence::Fits => "and both fit one object of their class",
-                    },
-                    sides(join.union),
-                    sides(join.limit)
-                );
+                let why = match join.evidence {
+                    Evidence::Touching => "touching".to_owned(),
+                    Evidence::Fits { union, limit } => format!(
+                        "together {}, which fits an object of their class (limit {})",
+                        sides(union),
+                        sides(limit)
+                    ),
+                };
+                let (query, target) = (join.query, join.target);
+                println!("  group {query} joined group {target}: {:.2} m apart, {why}", join.gap);
             }
         }
         LaterStage::Fragments { classes_differ: true, .. } => {
