@@ -292,11 +292,11 @@ fn chain(
     before[first] = Some(first);
     let mut queue = VecDeque::from([first]);
     while let Some(member) = queue.pop_front() {
-        for next in 0..members.len() {
-            if before[next].is_none() && gap(member, next) <= margin {
-                before[next] = Some(member);
-                queue.push_back(next);
-            }
+        let is_next = |&next: &usize| before[next].is_none() && gap(member, next) <= margin;
+        let found: Vec<usize> = (0..members.len()).filter(is_next).collect();
+        for next in found {
+            before[next] = Some(member);
+            queue.push_back(next);
         }
     }
     before[last]?;

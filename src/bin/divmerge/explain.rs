@@ -268,9 +268,10 @@ impl Text<'_> {
             name => format!(", class {name}"),
         };
         let index = point.index;
+        let name = if self.report.explanation.points.len() == 1 { " " } else { NAMES[number] };
         println!(
-            "  {}  {x:.3},{y:.3},{z:.3} (point {index}{away}), range {:.2} m{class}",
-            NAMES[number], point.range
+            "  {name}  {x:.3},{y:.3},{z:.3} (point {index}{away}), range {:.2} m{class}",
+            point.range
         );
         println!("     {}", of_pixel(point));
         if let Some(component) = point.component {
@@ -561,10 +562,7 @@ fn judged(pair: &BorderPair) -> String {
 
 fn later(stage: &LaterStage) {
     match stage {
-        LaterStage::BirdsEye { joined, region: None, .. } => {
-            debug_assert!(!joined);
-            println!("Bird's-eye merge: off.");
-        }
+        LaterStage::BirdsEye { region: None, .. } => println!("Bird's-eye merge: off."),
         LaterStage::BirdsEye { joined, region, margin, groups, gaps, classes_differ } => {
             let region =
                 region.map_or(String::new(), |region| format!("{region:?}").to_lowercase());
