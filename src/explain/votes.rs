@@ -102,6 +102,10 @@ pub enum VoteEvidence {
     NoTrueCondition {
         /// The border between the two groups: all pairs false.
         border: Vec<BorderPair>,
+        /// If they have no border: the groups on the shortest way over borders, if it takes few ...
+        groups: Vec<GroupFacts>,
+        /// ... and the best attempt between each two that follow each other.
+        links: Vec<Link>,
         /// The two nearest pixels of the groups ...
         nearest: [Place; 2],
         /// ... and their distance in metres.
@@ -130,7 +134,8 @@ pub(super) fn evidence(frame: &Frame, a: &PointFacts, b: &PointFacts) -> Option<
     }
     let class = |facts: &PointFacts| facts.object.map(|object| stages.objects.class[object]);
     let differ = frame.config.cluster.same_class_neighbours && class(a) != class(b);
-    if !differ && let Some(failed) = ledger.failed(group_a, group_b) {
+    let attempts = if differ { BTreeMap::new() } else { ledger.attempts() };
+    if let Some(failed) = ledger.failed(&attempts, group_a, group_b) {
         return Some(failed);
     }
     let position = |&object: &usize| stages.objects.position[object].map(f64::from);
@@ -140,16 +145,24 @@ pub(super) fn evidence(frame: &Frame, a: &PointFacts, b: &PointFacts) -> Option<
         let classes = [a.class_name.clone(), b.class_name.clone()];
         return Some(VoteEvidence::DifferentClasses { classes, distance });
     }
+    let border = border(
+        frame,
+        |label| group_of(stages, label) == group_a,
+        |label| group_of(stages, label) == group_b,
+    );
+    let way = path(&attempts, group_a, group_b, 0.0);
+    let way = way.filter(|way| border.is_empty() && way.len() <= LONGEST_WAY).unwrap_or_default();
     Some(VoteEvidence::NoTrueCondition {
-        border: border(
-            frame,
-            |label| group_of(stages, label) == group_a,
-            |label| group_of(stages, label) == group_b,
-        ),
+        border,
+        groups: way.iter().map(|&number| group(stages, number)).collect(),
+        links: ledger.links(&attempts, &way),
         nearest: [one, other].map(|object| place_of_object(stages, object)),
         distance,
     })
 }
+
+/// Groups on a way over borders beyond which it explains nothing.
+const LONGEST_WAY: usize = 4;
 
 /// The votes and the tree of merges.
 struct Ledger<'a> {
@@ -235,21 +248,17 @@ impl<'a> Ledger<'a> {
         climb.chain(descend).collect()
     }
 
-    /// The best way between two groups along links with votes in favour, if there is one.
-    fn failed(&self, from: u32, to: u32) -> Option<VoteEvidence> {
-        let attempts = self.attempts();
-        let mut shares: Vec<f64> = attempts.values().map(|attempt| attempt.share).collect();
+    /// The best way between two groups along attempts with votes in favour, if there is one.
+    fn failed(&self, attempts: &Attempts, from: u32, to: u32) -> Option<VoteEvidence> {
+        let shares = attempts.values().map(|attempt| attempt.share);
+        let mut shares: Vec<f64> = shares.filter(|&share| share > 0.0).collect();
         shares.sort_by(f64::total_cmp);
         shares.dedup();
         // The greatest share at which the two groups hang together: reachability falls with it.
-        let reachable = shares.partition_point(|&least| path(&attempts, from, to, least).is_some());
+        let reachable = shares.partition_point(|&least| path(attempts, from, to, least).is_some());
         let least = *shares.get(reachable.checked_sub(1)?)?;
-        let numbers = path(&attempts, from, to, least)?;
-        let links: Vec<Link> = numbers
-            .windows(2)
-            .map(|step| &attempts[&(step[0].min(step[1]), step[0].max(step[1]))])
-            .map(|attempt| self.link(attempt.target, attempt.query))
-            .collect();
+        let numbers = path(attempts, from, to, least)?;
+        let links = self.links(attempts, &numbers);
         let weakest = (0..links.len())
             .min_by(|&a, &b| links[a].share().total_cmp(&links[b].share()))
             .expect("two groups are at least one link apart");
@@ -258,14 +267,21 @@ impl<'a> Ledger<'a> {
         Some(VoteEvidence::Failed { groups, links, weakest, short_by })
     }
 
-    /// For each two groups with a vote in favour between them, the attempt that came nearest to a merge.
+    /// The attempts between groups that follow each other.
+    fn links(&self, attempts: &Attempts, groups: &[u32]) -> Vec<Link> {
+        let steps = groups.windows(2);
+        let attempts = steps.map(|step| &attempts[&(step[0].min(step[1]), step[0].max(step[1]))]);
+        attempts.map(|attempt| self.link(attempt.target, attempt.query)).collect()
+    }
+
+    /// For each two groups with votes between them, the attempt that came nearest to a merge.
     /// The group opened first asked; the other's components were all unassigned then.
-    fn attempts(&self) -> BTreeMap<(u32, u32), Attempt> {
+    fn attempts(&self) -> Attempts {
         let mut opener: FxHashMap<u32, u32> = FxHashMap::default();
         for (label, &group) in (1..).zip(&self.stages.merge.instance_of_component) {
             opener.entry(group).or_insert(label);
         }
-        let mut attempts: BTreeMap<(u32, u32), Attempt> = BTreeMap::new();
+        let mut attempts = Attempts::new();
         for vote in &self.stages.votes.pairs {
             let [a, b] = [vote.a, vote.b].map(|label| group_of(self.stages, label));
             if a == b {
@@ -276,7 +292,7 @@ impl<'a> Ledger<'a> {
                 let (positive, negative) = self.total(target, query);
                 let share = share(positive, negative);
                 let best = attempts.get(&(a.min(b), a.max(b)));
-                if positive > 0 && best.is_none_or(|best| share > best.share) {
+                if best.is_none_or(|best| share > best.share) {
                     attempts.insert((a.min(b), a.max(b)), Attempt { target, query, share });
                 }
             }
@@ -284,6 +300,9 @@ impl<'a> Ledger<'a> {
         attempts
     }
 }
+
+/// By the numbers of two groups, the lower first.
+type Attempts = BTreeMap<(u32, u32), Attempt>;
 
 /// A component asked another, of another group, and failed.
 struct Attempt {
@@ -293,12 +312,7 @@ struct Attempt {
 }
 
 /// The groups on a shortest way along attempts with at least that share of votes in favour.
-fn path(
-    attempts: &BTreeMap<(u32, u32), Attempt>,
-    from: u32,
-    to: u32,
-    least: f64,
-) -> Option<Vec<u32>> {
+fn path(attempts: &Attempts, from: u32, to: u32, least: f64) -> Option<Vec<u32>> {
     let mut beside: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     for (&(a, b), _) in attempts.iter().filter(|(_, attempt)| attempt.share >= least) {
         beside.entry(a).or_default().push(b);

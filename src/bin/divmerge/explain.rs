@@ -7,9 +7,9 @@ use clap::error::ErrorKind;
 use clap::{Args, CommandFactory};
 use divmerge::cluster::Evidence;
 use divmerge::explain::{
-    Answer, BorderPair, Choice, DecidedBy, Explanation, Flip, Frame, LaterStage, Link, Number,
-    Place, PointFacts, Rule, SizeTest, Subject, VoteEvidence, WhatIf, explain, nearest_points,
-    return_at, what_if,
+    Answer, BorderPair, Choice, DecidedBy, Explanation, Flip, Frame, GroupFacts, LaterStage, Link,
+    Number, Place, PointFacts, Rule, SizeTest, Subject, VoteEvidence, WhatIf, explain,
+    nearest_points, return_at, what_if,
 };
 use divmerge::instances::Reason;
 use divmerge::io::{PointCloud2, Which, cloud_message_at};
@@ -319,17 +319,16 @@ impl Text<'_> {
                 println!("  {rule}");
             }
             VoteEvidence::Failed { groups, links, weakest, .. } => {
-                let numbers: Vec<String> =
-                    groups.iter().map(|group| group.number.to_string()).collect();
                 println!(
                     "The votes on the best way from A's group to B's (groups {}):",
-                    numbers.join(" - ")
+                    way(groups)
                 );
                 self.links(links);
                 println!("  Failed: {}.", failed(&links[*weakest], merge_ratio));
                 println!("  {rule}");
             }
-            VoteEvidence::NoTrueCondition { border, nearest: [one, other], distance } => {
+            VoteEvidence::NoTrueCondition { border, groups, links, nearest, distance } => {
+                let [one, other] = nearest;
                 println!(
                     "The vote merge left their groups apart, {distance:.2} m from each other at the \
                      nearest ({} and {}).",
@@ -340,6 +339,11 @@ impl Text<'_> {
                     println!(
                         "  They have no border: no pixel of one is a neighbour of the other's."
                     );
+                    if !links.is_empty() {
+                        println!("  The shortest way over borders (groups {}):", way(groups));
+                        self.links(links);
+                        println!("  {rule}");
+                    }
                 } else {
                     println!("  Their border: {}.", summary(border));
                     self.listed(border);
@@ -443,6 +447,12 @@ fn verdict(point: &PointFacts) -> String {
         }
         Reason::TooSmall => "no instance: the one it was in is under the minimum size".into(),
     }
+}
+
+/// Groups one after the other.
+fn way(groups: &[GroupFacts]) -> String {
+    let numbers: Vec<String> = groups.iter().map(|group| group.number.to_string()).collect();
+    numbers.join(" - ")
 }
 
 fn joined(votes: &Option<VoteEvidence>) -> String {
