@@ -174,6 +174,21 @@ fn no_true_condition_shows_the_border() {
 }
 
 #[test]
+fn without_a_border_the_way_over_others_is_shown() {
+    // 1 | 2   1 and 3 meet only over 2, and no condition holds on the way.
+    // . | 3
+    let scene = Scene::new(&["ca", ".c"], -0.2, no_plane);
+    let found = scene.pair((0, 0), (1, 1));
+    let Some(VoteEvidence::NoTrueCondition { border, groups, links, .. }) = found.votes else {
+        panic!("{:?}", found.votes);
+    };
+    assert!(border.is_empty());
+    assert_eq!(groups.iter().map(|group| group.number).collect::<Vec<_>>(), [1, 2, 3]);
+    let votes: Vec<_> = links.iter().map(|link| (link.positive, link.negative)).collect();
+    assert_eq!(votes, [(0, 2), (0, 2)]);
+}
+
+#[test]
 fn points_without_an_instance_say_why() {
     let scene = Scene::new(&["aac.", "aar."], 1.0, |params| {
         no_plane(params);

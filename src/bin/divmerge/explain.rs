@@ -582,13 +582,17 @@ fn later(stage: &LaterStage) {
             }
             let outcome = if *joined { "joined them" } else { "left them apart" };
             println!("Bird's-eye merge ({region} outlines, margin {margin} m): {outcome}.");
-            for (groups, gap) in groups.windows(2).zip(gaps) {
+            let pixels = |group: &GroupFacts| counted(group.pixels, "pixel");
+            for (pair, gap) in groups.windows(2).zip(gaps) {
+                // Apart, they are the nearest of all groups that this merge put together with A and B.
+                let [of_a, of_b] =
+                    if *joined { ["", ""] } else { ["of A's instance, ", "of B's instance, "] };
                 println!(
-                    "  group {} ({}) and group {} ({}): {gap:.2} m apart",
-                    groups[0].number,
-                    counted(groups[0].pixels, "pixel"),
-                    groups[1].number,
-                    counted(groups[1].pixels, "pixel")
+                    "  group {} ({of_a}{}) and group {} ({of_b}{}): {gap:.2} m apart",
+                    pair[0].number,
+                    pixels(&pair[0]),
+                    pair[1].number,
+                    pixels(&pair[1])
                 );
             }
         }
