@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
+use crate::cloud::PointCloud;
 use crate::error::{Error, Result};
 use crate::instances::{Instance, Reason};
 use crate::io::{
@@ -17,6 +18,8 @@ use crate::io::{
 use crate::pipeline::{self, Config, StageTimes, Stages};
 use crate::semantics::{GroundParams, MaskSource};
 use crate::taxonomy::Taxonomy;
+
+pub use crate::io::frames::{is_cloud, is_readable_cloud};
 
 /// Name of the metadata record that says how a recording was annotated.
 pub const METADATA_NAME: &str = "divmerge";
@@ -45,6 +48,39 @@ pub struct Method {
     pub ground: GroundParams,
     /// Projection and clustering.
     pub config: Config,
+}
+
+/// A cloud as the method sees it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decoded<'a> {
+    /// The cloud, with classes if they are asked for.
+    pub cloud: PointCloud,
+    /// Where its object mask comes from.
+    pub mask: MaskSource<'a>,
+    /// The same in words, as in `field:label`.
+    pub semantics: String,
+}
+
+impl Method {
+    /// The cloud in a message, and where its object mask comes from.
+    ///
+    /// # Errors
+    /// Those of [`PointCloud2::to_cloud`]; [`Error::MissingField`] if the field that should hold the
+    /// classes is not there.
+    pub fn decode(&self, wire: &PointCloud2) -> Result<Decoded<'_>> {
+        let field = match &self.semantics {
+            Semantics::Auto => wire.semantic_field(),
+            Semantics::Field(name) => Some(name.as_str()),
+            Semantics::Ground | Semantics::All => None,
+        };
+        let cloud = wire.to_cloud(field)?;
+        let (mask, semantics) = match (&self.semantics, field) {
+            (Semantics::All, _) => (MaskSource::All, "all".to_owned()),
+            (_, Some(field)) => (MaskSource::Classes(&self.taxonomy), format!("field:{field}")),
+            (_, None) => (MaskSource::NotGround(&self.ground), "ground".to_owned()),
+        };
+        Ok(Decoded { cloud, mask, semantics })
+    }
 }
 
 /// What is done to a recording.
@@ -180,23 +216,6 @@ pub struct Annotated {
     pub times: FrameTimes,
 }
 
-/// Whether the clouds of a channel can be read: PointCloud2 in CDR.
-pub fn is_readable_cloud(overview: &Overview, channel: &Channel) -> bool {
-    channel.message_encoding == "cdr" && type_name(overview, channel) == "PointCloud2"
-}
-
-/// Whether a channel carries point clouds of any kind.
-pub fn is_cloud(overview: &Overview, channel: &Channel) -> bool {
-    ["PointCloud2", "PointCloud"].contains(&type_name(overview, channel))
-}
-
-/// The last part of a type's name: `PointCloud2` of `sensor_msgs/msg/PointCloud2`.
-fn type_name<'a>(overview: &'a Overview, channel: &Channel) -> &'a str {
-    let schema = overview.schemas.get(&channel.schema_id);
-    let name = schema.map_or("", |schema| schema.name.as_str());
-    name.rsplit(['/', '.']).next().unwrap_or(name)
-}
-
 /// Whether a topic is one that an earlier annotation added beside its cloud topic.
 pub fn is_annotation(overview: &Overview, topic: &str) -> bool {
     topic
@@ -220,17 +239,7 @@ pub fn annotate_message(
 ) -> Result<Stages> {
     let started = Instant::now();
     let wire = PointCloud2::parse(message)?;
-    let field = match &method.semantics {
-        Semantics::Auto => wire.semantic_field(),
-        Semantics::Field(name) => Some(name.as_str()),
-        Semantics::Ground | Semantics::All => None,
-    };
-    let cloud = wire.to_cloud(field)?;
-    let (mask, semantics) = match (&method.semantics, field) {
-        (Semantics::All, _) => (MaskSource::All, "all".to_owned()),
-        (_, Some(field)) => (MaskSource::Classes(&method.taxonomy), format!("field:{field}")),
-        (_, None) => (MaskSource::NotGround(&method.ground), "ground".to_owned()),
-    };
+    let Decoded { cloud, mask, semantics } = method.decode(&wire)?;
     let decode_ms = started.elapsed().as_secs_f64() * 1e3;
 
     let stages = pipeline::run(&cloud, mask, &method.config);

@@ -31,6 +31,7 @@ pub mod cloud;
 pub mod cluster;
 pub mod error;
 pub mod evaluate;
+pub mod explain;
 pub mod footprint;
 pub mod grid;
 pub mod instances;

@@ -115,7 +115,7 @@ mod tests {
 
     #[test]
     fn the_angle_decides() {
-        // beta = atan2(d2 sin a, d1 - d2 cos a); by hand: 10 m and 10.1 m, 0.2 degrees apart: 18.9
+        // beta = atan2(d2 sin a, d1 - d2 cos a); by hand: 10 m and 10.1 m, 0.2 degrees apart: 19.2
         // degrees; 10 m and 10.3 m: 6.6 degrees.
         assert!(paper(10.1, 10.0, 0.2));
         assert!(!paper(10.3, 10.0, 0.2));

@@ -10,7 +10,7 @@
 //! | votes | [`votes`] | V+ and V- | 4, 5 |
 //! | merge | [`merge`](mod@merge) | Alg. 2 | 5 |
 //! | bird's-eye merge | [`birds_eye`](mod@birds_eye) | III.E | 6 |
-//! | fragments by size | [`fragments`] | ours | |
+//! | fragments by size | [`fragments`](mod@fragments) | ours | |
 //! | back to points | [`back_projection`] | | 6 |
 
 pub mod back_projection;

@@ -19,7 +19,7 @@ pub struct ObjectPixels {
     /// M: class number, 0 where there are no classes.
     pub class: Vec<u16>,
     /// M x 4: neighbours left, right, up, down as object pixel numbers, or
-    /// [`NO_NEIGHBOUR`](crate::range_image::NO_NEIGHBOUR).
+    /// [`NO_NEIGHBOUR`].
     pub neighbours: Vec<[u32; NEIGHBOURS]>,
     /// M x 4: whether the condition holds towards each neighbour; false where there is none.
     pub connected: Vec<[bool; NEIGHBOURS]>,

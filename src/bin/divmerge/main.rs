@@ -4,6 +4,7 @@ mod annotate;
 mod arguments;
 mod completions;
 mod demo;
+mod explain;
 mod info;
 mod interrupt;
 mod simulate;
@@ -37,6 +38,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Info(info::Arguments),
     Annotate(annotate::Arguments),
+    Explain(explain::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -56,6 +58,7 @@ fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Annotate(arguments) => annotate::run(&arguments),
+        Command::Explain(arguments) => explain::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     };
     match result {
