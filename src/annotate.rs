@@ -17,6 +17,8 @@ use crate::pipeline::{self, Config, StageTimes, Stages};
 use crate::semantics::{GroundParams, MaskSource};
 use crate::taxonomy::Taxonomy;
 
+pub use crate::io::frames::{is_cloud, is_readable_cloud};
+
 /// Name of the metadata record that says how a recording was annotated.
 pub const METADATA_NAME: &str = "divmerge";
 
@@ -177,23 +179,6 @@ pub struct Annotated {
     pub semantics: String,
     /// Milliseconds.
     pub times: FrameTimes,
-}
-
-/// Whether the clouds of a channel can be read: PointCloud2 in CDR.
-pub fn is_readable_cloud(overview: &Overview, channel: &Channel) -> bool {
-    channel.message_encoding == "cdr" && type_name(overview, channel) == "PointCloud2"
-}
-
-/// Whether a channel carries point clouds of any kind.
-pub fn is_cloud(overview: &Overview, channel: &Channel) -> bool {
-    ["PointCloud2", "PointCloud"].contains(&type_name(overview, channel))
-}
-
-/// The last part of a type's name: `PointCloud2` of `sensor_msgs/msg/PointCloud2`.
-fn type_name<'a>(overview: &'a Overview, channel: &Channel) -> &'a str {
-    let schema = overview.schemas.get(&channel.schema_id);
-    let name = schema.map_or("", |schema| schema.name.as_str());
-    name.rsplit(['/', '.']).next().unwrap_or(name)
 }
 
 /// Whether a topic is one that an earlier annotation added beside its cloud topic.
