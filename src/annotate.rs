@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
+use crate::cloud::PointCloud;
 use crate::error::{Error, Result};
 use crate::instances::{Instance, Reason};
 use crate::io::{
@@ -191,6 +192,42 @@ pub fn is_annotation(overview: &Overview, topic: &str) -> bool {
 const INSTANCES: &str = "/instances";
 const OBJECTS: &str = "/objects";
 
+/// A cloud out of a message, clustered.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Clustered {
+    /// The cloud.
+    pub cloud: PointCloud,
+    /// Every intermediate of its run.
+    pub stages: Stages,
+    /// Where objects came from, as in `field:label`.
+    pub semantics: String,
+    /// Milliseconds from message to cloud.
+    pub decode_ms: f64,
+}
+
+/// Clusters the cloud in a message.
+///
+/// # Errors
+/// Those of [`PointCloud2::to_cloud`]; [`Error::MissingField`] if the field that should hold the classes
+/// is not there.
+pub fn cluster(wire: &PointCloud2, method: &Method) -> Result<Clustered> {
+    let started = Instant::now();
+    let field = match &method.semantics {
+        Semantics::Auto => wire.semantic_field(),
+        Semantics::Field(name) => Some(name.as_str()),
+        Semantics::Ground | Semantics::All => None,
+    };
+    let cloud = wire.to_cloud(field)?;
+    let (mask, semantics) = match (&method.semantics, field) {
+        (Semantics::All, _) => (MaskSource::All, "all".to_owned()),
+        (_, Some(field)) => (MaskSource::Classes(&method.taxonomy), format!("field:{field}")),
+        (_, None) => (MaskSource::NotGround(&method.ground), "ground".to_owned()),
+    };
+    let decode_ms = started.elapsed().as_secs_f64() * 1e3;
+    let stages = pipeline::run(&cloud, mask, &method.config);
+    Ok(Clustered { cloud, stages, semantics, decode_ms })
+}
+
 /// Clusters the cloud in a message and writes the two messages that annotate it into `annotated`, whose
 /// memory is used again.
 ///
@@ -204,20 +241,8 @@ pub fn annotate_message(
 ) -> Result<Stages> {
     let started = Instant::now();
     let wire = PointCloud2::parse(message)?;
-    let field = match &method.semantics {
-        Semantics::Auto => wire.semantic_field(),
-        Semantics::Field(name) => Some(name.as_str()),
-        Semantics::Ground | Semantics::All => None,
-    };
-    let cloud = wire.to_cloud(field)?;
-    let (mask, semantics) = match (&method.semantics, field) {
-        (Semantics::All, _) => (MaskSource::All, "all".to_owned()),
-        (_, Some(field)) => (MaskSource::Classes(&method.taxonomy), format!("field:{field}")),
-        (_, None) => (MaskSource::NotGround(&method.ground), "ground".to_owned()),
-    };
-    let decode_ms = started.elapsed().as_secs_f64() * 1e3;
-
-    let stages = pipeline::run(&cloud, mask, &method.config);
+    let parse_ms = started.elapsed().as_secs_f64() * 1e3;
+    let Clustered { stages, semantics, decode_ms, .. } = cluster(&wire, method)?;
 
     let started = Instant::now();
     let reason: Vec<u8> = stages.labels.reason.iter().map(|&reason| reason as u8).collect();
@@ -234,7 +259,7 @@ pub fn annotate_message(
     io::marker_array(wire.byte_order, seconds, nanoseconds, frame, &boxes, &mut annotated.objects);
     annotated.semantics = semantics;
     annotated.times = FrameTimes {
-        decode_ms,
+        decode_ms: parse_ms + decode_ms,
         stages: stages.times,
         encode_ms: started.elapsed().as_secs_f64() * 1e3,
     };

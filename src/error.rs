@@ -93,6 +93,13 @@ pub enum Error {
         problem: String,
     },
 
+    /// A figure that cannot be drawn.
+    #[error("{problem}")]
+    Figure {
+        /// What is wrong, with the numbers.
+        problem: String,
+    },
+
     /// The operating system refused.
     #[error("{}: {source}", path.display())]
     Io {

@@ -16,6 +16,7 @@ const LAYERS: &[&[&str]] = &[
     &["pipeline"],
     &["io"],
     &["annotate"],
+    &["view"],
 ];
 
 /// Which dependencies may be named where.
@@ -28,6 +29,8 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("rand_pcg", &["simulate"]),
     ("sha2", &["io"]),
     ("tempfile", &["io"]),
+    ("tiny_skia", &["view"]),
+    ("ttf_parser", &["view"]),
 ];
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {

@@ -4,6 +4,7 @@ mod annotate;
 mod arguments;
 mod completions;
 mod demo;
+mod figure;
 mod info;
 mod simulate;
 mod terminal;
@@ -36,6 +37,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Info(info::Arguments),
     Annotate(annotate::Arguments),
+    Figure(figure::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -55,6 +57,7 @@ fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Annotate(arguments) => annotate::run(&arguments),
+        Command::Figure(arguments) => figure::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     };
     match result {
