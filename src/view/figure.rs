@@ -152,10 +152,8 @@ impl Page {
             true => plane_size(width, region, row.len()),
             false => image_size(scene, options, window, width),
         };
-        let captions: Vec<Caption> = row
-            .iter()
-            .map(|panel| caption(scene, options, window, *panel))
-            .collect::<Result<_>>()?;
+        let captions: Vec<Caption> =
+            row.iter().map(|panel| caption(scene, window, *panel)).collect::<Result<_>>()?;
         let second_row = captions.iter().any(|caption| !caption.fits(width));
         let top = self.y + TITLE_ROW + if second_row { LEGEND_ROW } else { 0.0 };
         let mut bottom = top;
@@ -233,12 +231,7 @@ impl Caption {
     }
 }
 
-fn caption(
-    scene: &Scene,
-    options: &FigureOptions,
-    window: &Window,
-    panel: Panel,
-) -> Result<Caption> {
+fn caption(scene: &Scene, window: &Window, panel: Panel) -> Result<Caption> {
     let stages = scene.stages;
     let other = || Key::Square(opaque(theme::OTHER_RETURNS[1]), "other return".into());
     Ok(match panel {
@@ -283,7 +276,7 @@ fn caption(
             keys.push(other());
             Caption { title: "merged instances", count: instance_count(scene), keys }
         }
-        Panel::Votes => vote_caption(scene, options),
+        Panel::Votes => vote_caption(scene),
         Panel::BirdsEye => Caption {
             title: "bird's-eye view",
             count: format!("({} boxes)", stages.instances.len()),
@@ -302,19 +295,25 @@ fn instance_count(scene: &Scene) -> String {
     }
 }
 
-fn vote_caption(scene: &Scene, _options: &FigureOptions) -> Caption {
+fn vote_caption(scene: &Scene) -> Caption {
     let decisions = vote_graph::decisions(scene);
     let line = |colour, dash, words: String| Key::Line(Stroke { colour, width: 2.0, dash }, words);
-    let mut keys = vec![
-        line(theme::MERGED, None, format!("merged ({})", grouped(decisions.merged))),
-        line(theme::APART, None, format!("kept apart ({})", grouped(decisions.apart))),
-    ];
+    let mut keys =
+        vec![line(theme::MERGED, None, format!("merged ({})", grouped(decisions.merged)))];
+    if decisions.rejoined > 0 {
+        let [r, g, b, _] = theme::REJOINED;
+        let words = format!("rejoined later ({})", grouped(decisions.rejoined));
+        keys.push(line([r, g, b, 255], None, words));
+    }
+    keys.push(line(theme::APART, None, format!("kept apart ({})", grouped(decisions.apart))));
     let thin = format!("thin margin ({})", grouped(decisions.thin));
     keys.push(line(theme::ON_PANEL, Some([4.0, 3.0]), thin));
-    keys.push(Key::Words("width: votes".into()));
     Caption {
         title: "votes",
-        count: format!("({} pairs of components)", grouped(scene.stages.votes.pairs.len())),
+        count: format!(
+            "({} pairs of components; wider: more votes)",
+            grouped(scene.stages.votes.pairs.len())
+        ),
         keys,
     }
 }

@@ -31,6 +31,19 @@ impl Region {
         Region { x: span(0), y: span(1) }
     }
 
+    /// Around all of some points with a margin, and no smaller than `least` metres.
+    pub fn whole(points: impl Iterator<Item = [f64; 2]> + Clone, margin: f64, least: f64) -> Self {
+        let span = |axis: usize| {
+            let values = points.clone().map(|p| p[axis]);
+            let (low, high) =
+                values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+            let (low, high) = if low <= high { (low, high) } else { (0.0, 0.0) };
+            let more = margin.max((least - (high - low)) / 2.0);
+            [low - more, high + more]
+        };
+        Region { x: span(0), y: span(1) }
+    }
+
     /// Width over height.
     pub fn aspect(&self) -> f64 {
         (self.x[1] - self.x[0]) / (self.y[1] - self.y[0])

@@ -23,6 +23,8 @@ pub const OBJECT: [u8; 3] = [240, 226, 178];
 pub const MERGED: Colour = [104, 190, 255, 255];
 /// Components that the vote kept apart: vermilion.
 pub const APART: Colour = [255, 120, 64, 255];
+/// Components that the vote kept apart and a later step put together: violet, in the background.
+pub const REJOINED: Colour = [150, 122, 214, 150];
 /// What is looked at in a step of the merge.
 pub const FOCUS: Colour = [255, 214, 64, 255];
 

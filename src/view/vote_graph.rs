@@ -9,21 +9,40 @@ use crate::cluster::Vote;
 /// Share of votes about the threshold within which a decision counts as thin.
 pub const THIN: f64 = 0.1;
 
-/// Decisions of a merge, counted.
+/// What became of a pair of components that touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Decision {
+    /// One instance by the votes.
+    Merged,
+    /// Kept apart by the votes, one instance in the end.
+    Rejoined,
+    /// Two instances.
+    Apart,
+}
+
+/// Decisions of a frame, counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Decisions {
-    /// Pairs that ended in one instance.
+    /// Pairs that the votes merged.
     pub merged: usize,
-    /// Pairs that did not.
+    /// Pairs that were rejoined after the votes.
+    pub rejoined: usize,
+    /// Pairs that stayed apart.
     pub apart: usize,
-    /// Pairs of either kind whose votes were close to the threshold.
+    /// Pairs of any kind whose votes were close to the threshold.
     pub thin: usize,
 }
 
-/// Whether a pair of components ended in one instance.
-pub fn is_merged(scene: &Scene, vote: &Vote) -> bool {
-    let instance = &scene.stages.merge.instance_of_component;
-    instance[vote.a as usize - 1] == instance[vote.b as usize - 1]
+/// What became of a pair, given the final instance of each component.
+pub fn decision(scene: &Scene, last: &[u32], vote: &Vote) -> Decision {
+    let same = |instance: &[u32]| instance[vote.a as usize - 1] == instance[vote.b as usize - 1];
+    if same(&scene.stages.merge.instance_of_component) {
+        Decision::Merged
+    } else if same(last) && last[vote.a as usize - 1] != 0 {
+        Decision::Rejoined
+    } else {
+        Decision::Apart
+    }
 }
 
 /// Whether the pair's own votes were close to the threshold.
@@ -34,11 +53,14 @@ pub fn is_thin(scene: &Scene, vote: &Vote) -> bool {
 
 /// Counts all decisions.
 pub fn decisions(scene: &Scene) -> Decisions {
+    let last = scene.instance_of_component();
     let mut decisions = Decisions::default();
     for vote in &scene.stages.votes.pairs {
-        let merged = is_merged(scene, vote);
-        decisions.merged += usize::from(merged);
-        decisions.apart += usize::from(!merged);
+        match decision(scene, &last, vote) {
+            Decision::Merged => decisions.merged += 1,
+            Decision::Rejoined => decisions.rejoined += 1,
+            Decision::Apart => decisions.apart += 1,
+        }
         decisions.thin += usize::from(is_thin(scene, vote));
     }
     decisions
@@ -68,26 +90,31 @@ pub fn edge_width(votes: u32, scale: f64) -> f64 {
 }
 
 /// The edge of a pair.
-pub fn edge(scene: &Scene, vote: &Vote, scale: f64) -> Stroke {
+pub fn edge(scene: &Scene, vote: &Vote, decision: Decision, scale: f64) -> Stroke {
     let width = edge_width(vote.positive + vote.negative, scale);
-    let colour = if is_merged(scene, vote) { theme::MERGED } else { theme::APART };
+    let colour = match decision {
+        Decision::Merged => theme::MERGED,
+        Decision::Rejoined => theme::REJOINED,
+        Decision::Apart => theme::APART,
+    };
     let dash = is_thin(scene, vote).then_some([2.5 + width, 1.5 + width]);
     Stroke { colour, width, dash }
 }
 
-/// Draws edges and nodes: merged pairs below, those kept apart over them.
+/// Draws edges and nodes, pairs that stayed apart over the others.
 pub fn draw(canvas: &mut Canvas, plane: &Plane, scene: &Scene) {
     let centres = centres(scene);
     let instance = scene.instance_of_component();
-    let scale = (plane.scale / 10.0).clamp(0.55, 1.6);
+    let scale = (plane.scale / 12.0).clamp(0.5, 1.6);
     let is_seen = |label: u32| plane.shows(centres[label as usize - 1].0);
     canvas.clipped(plane.area, |canvas| {
-        for wanted in [true, false] {
+        for wanted in [Decision::Rejoined, Decision::Merged, Decision::Apart] {
             for vote in &scene.stages.votes.pairs {
-                if is_merged(scene, vote) == wanted && (is_seen(vote.a) || is_seen(vote.b)) {
+                let decision = decision(scene, &instance, vote);
+                if decision == wanted && (is_seen(vote.a) || is_seen(vote.b)) {
                     let [from, to] =
                         [vote.a, vote.b].map(|k| plane.to_page(centres[k as usize - 1].0));
-                    canvas.line(from, to, edge(scene, vote, scale));
+                    canvas.line(from, to, edge(scene, vote, decision, scale));
                 }
             }
         }

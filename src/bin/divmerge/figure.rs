@@ -250,12 +250,26 @@ fn video(
 }
 
 fn steps(
-    _scene: &Scene,
-    _options: &FigureOptions,
-    _arguments: &Arguments,
-    _folder: &Path,
+    scene: &Scene,
+    options: &FigureOptions,
+    arguments: &Arguments,
+    folder: &Path,
 ) -> Result<()> {
-    bail!("not there yet")
+    let by_decision = arguments.steps_by == StepsBy::Decision;
+    let steps = view::steps(scene, options, by_decision)?;
+    make_folder(folder)?;
+    let bar = frame_bar("drawing", steps.len() as u64);
+    for (number, step) in (1..).zip(&steps) {
+        let output = folder.join(format!("step_{number:05}.png"));
+        crate::refuse_existing(&output, arguments.force)?;
+        let page = view::step_figure(scene, options, step, number, steps.len());
+        write(&output, &page, options.dpi, arguments.force)?;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let what = if by_decision { "decisions" } else { "instances that had someone to ask" };
+    println!("wrote {} pictures to {} ({what})", steps.len(), folder.join("step_*.png").display());
+    Ok(())
 }
 
 fn make_folder(folder: &Path) -> Result<()> {
