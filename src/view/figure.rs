@@ -110,13 +110,24 @@ pub fn figure(scene: &Scene, options: &FigureOptions) -> Result<Canvas> {
     page.y += HEADING_ROW;
     let mut left = &options.panels[..];
     while let Some(&first) = left.first() {
-        let pair = left.len() > 1 && first.is_plane() && left[1].is_plane();
-        let (row, rest) = left.split_at(if pair { 2 } else { 1 });
+        let most = if first.is_plane() { 2 } else { images_in_row(scene, options, &window) };
+        let alike = left.iter().take_while(|panel| panel.is_plane() == first.is_plane()).count();
+        let (row, rest) = left.split_at(alike.min(most));
         page.row(scene, options, &window, &region, row)?;
         left = rest;
     }
     page.canvas.height = (page.y - GAP + MARGIN).ceil();
     Ok(page.canvas)
+}
+
+/// As many range-image panels side by side as keep them low: a crop can be as high as it is wide.
+fn images_in_row(scene: &Scene, options: &FigureOptions, window: &Window) -> usize {
+    const LOW: f64 = 280.0;
+    let height = |count: usize| {
+        let width = (WIDTH - 2.0 * MARGIN - GAP * (count - 1) as f64) / count as f64;
+        image_size(scene, options, window, width)[1]
+    };
+    (1..3).find(|&count| height(count) <= LOW).unwrap_or(3)
 }
 
 /// Frame and time on the left, the rest on the right.

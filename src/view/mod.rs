@@ -7,6 +7,7 @@ pub mod canvas;
 pub mod colours;
 pub mod figure;
 pub mod font;
+pub mod matrix;
 pub mod plane;
 pub mod png;
 pub mod ramp;

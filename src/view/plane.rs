@@ -134,14 +134,16 @@ impl Plane {
             }
         };
         let is_object = |point: usize| scene.stages.mask.is_object[point];
-        let side = (density * 0.8).round().max(1.0) as usize;
+        // Larger dots where there are few to the page unit.
+        let size = (self.scale * 0.02).clamp(0.8, 2.2);
+        let side = (density * size).round().max(1.0) as usize;
         for point in (0..scene.cloud.len()).filter(|&point| scene.cloud.is_return(point)) {
             if !is_object(point) {
                 let dim = super::canvas::between(theme::PANEL, backdrop(scene, point), 0.55);
                 splat(point, side, dim);
             }
         }
-        let side = (density * 1.1).round().max(1.0) as usize;
+        let side = (density * size * 1.35).round().max(1.0) as usize;
         for point in (0..scene.cloud.len()).filter(|&point| is_object(point)) {
             splat(point, side, colour(point));
         }

@@ -367,7 +367,7 @@ fn table(canvas: &mut Canvas, scene: &Scene, step: &Step, asked: &[(u32, u32, Vo
         let ink = small(theme::INK, Anchor::Start);
         canvas.text([area.x, y], format!("{asker} asks {other}"), ink);
         canvas.text(
-            [area.x + 215.0, y],
+            [area.x + 180.0, y],
             format!("{positive} : {negative}"),
             small(theme::INK, Anchor::End),
         );
@@ -375,11 +375,11 @@ fn table(canvas: &mut Canvas, scene: &Scene, step: &Step, asked: &[(u32, u32, Vo
             canvas,
             scene,
             [positive, negative],
-            Area { x: area.x + 228.0, y: y - 9.0, width: 150.0, height: 10.0 },
+            Area { x: area.x + 194.0, y: y - 9.0, width: 150.0, height: 10.0 },
         );
         let (words, colour) =
             if joins { ("joins", [20, 110, 190, 255]) } else { ("kept apart", [196, 72, 20, 255]) };
-        canvas.text([area.x + 390.0, y], words, small(colour, Anchor::Start));
+        canvas.text([area.x + 356.0, y], words, small(colour, Anchor::Start));
         y += ROW;
     }
     if shown_apart < apart {
