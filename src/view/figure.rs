@@ -105,7 +105,8 @@ pub fn figure(scene: &Scene, options: &FigureOptions) -> Result<Canvas> {
     let window = options.crop.within(image.rows(), image.columns())?;
     let region =
         options.region.unwrap_or_else(|| Region::of_objects(scene, &window, options.crop.is_all()));
-    let mut page = Page { canvas: Canvas::new(WIDTH, 0.0, theme::PAGE), y: MARGIN, count: 0 };
+    let mut page =
+        Page { canvas: Canvas::new(WIDTH, 0.0, theme::PAGE), y: MARGIN, count: 0, slots: 1 };
     heading(&mut page.canvas, scene);
     page.y += HEADING_ROW;
     let mut left = &options.panels[..];
@@ -113,6 +114,9 @@ pub fn figure(scene: &Scene, options: &FigureOptions) -> Result<Canvas> {
         let most = if first.is_plane() { 2 } else { images_in_row(scene, options, &window) };
         let alike = left.iter().take_while(|panel| panel.is_plane() == first.is_plane()).count();
         let (row, rest) = left.split_at(alike.min(most));
+        // Panels of one figure have one scale.
+        let slots = if first.is_plane() { row.len() } else { most.min(alike.max(page.slots)) };
+        page.slots = slots;
         page.row(scene, options, &window, &region, row)?;
         left = rest;
     }
@@ -120,13 +124,15 @@ pub fn figure(scene: &Scene, options: &FigureOptions) -> Result<Canvas> {
     Ok(page.canvas)
 }
 
+/// Width of each of so many panels side by side.
+fn slot_width(count: usize) -> f64 {
+    (WIDTH - 2.0 * MARGIN - GAP * (count - 1) as f64) / count as f64
+}
+
 /// As many range-image panels side by side as keep them low: a crop can be as high as it is wide.
 fn images_in_row(scene: &Scene, options: &FigureOptions, window: &Window) -> usize {
     const LOW: f64 = 280.0;
-    let height = |count: usize| {
-        let width = (WIDTH - 2.0 * MARGIN - GAP * (count - 1) as f64) / count as f64;
-        image_size(scene, options, window, width)[1]
-    };
+    let height = |count: usize| image_size(scene, options, window, slot_width(count))[1];
     (1..3).find(|&count| height(count) <= LOW).unwrap_or(3)
 }
 
@@ -142,11 +148,12 @@ pub(super) fn heading(canvas: &mut Canvas, scene: &Scene) {
     canvas.text([WIDTH - MARGIN, baseline], remark, faint);
 }
 
-/// A figure under way: how far down it is drawn, and how many panels it has.
+/// A figure under way: how far down it is drawn, how many panels it has, how many fit side by side.
 struct Page {
     canvas: Canvas,
     y: f64,
     count: usize,
+    slots: usize,
 }
 
 impl Page {
@@ -158,7 +165,7 @@ impl Page {
         region: &Region,
         row: &[Panel],
     ) -> Result<()> {
-        let width = (WIDTH - 2.0 * MARGIN - GAP * (row.len() - 1) as f64) / row.len() as f64;
+        let width = slot_width(self.slots);
         let shape = |panel: &Panel| match panel.is_plane() {
             true => plane_size(width, region, row.len()),
             false => image_size(scene, options, window, width),

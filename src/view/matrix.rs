@@ -44,7 +44,7 @@ pub fn merge_moves(votes: &Votes, merge: &Merge) -> Canvas {
     let rows = moves.len().div_ceil(FRAMES_IN_ROW).max(1) as f64;
     let columns = FRAMES_IN_ROW as f64;
     let width = 2.0 * MARGIN + columns * frame[0] + (columns - 1.0) * 22.0;
-    let mut canvas = Canvas::new(width, 2.0 * MARGIN + rows * frame[1], theme::PAGE);
+    let mut canvas = Canvas::new(width, 2.0 * MARGIN + rows * frame[1] - 22.0, theme::PAGE);
     let mut assigned = vec![0_u32; m];
     for (number, step) in moves.iter().enumerate() {
         let corner = [

@@ -68,7 +68,7 @@ impl Region {
             // As many as the quantiles would otherwise pass over.
             points.extend(std::iter::repeat_n([0.0; 2], points.len() / 50 + 1));
         }
-        let [step, least] = if is_all { [5.0, 20.0] } else { [1.0, 6.0] };
+        let [step, least] = if is_all { [2.0, 10.0] } else { [1.0, 6.0] };
         Region::around(points.iter().copied(), step, least)
     }
 }

@@ -42,7 +42,7 @@ fn encode(width: u32, height: u32, rgb: &[u8], dpi: Option<f64>) -> Option<Vec<u
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::Balanced);
+    encoder.set_compression(png::Compression::High);
     if let Some(dpi) = dpi {
         let per_metre = (dpi / METRES_PER_INCH).round() as u32;
         let unit = png::Unit::Meter;

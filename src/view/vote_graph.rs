@@ -105,8 +105,11 @@ pub fn edge(scene: &Scene, vote: &Vote, decision: Decision, scale: f64) -> Strok
 pub fn draw(canvas: &mut Canvas, plane: &Plane, scene: &Scene) {
     let centres = centres(scene);
     let instance = scene.instance_of_component();
-    let scale = (plane.scale / 12.0).clamp(0.5, 1.6);
     let is_seen = |label: u32| plane.shows(centres[label as usize - 1].0);
+    // Thinner where there are many.
+    let seen = scene.stages.votes.pairs.iter().filter(|vote| is_seen(vote.a) || is_seen(vote.b));
+    let crowd = (500.0 / seen.count().max(1) as f64).sqrt().clamp(0.5, 1.0);
+    let scale = (plane.scale / 12.0).clamp(0.6, 1.6) * crowd;
     canvas.clipped(plane.area, |canvas| {
         for wanted in [Decision::Rejoined, Decision::Merged, Decision::Apart] {
             for vote in &scene.stages.votes.pairs {
@@ -114,7 +117,11 @@ pub fn draw(canvas: &mut Canvas, plane: &Plane, scene: &Scene) {
                 if decision == wanted && (is_seen(vote.a) || is_seen(vote.b)) {
                     let [from, to] =
                         [vote.a, vote.b].map(|k| plane.to_page(centres[k as usize - 1].0));
-                    canvas.line(from, to, edge(scene, vote, decision, scale));
+                    let mut stroke = edge(scene, vote, decision, scale);
+                    if decision == Decision::Apart {
+                        stroke.colour[3] = (255.0 * crowd.max(0.7)) as u8;
+                    }
+                    canvas.line(from, to, stroke);
                 }
             }
         }

@@ -2,6 +2,7 @@
 
 mod cli;
 mod examples;
+mod figure;
 mod layers;
 mod oracle;
 mod partition;

@@ -117,6 +117,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if let Some(output) = &arguments.output {
         crate::refuse_existing(output, arguments.force)?;
     }
+    if let Some(folder) = &arguments.steps {
+        make_folder(folder)?;
+    }
     let start_ns = Overview::read(&arguments.input)?.start_ns.unwrap_or(0);
     let which = match arguments.time {
         Some(time) => Which::Time(time.log_time(start_ns)),
@@ -257,7 +260,6 @@ fn steps(
 ) -> Result<()> {
     let by_decision = arguments.steps_by == StepsBy::Decision;
     let steps = view::steps(scene, options, by_decision)?;
-    make_folder(folder)?;
     let bar = frame_bar("drawing", steps.len() as u64);
     for (number, step) in (1..).zip(&steps) {
         let output = folder.join(format!("step_{number:05}.png"));
