@@ -297,7 +297,7 @@ fn caption(scene: &Scene, window: &Window, panel: Panel) -> Result<Caption> {
         Panel::Votes => vote_caption(scene),
         Panel::BirdsEye => Caption {
             title: "bird's-eye view",
-            count: format!("({} boxes)", stages.instances.len()),
+            count: format!("({} boxes)", grouped(stages.instances.len())),
             keys: Vec::new(),
         },
     })
@@ -307,9 +307,9 @@ fn instance_count(scene: &Scene) -> String {
     let instances = scene.stages.instances.len();
     match scene.stages.merge.count as usize {
         merged if merged != instances => {
-            format!("(n = {instances}; {merged} after the vote alone)")
+            format!("(n = {}; {} after the vote alone)", grouped(instances), grouped(merged))
         }
-        _ => format!("(n = {instances})"),
+        _ => format!("(n = {})", grouped(instances)),
     }
 }
 

@@ -248,28 +248,38 @@ fn range_picture(
 
 /// The part of the image with the instance and those it asks in its middle, in the shape of the area.
 fn window_around(scene: &Scene, roles: &[Role], options: &FigureOptions, area: Area) -> Window {
+    const LEAST_ROWS: usize = 24;
     let image = &scene.stages.image;
-    let (rows, columns) = (image.rows(), image.columns());
-    let mut low = columns;
-    let mut high = 0;
+    let size = [image.rows(), image.columns()];
+    let mut low = size;
+    let mut high = [0, 0];
     for (&pixel, &label) in scene.stages.objects.pixel.iter().zip(&scene.stages.components.label) {
         let is_shown = label != 0
             && matches!(roles[label as usize - 1], Role::Member | Role::Newest | Role::KeptApart);
         if is_shown {
-            let (_, column) = place(scene, pixel as usize);
-            (low, high) = (low.min(column), high.max(column));
+            let (row, column) = place(scene, pixel as usize);
+            low = [low[0].min(row), low[1].min(column)];
+            high = [high[0].max(row), high[1].max(column)];
         }
     }
-    if low > high {
-        (low, high) = (0, columns - 1);
+    if low[0] > high[0] {
+        (low, high) = ([0, 0], size.map(|side| side - 1));
     }
-    // As wide as all rows are high with the pixels' shape, or wider where the instance is.
-    let pixel_shape = options.aspect * columns as f64 / rows as f64;
-    let fitting = (area.width / area.height * rows as f64 * pixel_shape).round() as usize;
-    let wide = fitting.max(high + 1 - low + (high - low) / 8).min(columns);
-    let middle = (low + high) / 2;
-    let start = middle.saturating_sub(wide / 2).min(columns - wide);
-    Window { columns: start..start + wide, rows: 0..rows }
+    // Columns to a row of the area, in the pixels' shape.
+    let pixel_shape = options.aspect * size[1] as f64 / size[0] as f64;
+    let shape = area.width / area.height * pixel_shape;
+    let with_margin = |axis: usize| (high[axis] + 1 - low[axis]) as f64 * 1.3 + 2.0;
+    let least = LEAST_ROWS.min(size[0]) as f64;
+    let tall = with_margin(0).max(with_margin(1) / shape).max(least).min(size[0] as f64);
+    let wide = tall * shape;
+    let part = |axis: usize, length: f64| {
+        let length = (length.round() as usize).clamp(1, size[axis]);
+        let middle = (low[axis] + high[axis]) / 2;
+        let start = middle.saturating_sub(length / 2).min(size[axis] - length);
+        start..start + length
+    };
+    // What is wider than that is shown whole, its pixels narrower.
+    Window { rows: part(0, tall), columns: part(1, wide.max(with_margin(1))) }
 }
 
 fn graph(
