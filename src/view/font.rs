@@ -95,7 +95,7 @@ mod tests {
     #[test]
     fn every_sign_in_use_is_in_the_font() {
         for weight in [Weight::Regular, Weight::Medium] {
-            for sign in ('!'..='~').chain("·×°–—…−≥≤→²±µ".chars()) {
+            for sign in ('!'..='~').chain("·×°–—…−≥≤²±µ".chars()) {
                 assert!(weight.face().glyph_index(sign).is_some(), "{sign}");
             }
         }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::canvas::{Anchor, Area, Canvas, Colour, Shape, Stroke, TextStyle};
-use super::font::Weight;
+use super::font::{self, Weight};
 use super::png::raster_png;
 
 /// Draws a page.
@@ -11,7 +11,7 @@ pub fn svg(canvas: &Canvas) -> String {
     let (width, height) = (number(canvas.width), number(canvas.height));
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-         viewBox=\"0 0 {width} {height}\" font-family=\"'Divmerge Roboto', Roboto, sans-serif\">\n\
+         viewBox=\"0 0 {width} {height}\" xml:space=\"preserve\" font-family=\"'Divmerge Roboto', Roboto, sans-serif\">\n\
          <style>\n"
     );
     for weight in [Weight::Regular, Weight::Medium] {
@@ -54,7 +54,8 @@ fn shapes(out: &mut String, all: &[Shape]) {
                 let png = base64(&raster_png(raster).unwrap_or_default());
                 writeln!(
                     out,
-                    "<image {} preserveAspectRatio=\"none\" style=\"image-rendering: pixelated\" \
+                    "<image {} preserveAspectRatio=\"none\" image-rendering=\"optimizeSpeed\" \
+                     style=\"image-rendering: pixelated\" \
                      href=\"data:image/png;base64,{png}\"/>",
                     place(area)
                 )
@@ -82,9 +83,12 @@ fn text(out: &mut String, at: [f64; 2], text: &str, style: &TextStyle) -> std::f
         let line = line(Some(Stroke::solid(halo, style.size / 4.0)));
         format!("{line} paint-order=\"stroke\"")
     });
+    // Keeps its width even where a viewer takes another font.
+    let width = number(font::width(text, style.size, style.weight));
     writeln!(
         out,
-        "<text x=\"{x}\" y=\"{y}\" font-size=\"{}\" font-weight=\"{}\"{anchor}{}{}>{}</text>",
+        "<text x=\"{x}\" y=\"{y}\" textLength=\"{width}\" lengthAdjust=\"spacingAndGlyphs\" \
+         font-size=\"{}\" font-weight=\"{}\"{anchor}{}{}>{}</text>",
         number(style.size),
         style.weight.css(),
         paint("fill", Some(style.colour)),

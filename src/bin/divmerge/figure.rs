@@ -82,7 +82,7 @@ pub struct Arguments {
     video: Option<PathBuf>,
 
     /// Frames of the video: from a up to but without b, as in 0..50 [default: all]
-    #[arg(long, value_name = "A..B", value_parser = frames, requires = "video")]
+    #[arg(long, value_name = "A..B", value_parser = frames, requires = "video", conflicts_with_all = ["output", "steps"])]
     frames: Option<Range<u64>>,
 
     #[command(flatten)]
