@@ -25,8 +25,8 @@ pub fn grey(part: f64) -> [u8; 3] {
 }
 
 fn between_stops(stops: &[[u8; 3]], part: f64) -> [u8; 3] {
-    // NaN is the first.
-    let place = part.max(0.0).min(1.0) * (stops.len() - 1) as f64;
+    let part = if part.is_nan() { 0.0 } else { part.clamp(0.0, 1.0) };
+    let place = part * (stops.len() - 1) as f64;
     let from = (place as usize).min(stops.len() - 2);
     super::canvas::between(stops[from], stops[from + 1], place - from as f64)
 }
