@@ -38,8 +38,8 @@ pub fn steps(scene: &Scene, options: &FigureOptions, by_decision: bool) -> Resul
     let mut has_votes = vec![false; count];
     let instance_of = |label: u32| merge.instance_of_component[label as usize - 1] as usize;
     for vote in &scene.stages.votes.pairs {
-        has_votes[instance_of(vote.a) - 1] = true;
-        has_votes[instance_of(vote.b) - 1] = true;
+        // Instances opened before are not asked.
+        has_votes[instance_of(vote.a).min(instance_of(vote.b)) - 1] = true;
     }
     let mut is_seen = vec![false; count];
     for (&pixel, &label) in scene.stages.objects.pixel.iter().zip(&scene.stages.components.label) {
