@@ -226,6 +226,32 @@ pub fn is_annotation(overview: &Overview, topic: &str) -> bool {
 const INSTANCES: &str = "/instances";
 const OBJECTS: &str = "/objects";
 
+/// A cloud out of a message, clustered.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Clustered {
+    /// The cloud.
+    pub cloud: PointCloud,
+    /// Every intermediate of its run.
+    pub stages: Stages,
+    /// Where objects came from, as in `field:label`.
+    pub semantics: String,
+    /// Milliseconds from message to cloud.
+    pub decode_ms: f64,
+}
+
+/// Clusters the cloud in a message.
+///
+/// # Errors
+/// Those of [`PointCloud2::to_cloud`]; [`Error::MissingField`] if the field that should hold the classes
+/// is not there.
+pub fn cluster(wire: &PointCloud2, method: &Method) -> Result<Clustered> {
+    let started = Instant::now();
+    let Decoded { cloud, mask, semantics } = method.decode(wire)?;
+    let decode_ms = started.elapsed().as_secs_f64() * 1e3;
+    let stages = pipeline::run(&cloud, mask, &method.config);
+    Ok(Clustered { cloud, stages, semantics, decode_ms })
+}
+
 /// Clusters the cloud in a message and writes the two messages that annotate it into `annotated`, whose
 /// memory is used again.
 ///
@@ -239,10 +265,8 @@ pub fn annotate_message(
 ) -> Result<Stages> {
     let started = Instant::now();
     let wire = PointCloud2::parse(message)?;
-    let Decoded { cloud, mask, semantics } = method.decode(&wire)?;
-    let decode_ms = started.elapsed().as_secs_f64() * 1e3;
-
-    let stages = pipeline::run(&cloud, mask, &method.config);
+    let parse_ms = started.elapsed().as_secs_f64() * 1e3;
+    let Clustered { stages, semantics, decode_ms, .. } = cluster(&wire, method)?;
 
     let started = Instant::now();
     let reason: Vec<u8> = stages.labels.reason.iter().map(|&reason| reason as u8).collect();
@@ -259,7 +283,7 @@ pub fn annotate_message(
     io::marker_array(wire.byte_order, seconds, nanoseconds, frame, &boxes, &mut annotated.objects);
     annotated.semantics = semantics;
     annotated.times = FrameTimes {
-        decode_ms,
+        decode_ms: parse_ms + decode_ms,
         stages: stages.times,
         encode_ms: started.elapsed().as_secs_f64() * 1e3,
     };

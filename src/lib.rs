@@ -42,6 +42,7 @@ pub mod range_image;
 pub mod semantics;
 pub mod simulate;
 pub mod taxonomy;
+pub mod view;
 
 pub use cloud::PointCloud;
 pub use error::{Error, Result};

@@ -17,6 +17,7 @@ const LAYERS: &[&[&str]] = &[
     &["explain"],
     &["io"],
     &["annotate"],
+    &["view"],
 ];
 
 /// Which dependencies may be named where.
@@ -29,6 +30,8 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("rand_pcg", &["simulate"]),
     ("sha2", &["io"]),
     ("tempfile", &["io"]),
+    ("tiny_skia", &["view"]),
+    ("ttf_parser", &["view"]),
 ];
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {

@@ -5,6 +5,7 @@ mod arguments;
 mod completions;
 mod demo;
 mod explain;
+mod figure;
 mod info;
 mod interrupt;
 mod simulate;
@@ -39,6 +40,7 @@ enum Command {
     Info(info::Arguments),
     Annotate(annotate::Arguments),
     Explain(explain::Arguments),
+    Figure(figure::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -59,6 +61,7 @@ fn main() -> ExitCode {
         Command::Info(arguments) => info::run(&arguments),
         Command::Annotate(arguments) => annotate::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
+        Command::Figure(arguments) => figure::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     };
     match result {
