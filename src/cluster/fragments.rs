@@ -131,32 +131,41 @@ impl<'a> Assembly<'a> {
         let layer = Layer { number: self.fragments[number].class, side: size.width };
         let mut near = self.cells.near(layer, group.low, group.high, reach);
         near.retain(|&other| {
-            other != number && self.parent[other] == other && {
-                let other = &self.groups[other];
+            let other = (other != number).then(|| &self.groups[other]);
+            other.is_some_and(|other| {
                 (0..2).all(|axis| {
                     let from = group.low[axis].max(other.low[axis]);
                     from - group.high[axis].min(other.high[axis]) <= reach
                 })
-            }
+            })
         });
         near
+    }
+
+    fn is_group(&self, number: usize) -> bool {
+        self.parent[number] == number
     }
 
     fn touching(&self, size: ClassSize) -> f64 {
         (self.params.touching_share * size.width).min(self.params.touching)
     }
 
-    /// Pieces that touch are one whatever their size, so their order does not matter.
+    /// Pieces that touch are one whatever their size, so their order does not matter: first those that
+    /// touch as they are, then those that touch the outlines of what has grown together.
     fn join_touching(&mut self) {
+        self.join_touching_pieces();
         let mut waiting: Vec<usize> = (0..self.groups.len()).rev().collect();
         while let Some(number) = waiting.pop() {
-            let Some(size) = self.size(number).filter(|_| self.parent[number] == number) else {
+            let Some(size) = self.size(number).filter(|_| self.is_group(number)) else {
                 continue;
             };
             let touching = self.touching(size);
             let mut own = number;
             let before = self.joins.len();
             for other in self.near(number, size, touching) {
+                if !self.is_group(other) || other == own {
+                    continue;
+                }
                 let gap = distance(&self.groups[own].hull, &self.groups[other].hull);
                 if gap <= touching {
                     let (a, b) = (own.min(other), own.max(other));
@@ -171,13 +180,62 @@ impl<'a> Assembly<'a> {
         }
     }
 
+    /// Joins the pieces that touch as they are, outlines not growing meanwhile.
+    fn join_touching_pieces(&mut self) {
+        for number in 0..self.groups.len() {
+            let Some(size) = self.size(number) else {
+                continue;
+            };
+            let touching = self.touching(size);
+            for other in self.near(number, size, touching) {
+                let (one, two) = (self.root(number), self.root(other));
+                if other > number || one == two {
+                    continue;
+                }
+                let gap = distance(&self.groups[number].hull, &self.groups[other].hull);
+                if gap <= touching {
+                    let (a, b) = (one.min(two), one.max(two));
+                    let (target, query) = (a as u32 + 1, b as u32 + 1);
+                    self.parent[b] = a;
+                    self.joins.push(Join { target, query, gap, evidence: Evidence::Touching });
+                }
+            }
+        }
+        self.outline_groups();
+    }
+
+    /// Gives every group the outline of its pieces.
+    fn outline_groups(&mut self) {
+        let mut corners: Vec<Vec<PlanePoint>> = vec![Vec::new(); self.groups.len()];
+        for number in 0..self.groups.len() {
+            let root = self.root(number);
+            corners[root].extend(&self.groups[number].hull);
+        }
+        self.cells = Cells::default();
+        for (number, corners) in corners.into_iter().enumerate() {
+            if self.is_group(number) {
+                self.groups[number] = Group::new(convex_hull(&corners));
+                self.enter(number);
+            }
+        }
+    }
+
+    /// The group that a piece belongs to.
+    fn root(&mut self, mut piece: usize) -> usize {
+        while self.parent[piece] != piece {
+            self.parent[piece] = self.parent[self.parent[piece]];
+            piece = self.parent[piece];
+        }
+        piece
+    }
+
     fn join_fitting(&mut self) {
         for number in 0..self.groups.len() {
             self.propose(number, |other| other < number);
         }
         while let Some(Candidate { groups: [a, b], versions, join, .. }) = self.queue.pop() {
             let is_current = [a, b].iter().zip(versions).all(|(&group, version)| {
-                self.parent[group] == group && self.groups[group].version == version
+                self.is_group(group) && self.groups[group].version == version
             });
             if is_current {
                 self.join(join);
@@ -188,14 +246,12 @@ impl<'a> Assembly<'a> {
 
     /// Queues the pairs of a group with its neighbours that belong together.
     fn propose(&mut self, number: usize, with: impl Fn(usize) -> bool) {
-        if self.parent[number] != number {
-            return;
-        }
-        let Some(size) = self.size(number) else {
+        let Some(size) = self.size(number).filter(|_| self.is_group(number)) else {
             return;
         };
         for other in self.near(number, size, size.width) {
             if with(other)
+                && self.is_group(other)
                 && let Some(candidate) = self.judge(number.min(other), number.max(other), size)
             {
                 self.queue.push(candidate);
@@ -254,24 +310,19 @@ impl<'a> Assembly<'a> {
         self.joins.push(join);
     }
 
-    fn numbered(&self) -> Vec<u32> {
-        let root = |mut piece: usize| {
-            while self.parent[piece] != piece {
-                piece = self.parent[piece];
-            }
-            piece
-        };
+    fn numbered(&mut self) -> Vec<u32> {
         let mut number = vec![0; self.parent.len()];
         let mut count = 0;
-        let numbers = (0..self.parent.len()).map(|piece| {
-            let root = root(piece);
+        let mut numbered = Vec::with_capacity(self.parent.len());
+        for piece in 0..self.parent.len() {
+            let root = self.root(piece);
             if number[root] == 0 {
                 count += 1;
                 number[root] = count;
             }
-            number[root]
-        });
-        numbers.collect()
+            numbered.push(number[root]);
+        }
+        numbered
     }
 }
 
