@@ -90,6 +90,14 @@ fn cross(origin: PlanePoint, a: PlanePoint, b: PlanePoint) -> f64 {
     (a[0] - origin[0]) * (b[1] - origin[1]) - (a[1] - origin[1]) * (b[0] - origin[0])
 }
 
+/// Area of a convex region in square metres (shoelace formula).
+pub fn area(hull: &[PlanePoint]) -> f64 {
+    let Some(&first) = hull.first() else {
+        return 0.0;
+    };
+    hull.windows(2).map(|side| cross(first, side[0], side[1])).sum::<f64>() / 2.0
+}
+
 /// The rectangle of least area around a convex hull; one of its sides lies along a side of the hull
 /// (Freeman and Shapira 1975). `None` of an empty hull. O(h^2) in the corners of the hull.
 pub fn minimum_area_rectangle(hull: &[PlanePoint]) -> Option<Rectangle> {
@@ -141,36 +149,29 @@ pub fn distance(a: &[PlanePoint], b: &[PlanePoint]) -> f64 {
     if overlap(a, b) {
         return 0.0;
     }
-    closest_points(a, b).map_or(f64::INFINITY, |[p, q]| (p[0] - q[0]).hypot(p[1] - q[1]))
+    corners_to_sides(a, b).min(corners_to_sides(b, a)).sqrt()
 }
 
-/// The two points, one of each region, that are nearest to each other; of regions that do not overlap.
-/// `None` of an empty region.
-pub fn closest_points(a: &[PlanePoint], b: &[PlanePoint]) -> Option<[PlanePoint; 2]> {
-    let squared = |[p, q]: &[PlanePoint; 2]| (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2);
-    let from_a = corners_to_sides(a, b);
-    let from_b = corners_to_sides(b, a).map(|[q, p]| [p, q]);
-    from_a.chain(from_b).min_by(|x, y| squared(x).total_cmp(&squared(y)))
-}
-
-/// For each corner of one region and each side of the other, the corner and the side's nearest point.
-fn corners_to_sides<'a>(
-    corners: &'a [PlanePoint],
-    region: &'a [PlanePoint],
-) -> impl Iterator<Item = [PlanePoint; 2]> + 'a {
-    corners.iter().flat_map(move |&corner| {
-        (0..region.len()).map(move |i| {
-            [corner, nearest_on_segment(corner, region[i], region[(i + 1) % region.len()])]
-        })
-    })
-}
-
-fn nearest_on_segment(point: PlanePoint, from: PlanePoint, to: PlanePoint) -> PlanePoint {
-    let along = [to[0] - from[0], to[1] - from[1]];
-    let length = along[0] * along[0] + along[1] * along[1];
-    let dot = (point[0] - from[0]) * along[0] + (point[1] - from[1]) * along[1];
-    let t = if length > 0.0 { (dot / length).clamp(0.0, 1.0) } else { 0.0 };
-    [from[0] + t * along[0], from[1] + t * along[1]]
+/// Least squared distance from the corners of one region to the sides of another.
+fn corners_to_sides(corners: &[PlanePoint], region: &[PlanePoint]) -> f64 {
+    let mut least = f64::INFINITY;
+    let mut from = match region.last() {
+        Some(&last) => last,
+        None => return least,
+    };
+    for &to in region {
+        let along = [to[0] - from[0], to[1] - from[1]];
+        let length = along[0] * along[0] + along[1] * along[1];
+        let scale = if length > 0.0 { 1.0 / length } else { 0.0 };
+        for corner in corners {
+            let [x, y] = [corner[0] - from[0], corner[1] - from[1]];
+            let t = ((x * along[0] + y * along[1]) * scale).clamp(0.0, 1.0);
+            let (x, y) = (x - t * along[0], y - t * along[1]);
+            least = least.min(x * x + y * y);
+        }
+        from = to;
+    }
+    least
 }
 
 fn separated_by_a_side(a: &[PlanePoint], b: &[PlanePoint]) -> bool {
@@ -178,13 +179,13 @@ fn separated_by_a_side(a: &[PlanePoint], b: &[PlanePoint]) -> bool {
         let (a, b) = (span(a, axis), span(b, axis));
         a.1 < b.0 || b.1 < a.0
     };
-    if a.len() == 1 {
-        return apart([1.0, 0.0]) || apart([0.0, 1.0]);
+    if apart([1.0, 0.0]) || apart([0.0, 1.0]) {
+        return true;
     }
     (0..a.len()).any(|i| {
         let (from, to) = (a[i], a[(i + 1) % a.len()]);
         let side = [to[0] - from[0], to[1] - from[1]];
-        apart([-side[1], side[0]]) || (a.len() == 2 && apart(side))
+        side != [0.0, 0.0] && (apart([-side[1], side[0]]) || (a.len() == 2 && apart(side)))
     })
 }
 
@@ -233,6 +234,13 @@ mod tests {
         let car = |x: f64| Rectangle { centre: [x, 0.0], size: [4.5, 1.8], yaw: 1.0 }.corners();
         assert!(!overlap(&car(0.0), &car(2.6)));
         assert!(overlap(&car(0.0), &car(1.5)));
+    }
+
+    #[test]
+    fn areas_by_hand() {
+        assert_eq!(area(&[[0.0, 0.0], [3.0, 0.0], [3.0, 2.0], [0.0, 2.0]]), 6.0);
+        assert_eq!(area(&[[0.0, 0.0], [3.0, 0.0]]), 0.0);
+        assert_eq!(area(&[]), 0.0);
     }
 
     #[test]

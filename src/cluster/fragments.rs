@@ -13,7 +13,9 @@ use serde::Serialize;
 
 use super::cells::{Cells, Layer};
 use super::params::FragmentMerge;
-use crate::footprint::{PlanePoint, Rectangle, convex_hull, distance, minimum_area_rectangle};
+use crate::footprint::{
+    PlanePoint, Rectangle, area, convex_hull, distance, minimum_area_rectangle,
+};
 use crate::taxonomy::ClassSize;
 
 /// One piece: its class, that class's usual size, and its outline on the bird's-eye plane.
@@ -73,6 +75,8 @@ struct Group {
     hull: Vec<PlanePoint>,
     low: PlanePoint,
     high: PlanePoint,
+    /// Square metres within the hull.
+    area: f64,
     /// How often it has grown; a candidate that knew it smaller is out of date.
     version: u32,
 }
@@ -259,6 +263,24 @@ impl<'a> Assembly<'a> {
         }
     }
 
+    /// Whether the boxes of two groups are near enough for their outlines to touch.
+    fn may_touch(&self, one: &Group, two: &Group, touching: f64) -> bool {
+        (0..2).all(|axis| {
+            one.low[axis].max(two.low[axis]) - one.high[axis].min(two.high[axis]) <= touching
+        })
+    }
+
+    /// Whether no rectangle of an accepted size can hold two groups that do not touch: they reach farther
+    /// than its diagonal, or cover more than its area.
+    fn is_too_large(&self, one: &Group, two: &Group, size: ClassSize) -> bool {
+        let [length, width] = [size.length, size.width].map(|side| side * self.params.slack);
+        let reaches_beyond = (0..2).any(|axis| {
+            let high = one.high[axis].max(two.high[axis]);
+            high - one.low[axis].min(two.low[axis]) > length.hypot(width)
+        });
+        reaches_beyond || one.area + two.area > length * width
+    }
+
     fn union(&self, a: usize, b: usize) -> Option<Rectangle> {
         let corners = [&self.groups[a].hull[..], &self.groups[b].hull].concat();
         minimum_area_rectangle(&convex_hull(&corners))
@@ -267,13 +289,13 @@ impl<'a> Assembly<'a> {
     /// Whether a pair belongs together, and why.
     fn judge(&self, a: usize, b: usize, size: ClassSize) -> Option<Candidate> {
         let (one, two) = (&self.groups[a], &self.groups[b]);
-        let longest = (self.params.slack * size.length).hypot(self.params.slack * size.width);
-        let too_long = |axis: usize| {
-            one.high[axis].max(two.high[axis]) - one.low[axis].min(two.low[axis]) > longest
-        };
+        let touching = self.touching(size);
+        if !self.may_touch(one, two, touching) && self.is_too_large(one, two, size) {
+            return None;
+        }
         let gap = distance(&one.hull, &two.hull);
-        let is_touching = gap <= self.touching(size);
-        if gap >= size.width || (!is_touching && (too_long(0) || too_long(1))) {
+        let is_touching = gap <= touching;
+        if gap >= size.width || (!is_touching && self.is_too_large(one, two, size)) {
             return None;
         }
         let union = self.union(a, b)?.size;
@@ -336,7 +358,8 @@ impl Group {
                 high[axis] = high[axis].max(corner[axis]);
             }
         }
-        Group { hull, low, high, version: 0 }
+        let area = area(&hull);
+        Group { hull, low, high, area, version: 0 }
     }
 }
 
