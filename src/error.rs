@@ -102,6 +102,24 @@ pub enum Error {
         source: std::io::Error,
     },
 
+    /// A stream to a viewer, or into a file for one, that cannot be opened or broke off.
+    #[error("{target}: {problem}")]
+    Viewer {
+        /// The file or address.
+        target: String,
+        /// What is wrong, and what to do.
+        problem: String,
+    },
+
+    /// Frames that a recording does not have.
+    #[error("{}: {problem}", path.display())]
+    NoFrame {
+        /// The recording.
+        path: PathBuf,
+        /// What was asked for, and what is there.
+        problem: String,
+    },
+
     /// The MCAP writer refused.
     #[error("writing MCAP: {0}")]
     Write(#[from] mcap::McapError),

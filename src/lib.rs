@@ -12,9 +12,11 @@ pub mod io;
 pub mod palette;
 pub mod pipeline;
 pub mod range_image;
+pub mod replay;
 pub mod semantics;
 pub mod simulate;
 pub mod taxonomy;
+pub mod view;
 
 pub use cloud::PointCloud;
 pub use error::{Error, Result};

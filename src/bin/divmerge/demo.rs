@@ -45,6 +45,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             bar.set_position(bytes);
         }
         Event::Warning(warning) => bar.suspend(|| eprintln!("warning: {warning}")),
+        Event::Frame(_) => {}
     });
     bar.finish_and_clear();
     crate::annotate::print(&report?);

@@ -7,6 +7,8 @@ mod demo;
 mod info;
 mod simulate;
 mod terminal;
+mod view;
+mod viewer;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -36,6 +38,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Info(info::Arguments),
     Annotate(annotate::Arguments),
+    View(view::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -46,7 +49,20 @@ enum Outcome {
     Incomplete,
 }
 
+/// Something this binary was not built to do.
+#[derive(Debug)]
+struct NotBuilt(&'static str);
+
+impl std::fmt::Display for NotBuilt {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
+        formatter.write_str(self.0)
+    }
+}
+
+impl std::error::Error for NotBuilt {}
+
 const FAILED: u8 = 1;
+const WRONG_USAGE: u8 = 2;
 const INCOMPLETE: u8 = 3;
 
 fn main() -> ExitCode {
@@ -55,6 +71,7 @@ fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Annotate(arguments) => annotate::run(&arguments),
+        Command::View(arguments) => view::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     };
     match result {
@@ -62,7 +79,7 @@ fn main() -> ExitCode {
         Ok(Outcome::Incomplete) => ExitCode::from(INCOMPLETE),
         Err(error) => {
             eprintln!("error: {}", told(&error));
-            ExitCode::from(FAILED)
+            ExitCode::from(if error.is::<NotBuilt>() { WRONG_USAGE } else { FAILED })
         }
     }
 }
