@@ -32,6 +32,7 @@ use rerun::external::arrow::array::{ArrayRef, FixedSizeListArray, Float32Array, 
 use rerun::external::arrow::datatypes::{DataType, Field};
 use rerun::external::re_build_info::CrateVersion;
 use rerun::external::re_log_encoding::{Encoder, EncodingOptions};
+use rerun::external::re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLogColumnKind};
 use rerun::external::re_sdk_types::blueprint::{archetypes as layout, components as kinds};
 use rerun::external::re_uri::RedapUri;
 use rerun::log::LogMsg;
@@ -68,7 +69,7 @@ const RANGE_STEPS: f32 = 200.0;
 /// Range at which the colours of the range image end, in metres.
 const RANGE_SHOWN: f64 = 60.0;
 const MERGED: [u8; 3] = [96, 220, 120];
-const APART: [u8; 3] = [235, 84, 84];
+const APART: [u8; 3] = [150, 52, 58];
 const STAGES: [(&str, [u8; 3]); 5] = [
     ("projection", [116, 184, 255]),
     ("mask", [255, 210, 90]),
@@ -201,7 +202,9 @@ impl RerunStream {
             .with_names(STAGES.map(|(name, _)| name))
             .with_colors(STAGES.map(|(_, colour)| colour));
         log("series/milliseconds", &milliseconds)?;
-        log("series/instances", &show::SeriesLines::new().with_names(["instances"]))
+        let instances =
+            show::SeriesLines::new().with_names(["instances"]).with_colors([STAGES[1].1]);
+        log("series/instances", &instances)
     }
 }
 
@@ -359,8 +362,8 @@ impl Scene<'_> {
         let stages = self.frame.stages;
         let centroid = centroids(stages);
         let instance = instances_of_components(stages);
-        for (below, colour, merged) in
-            [("votes/merged", MERGED, true), ("votes/apart", APART, false)]
+        for (below, colour, radius, merged) in
+            [("votes/merged", MERGED, 0.9, true), ("votes/apart", APART, 0.4, false)]
         {
             let pairs = stages.votes.pairs.iter();
             let pairs: Vec<_> = pairs
@@ -370,7 +373,7 @@ impl Scene<'_> {
             let labels = pairs.iter().map(|vote| format!("{} : {}", vote.positive, vote.negative));
             let lines = show::LineStrips3D::new(strips)
                 .with_colors([rgb(colour)])
-                .with_radii([parts::Radius::new_ui_points(0.8)])
+                .with_radii([parts::Radius::new_ui_points(radius)])
                 .with_labels(labels)
                 .with_show_labels(false);
             self.log_3d(below, lines.as_serialized_batches())?;
@@ -448,7 +451,7 @@ impl Scene<'_> {
                 _ => parts::TextLogLevel::DEBUG,
             };
             if count > 0 {
-                log(level, &format!("{count} points dropped: {}", reason.describe()))?;
+                log(level, &format!("{}: {count} points", reason.describe()))?;
             }
         }
         Ok(())
@@ -598,7 +601,10 @@ fn send_blueprint(
     for (topic, frame_id) in topics {
         pages.push(layout.page(topic, frame_id)?);
     }
-    layout.container(kinds::ContainerKind::Tabs, &pages, None)?;
+    if pages.len() > 1 {
+        layout.container(kinds::ContainerKind::Tabs, &pages, None)?;
+    }
+    // The last container holds all others.
     let root = layout.uuid();
     let viewport = layout::ViewportBlueprint::new()
         .with_root_container(rerun::datatypes::Uuid { bytes: root.to_be_bytes() })
@@ -652,10 +658,16 @@ impl Layout {
         )?;
         let counts =
             self.view("TimeSeries", "Number of instances", &at("series/instances"), &[], &legend)?;
-        let words = self.view("TextLog", "Dropped, and why", &at("log"), &["/log"], &[])?;
-        let numbers = self.container(Vertical, &[times, counts, words], Some(&[3.0, 2.0, 4.0]))?;
+        let columns =
+            layout::TextLogColumns::new()
+                .with_text_log_columns([TextLogColumnKind::LogLevel, TextLogColumnKind::Body].map(
+                    |kind| kinds::TextLogColumn(TextLogColumn { visible: true.into(), kind }),
+                ));
+        let columns: [(&str, &dyn AsComponents); 1] = [("TextLogColumns", &columns)];
+        let words = self.view("TextLog", "Dropped, and why", &at("log"), &["/log"], &columns)?;
+        let numbers = self.container(Vertical, &[times, counts, words], Some(&[3.0, 2.0, 3.5]))?;
         let upper =
-            self.container(Horizontal, &[instances, others, numbers], Some(&[4.0, 4.0, 2.6]))?;
+            self.container(Horizontal, &[instances, others, numbers], Some(&[4.0, 4.0, 2.8]))?;
         let mut rows = vec![upper];
         for (name, below) in [
             ("Range", "image/range"),

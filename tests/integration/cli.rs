@@ -163,7 +163,7 @@ fn without_the_viewer_it_says_how_to_get_it() {
         assert_eq!(refused.status.code(), Some(2), "{arguments:?}");
         let said = text(&refused.stderr);
         assert!(said.contains("cargo install --path . --features rerun"), "{said}");
-        assert!(said.contains("annotated recording by itself"), "{said}");
+        assert!(said.contains("stock Rerun"), "{said}");
     }
     assert!(!output.exists());
 }

@@ -12,8 +12,8 @@ pub use divmerge::view::rerun_stream::RerunStream;
 #[cfg(not(feature = "rerun"))]
 const NOT_BUILT: crate::NotBuilt = crate::NotBuilt(
     "this divmerge was built without Rerun. Install it with `cargo install --path . --features rerun`, \
-     or open the output of `divmerge annotate` in a stock Rerun: it shows the instances of an annotated \
-     recording by itself",
+     or open the output of `divmerge annotate` in a stock Rerun: a view of T/instances alone shows the \
+     instances of cloud topic T",
 );
 
 /// No stream: this binary was built without the viewer's library.
