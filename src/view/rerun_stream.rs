@@ -676,7 +676,7 @@ impl Layout {
         ] {
             rows.push(self.view("2D", name, &at(below), &[], &[])?);
         }
-        let page = self.container(Vertical, &rows, Some(&[13.0, 2.0, 2.0, 2.0]))?;
+        let page = self.container(Vertical, &rows, Some(&[13.0, 1.8, 1.8, 1.8]))?;
         let named = layout::ContainerBlueprint::update_fields().with_display_name(topic);
         self.stream.log(page.as_str(), &named)?;
         Ok(page)

@@ -172,8 +172,10 @@ fn without_the_viewer_it_says_how_to_get_it() {
 fn wrong_usage_of_the_viewer_exits_with_2() {
     for arguments in [
         &["view"][..],
-        &["view", "x", "--save", "a", "--spawn"],
-        &["view", "x", "--save", "a", "--connect", "b"],
+        &["view", "x", "--save", "a.rrd", "--spawn"],
+        &["view", "x", "--save", "a.rrd", "--connect", "b"],
+        &["view", "x", "--save", "a.mcap"],
+        &["annotate", "x", "-o", "y", "--rerun", "spwan"],
         &["view", "x", "--frames", "5..5"],
         &["view", "x", "--frames", "last"],
     ] {

@@ -6,6 +6,7 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 use divmerge::annotate::{Event, Options, Report, TopicReport, annotate};
 use divmerge::io::Compression;
+use divmerge::view::Target;
 
 use crate::Outcome;
 use crate::arguments::{MethodArguments, Moment, moment, window};
@@ -52,8 +53,8 @@ pub struct Arguments {
 
     /// Show every frame in the Rerun viewer as it is annotated: into a file (F.rrd), to a viewer that is
     /// running (rerun+http://127.0.0.1:9876/proxy), or to one that is started (spawn)
-    #[arg(long, value_name = "TARGET")]
-    rerun: Option<String>,
+    #[arg(long, value_name = "TARGET", value_parser = viewer::target)]
+    rerun: Option<Target>,
 
     /// Print the report as JSON
     #[arg(long)]
@@ -92,7 +93,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         compression: arguments.compression.into(),
         force: arguments.force,
     };
-    let target = arguments.rerun.as_deref().map(|text| viewer::target(text, arguments.force));
+    let target = arguments.rerun.clone().map(|target| match target {
+        Target::Save { path, .. } => Target::Save { path, force: arguments.force },
+        other => other,
+    });
     let mut viewer = Watcher::open(target.as_ref(), &arguments.input, &options.method)?;
     let bar = byte_bar("annotating");
     let report =

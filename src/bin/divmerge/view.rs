@@ -26,7 +26,7 @@ pub struct Arguments {
     input: PathBuf,
 
     /// Write into a file that `rerun F.rrd` opens
-    #[arg(long, value_name = "F.rrd", conflicts_with_all = ["connect", "spawn"])]
+    #[arg(long, value_name = "F.rrd", value_parser = viewer::rrd, conflicts_with_all = ["connect", "spawn"])]
     save: Option<PathBuf>,
 
     /// Send to a viewer that is running, as in rerun+http://127.0.0.1:9876/proxy

@@ -1,6 +1,6 @@
 //! The stream to the Rerun viewer, where this binary was built with one.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use divmerge::annotate::{Frame, Method};
@@ -43,9 +43,12 @@ pub fn require_built() -> Result<()> {
     Ok(())
 }
 
-/// Opens a stream that is named like the recording.
+/// Opens a stream that is named like the recording. The recording itself is never replaced.
 #[cfg(feature = "rerun")]
 pub fn open(target: &Target, input: &Path, method: &Method) -> Result<RerunStream> {
+    if let Target::Save { path, .. } = target {
+        refuse_same(path, input)?;
+    }
     let title = input.file_name().unwrap_or(input.as_os_str()).to_string_lossy();
     Ok(RerunStream::open(target, &title, &method.taxonomy)?)
 }
@@ -56,12 +59,34 @@ pub fn open(_: &Target, _: &Path, _: &Method) -> Result<RerunStream> {
     Err(NOT_BUILT.into())
 }
 
+/// Refuses to write a stream where a recording is or will be.
+#[cfg(feature = "rerun")]
+fn refuse_same(rrd: &Path, recording: &Path) -> Result<()> {
+    let is_same = match (rrd.canonicalize(), recording.canonicalize()) {
+        (Ok(rrd), Ok(recording)) => rrd == recording,
+        _ => rrd == recording,
+    };
+    anyhow::ensure!(!is_same, "{}: the stream cannot replace the recording", rrd.display());
+    Ok(())
+}
+
+/// Reads the name of a `.rrd` file; the viewer knows one by its ending.
+pub fn rrd(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension().is_some_and(|end| end == "rrd") {
+        true => Ok(path),
+        false => Err("the name must end in .rrd".into()),
+    }
+}
+
 /// Reads the target of `--rerun`.
-pub fn target(text: &str, force: bool) -> Target {
+pub fn target(text: &str) -> Result<Target, String> {
     match text {
-        "spawn" => Target::Spawn,
-        url if url.contains("://") => Target::Connect(url.to_owned()),
-        path => Target::Save { path: path.into(), force },
+        "spawn" => Ok(Target::Spawn),
+        url if url.contains("://") => Ok(Target::Connect(url.to_owned())),
+        file => rrd(file)
+            .map(|path| Target::Save { path, force: false })
+            .map_err(|_| "use F.rrd, rerun+http://127.0.0.1:9876/proxy or spawn".into()),
     }
 }
 
@@ -102,11 +127,10 @@ mod tests {
 
     #[test]
     fn targets() {
-        assert_eq!(target("spawn", false), Target::Spawn);
-        assert_eq!(
-            target("rerun+http://h:1/proxy", false),
-            Target::Connect("rerun+http://h:1/proxy".into())
-        );
-        assert_eq!(target("a/b.rrd", true), Target::Save { path: "a/b.rrd".into(), force: true });
+        let url = "rerun+http://h:1/proxy";
+        assert_eq!(target("spawn"), Ok(Target::Spawn));
+        assert_eq!(target(url), Ok(Target::Connect(url.into())));
+        assert_eq!(target("a/b.rrd"), Ok(Target::Save { path: "a/b.rrd".into(), force: false }));
+        assert!(target("spwan").is_err() && target("out.mcap").is_err());
     }
 }
