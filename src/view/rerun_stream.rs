@@ -190,8 +190,8 @@ impl RerunStream {
             ("cloud/class", 1.2),
             ("cloud/component", 1.2),
             ("cloud/instance", 1.2),
-            ("dropped/unreached", 2.5),
-            ("dropped/too_small", 2.5),
+            ("dropped/unreached", 1.8),
+            ("dropped/too_small", 1.8),
         ] {
             let points = show::Points3D::update_fields()
                 .with_radii([parts::Radius::new_ui_points(radius)])
@@ -366,11 +366,15 @@ impl Scene<'_> {
             [("votes/merged", MERGED, 0.9, true), ("votes/apart", APART, 0.4, false)]
         {
             let pairs = stages.votes.pairs.iter();
-            let pairs: Vec<_> = pairs
+            let lines: Vec<_> = pairs
                 .filter(|vote| (instance[vote.a as usize] == instance[vote.b as usize]) == merged)
+                .filter_map(|vote| {
+                    Some((vote, [centroid[vote.a as usize]?, centroid[vote.b as usize]?]))
+                })
                 .collect();
-            let strips = pairs.iter().map(|vote| [vote.a, vote.b].map(|c| centroid[c as usize]));
-            let labels = pairs.iter().map(|vote| format!("{} : {}", vote.positive, vote.negative));
+            let strips = lines.iter().map(|&(_, line)| line);
+            let labels =
+                lines.iter().map(|(vote, _)| format!("{} : {}", vote.positive, vote.negative));
             let lines = show::LineStrips3D::new(strips)
                 .with_colors([rgb(colour)])
                 .with_radii([parts::Radius::new_ui_points(radius)])
@@ -462,8 +466,9 @@ fn select(points: usize, is_shown: impl Fn(usize) -> bool) -> Vec<u32> {
     (0..points).filter(|&point| is_shown(point)).map(|point| point as u32).collect()
 }
 
-/// Centroid of the pixels of each component in metres; component k at k.
-fn centroids(stages: &Stages) -> Vec<[f32; 3]> {
+/// Centroid of the pixels of each component in metres; component k at k. None where other components took
+/// all of its pixels.
+fn centroids(stages: &Stages) -> Vec<Option<[f32; 3]>> {
     let mut sums = vec![([0.0_f64; 3], 0.0_f64); stages.components.count as usize + 1];
     for (&label, position) in stages.components.label.iter().zip(&stages.objects.position) {
         let (sum, count) = &mut sums[label as usize];
@@ -472,12 +477,16 @@ fn centroids(stages: &Stages) -> Vec<[f32; 3]> {
         }
         *count += 1.0;
     }
-    sums.iter().map(|(sum, count)| sum.map(|sum| (sum / count.max(1.0)) as f32)).collect()
+    let mean = |sum: &[f64; 3], count: f64| sum.map(|sum| (sum / count) as f32);
+    sums.iter().map(|(sum, count)| (*count > 0.0).then(|| mean(sum, *count))).collect()
 }
 
-/// The final instance of each component, or one of its own that no other has; component k at k.
+/// The final instance of each component, component k at k; for one that was dropped a number that only
+/// those have that were merged with it.
 fn instances_of_components(stages: &Stages) -> Vec<u32> {
-    let mut instance: Vec<u32> = (0..=stages.components.count).map(|k| u32::MAX - k).collect();
+    let merged = stages.merge.instance_of_component.iter();
+    let mut instance: Vec<u32> = vec![0];
+    instance.extend(merged.map(|merged| u32::MAX - merged));
     let labels = &stages.labels;
     for (&component, &of_point) in labels.component.iter().zip(&labels.instance) {
         if component != 0 {

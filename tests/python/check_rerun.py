@@ -153,10 +153,15 @@ def check(files: list[str], picture: pathlib.Path, colours: list[tuple[int, int,
 def check_entities(rrd: str, topic: str) -> None:
     """Every entity is there, on all three timelines."""
     subprocess.run([VIEWER, "rrd", "verify", rrd], check=True, capture_output=True)
-    printed = subprocess.run([VIEWER, "rrd", "print", "-v", rrd], check=True, capture_output=True)
-    text = printed.stdout.decode()
-    missing = [name for name in ENTITIES if f"{topic}/{name}" not in text]
-    missing += [name for name in ("frame", "stamp", "message_log_time") if name not in text]
+
+    def printed(*options: str) -> str:
+        command = [VIEWER, "rrd", "print", *options, rrd]
+        return subprocess.run(command, check=True, capture_output=True).stdout.decode()
+
+    chunks = printed("-v")
+    missing = [name for name in ENTITIES if f"{topic}/{name} " not in chunks]
+    columns = printed("-vv", "--entity", f"{topic}/series/instances")
+    missing += [name for name in ("frame", "stamp", "message_log_time") if name not in columns]
     if missing:
         sys.exit(f"{rrd}: not in it: {missing}")
 
