@@ -1,36 +1,33 @@
 //! Scores the three presets on a SemanticKITTI folder with its own classes as semantics:
 //! `cargo run --release --example 02_score_semantic_kitti -- ../shared/data/semantickitti [SEQUENCE...]`
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, Result};
 use divmerge::Taxonomy;
 use divmerge::evaluate::panoptic::{MIN_POINTS, Panoptic};
-use divmerge::io::semantic_kitti::{read_labels, read_scan};
+use divmerge::io::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
 use divmerge::pipeline::{self, Config};
 use divmerge::semantics::MaskSource;
 
 fn main() -> Result<()> {
     let root = std::env::args().nth(1).context("give the folder that holds `sequences`")?;
-    let mut sequences = entries(&Path::new(&root).join("sequences"))?;
-    sequences.retain(|sequence| sequence.join("labels").is_dir());
+    let mut scans = labelled_scans(Path::new(&root))?;
     let chosen: Vec<String> = std::env::args().skip(2).collect();
-    sequences.retain(|s| chosen.is_empty() || chosen.iter().any(|name| s.ends_with(name)));
+    scans.retain(|scan| chosen.is_empty() || chosen.contains(&scan.sequence));
     for config in [Config::paper(), Config::authors(), Config::best()] {
         let mut all = scores();
         let mut ms = Vec::new();
-        for sequence in &sequences {
-            let mut scores = scores();
-            for scan in entries(&sequence.join("velodyne"))? {
-                let name = scan.with_extension("label");
-                let label = sequence.join("labels").join(name.file_name().context("scan name")?);
-                ms.push(score(&scan, &label, &config, &mut [&mut scores, &mut all])?);
+        for sequence in scans.chunk_by(|a, b| a.sequence == b.sequence) {
+            let mut own = scores();
+            for scan in sequence {
+                ms.push(score(scan, &config, &mut [&mut own, &mut all])?);
             }
-            let name = sequence.file_name().unwrap_or_default().to_string_lossy();
-            println!("{:8} {name}  {}", config.preset, things(&scores));
+            println!("{:8} {}  {}", config.preset, sequence[0].sequence, things(&own));
         }
         ms.sort_by(f64::total_cmp);
-        println!("{:8} all {} {:.1} ms median", config.preset, things(&all), ms[ms.len() / 2]);
+        let median = ms.get(ms.len() / 2).copied().unwrap_or(0.0);
+        println!("{:8} all {} {median:.1} ms median", config.preset, things(&all));
     }
     Ok(())
 }
@@ -42,9 +39,10 @@ fn scores() -> Panoptic {
 }
 
 /// Clusters one scan with its true classes and adds it to some scores; returns milliseconds.
-fn score(scan: &Path, label: &Path, config: &Config, scores: &mut [&mut Panoptic]) -> Result<f64> {
-    let words = read_labels(label)?;
-    let cloud = read_scan(scan)?.with_class(words.iter().map(|&word| word as u16).collect())?;
+fn score(scan: &LabelledScan, config: &Config, scores: &mut [&mut Panoptic]) -> Result<f64> {
+    let words = read_labels(&scan.labels)?;
+    let cloud =
+        read_scan(&scan.scan)?.with_class(words.iter().map(|&word| word as u16).collect())?;
     let taxonomy = Taxonomy::semantic_kitti();
     let stages = pipeline::run(&cloud, MaskSource::Classes(&taxonomy), config);
     let class_of = taxonomy.lookup();
@@ -75,12 +73,4 @@ fn things(scores: &Panoptic) -> String {
     });
     let each: Vec<String> = each.collect();
     format!("PQ {:.2} ({})", scores.mean(present).pq * 100.0, each.join(", "))
-}
-
-fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
-    let list =
-        std::fs::read_dir(folder).with_context(|| format!("reading {}", folder.display()))?;
-    let mut paths = list.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>>>()?;
-    paths.sort();
-    Ok(paths)
 }

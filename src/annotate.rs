@@ -1,6 +1,7 @@
 //! The main job: a recording in, the same recording with instances out.
 
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -17,6 +18,8 @@ use crate::io::{
 use crate::pipeline::{self, Config, StageTimes, Stages};
 use crate::semantics::{GroundParams, MaskSource};
 use crate::taxonomy::Taxonomy;
+
+pub use crate::io::frames::{is_cloud, is_readable_cloud};
 
 /// Name of the metadata record that says how a recording was annotated.
 pub const METADATA_NAME: &str = "divmerge";
@@ -45,6 +48,39 @@ pub struct Method {
     pub ground: GroundParams,
     /// Projection and clustering.
     pub config: Config,
+}
+
+/// A cloud as the method sees it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decoded<'a> {
+    /// The cloud, with classes if they are asked for.
+    pub cloud: PointCloud,
+    /// Where its object mask comes from.
+    pub mask: MaskSource<'a>,
+    /// The same in words, as in `field:label`.
+    pub semantics: String,
+}
+
+impl Method {
+    /// The cloud in a message, and where its object mask comes from.
+    ///
+    /// # Errors
+    /// Those of [`PointCloud2::to_cloud`]; [`Error::MissingField`] if the field that should hold the
+    /// classes is not there.
+    pub fn decode(&self, wire: &PointCloud2) -> Result<Decoded<'_>> {
+        let field = match &self.semantics {
+            Semantics::Auto => wire.semantic_field(),
+            Semantics::Field(name) => Some(name.as_str()),
+            Semantics::Ground | Semantics::All => None,
+        };
+        let cloud = wire.to_cloud(field)?;
+        let (mask, semantics) = match (&self.semantics, field) {
+            (Semantics::All, _) => (MaskSource::All, "all".to_owned()),
+            (_, Some(field)) => (MaskSource::Classes(&self.taxonomy), format!("field:{field}")),
+            (_, None) => (MaskSource::NotGround(&self.ground), "ground".to_owned()),
+        };
+        Ok(Decoded { cloud, mask, semantics })
+    }
 }
 
 /// What is done to a recording.
@@ -207,23 +243,6 @@ pub struct Annotated {
     pub times: FrameTimes,
 }
 
-/// Whether the clouds of a channel can be read: PointCloud2 in CDR.
-pub fn is_readable_cloud(overview: &Overview, channel: &Channel) -> bool {
-    channel.message_encoding == "cdr" && type_name(overview, channel) == "PointCloud2"
-}
-
-/// Whether a channel carries point clouds of any kind.
-pub fn is_cloud(overview: &Overview, channel: &Channel) -> bool {
-    ["PointCloud2", "PointCloud"].contains(&type_name(overview, channel))
-}
-
-/// The last part of a type's name: `PointCloud2` of `sensor_msgs/msg/PointCloud2`.
-fn type_name<'a>(overview: &'a Overview, channel: &Channel) -> &'a str {
-    let schema = overview.schemas.get(&channel.schema_id);
-    let name = schema.map_or("", |schema| schema.name.as_str());
-    name.rsplit(['/', '.']).next().unwrap_or(name)
-}
-
 /// Whether a topic is one that an earlier annotation added beside its cloud topic.
 pub fn is_annotation(overview: &Overview, topic: &str) -> bool {
     topic
@@ -254,17 +273,7 @@ pub struct Clustered {
 /// is not there.
 pub fn cluster_message(wire: &PointCloud2, method: &Method) -> Result<Clustered> {
     let started = Instant::now();
-    let field = match &method.semantics {
-        Semantics::Auto => wire.semantic_field(),
-        Semantics::Field(name) => Some(name.as_str()),
-        Semantics::Ground | Semantics::All => None,
-    };
-    let cloud = wire.to_cloud(field)?;
-    let (mask, semantics) = match (&method.semantics, field) {
-        (Semantics::All, _) => (MaskSource::All, "all".to_owned()),
-        (_, Some(field)) => (MaskSource::Classes(&method.taxonomy), format!("field:{field}")),
-        (_, None) => (MaskSource::NotGround(&method.ground), "ground".to_owned()),
-    };
+    let Decoded { cloud, mask, semantics } = method.decode(wire)?;
     let decode_ms = started.elapsed().as_secs_f64() * 1e3;
     let stages = pipeline::run(&cloud, mask, &method.config);
     Ok(Clustered { cloud, stages, semantics, decode_ms })
@@ -331,12 +340,12 @@ fn marker(instance: &Instance) -> MarkerBox {
 /// [`Error::Recording`] if the input is damaged (a cut-off input is none: it is annotated as far as it
 /// goes), [`Error::NoCloud`], [`Error::Conflict`] if the input already has an output's topic or is the
 /// output,
-/// [`Error::Io`] and [`Error::Write`].
+/// [`Error::Io`] and [`Error::Write`]; [`Error::Interrupted`] if `on_event` breaks off at a progress event.
 pub fn annotate(
     input: &Path,
     output: &Path,
     options: &Options,
-    on_event: &mut dyn FnMut(Event),
+    on_event: &mut dyn FnMut(Event) -> ControlFlow<()>,
 ) -> Result<Report> {
     refuse_same_file(input, output)?;
     let overview = Overview::read(input)?;
@@ -347,7 +356,9 @@ pub fn annotate(
         let bytes = job.record(&record)?;
         if bytes > 0 {
             let bytes = reader.offset();
-            (job.on_event)(Event::Progress { bytes, total });
+            if (job.on_event)(Event::Progress { bytes, total }).is_break() {
+                return Err(Error::Interrupted { path: output.to_owned() });
+            }
         }
     }
     let hash = reader.finish()?;
@@ -368,7 +379,7 @@ fn refuse_same_file(input: &Path, output: &Path) -> Result<()> {
 struct Job<'a> {
     overview: &'a Overview,
     options: &'a Options,
-    on_event: &'a mut dyn FnMut(Event),
+    on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
     writer: RecordingWriter,
     /// Topic of each channel whose clouds are annotated.
     clouds: BTreeMap<u16, String>,
@@ -388,7 +399,7 @@ impl<'a> Job<'a> {
         overview: &'a Overview,
         output: &Path,
         options: &'a Options,
-        on_event: &'a mut dyn FnMut(Event),
+        on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
     ) -> Result<Self> {
         let clouds = choose(overview, &options.topics)?;
         refuse_annotated(overview, &clouds)?;
@@ -441,7 +452,7 @@ impl<'a> Job<'a> {
     }
 
     fn warn(&mut self, warning: String) {
-        (self.on_event)(Event::Warning(&warning));
+        let _ = (self.on_event)(Event::Warning(&warning));
         self.report.warnings.push(warning);
     }
 
@@ -529,7 +540,7 @@ impl<'a> Job<'a> {
             self.warn_once(topic, kind, position, problem);
         }
         let remarks: Vec<String> = remarks.into_iter().map(|(_, problem)| problem).collect();
-        (self.on_event)(Event::Frame(Frame {
+        let _ = (self.on_event)(Event::Frame(Frame {
             topic,
             number,
             log_time_ns: header.log_time,

@@ -93,6 +93,33 @@ pub enum Error {
         problem: String,
     },
 
+    /// The caller broke off.
+    #[error("interrupted; nothing was written to {}", path.display())]
+    Interrupted {
+        /// The output that was not written.
+        path: PathBuf,
+    },
+
+    /// No return where one was asked for.
+    #[error("{}", nothing_there(*at, *within, *nearest))]
+    NothingThere {
+        /// The position asked for, metres.
+        at: [f64; 3],
+        /// How far a return may be from it, metres.
+        within: f64,
+        /// The nearest return and its distance in metres; none in a cloud without a return.
+        nearest: Option<([f32; 3], f64)>,
+    },
+
+    /// An instance that the frame does not have.
+    #[error("{}", no_instance(*id, *count))]
+    NoInstance {
+        /// The id asked for.
+        id: u32,
+        /// Number of instances; their ids are 1 to this.
+        count: u32,
+    },
+
     /// The operating system refused.
     #[error("{}: {source}", path.display())]
     Io {
@@ -111,18 +138,27 @@ pub enum Error {
         problem: String,
     },
 
-    /// Frames that a recording does not have.
-    #[error("{}: {problem}", path.display())]
-    NoFrame {
-        /// The recording.
-        path: PathBuf,
-        /// What was asked for, and what is there.
-        problem: String,
-    },
-
     /// The MCAP writer refused.
     #[error("writing MCAP: {0}")]
     Write(#[from] mcap::McapError),
+}
+
+fn nothing_there(at: [f64; 3], within: f64, nearest: Option<([f32; 3], f64)>) -> String {
+    let [x, y, z] = at;
+    match nearest {
+        None => "the cloud has no return at all".into(),
+        Some(([nx, ny, nz], distance)) => format!(
+            "no return within {within} m of {x},{y},{z}; the nearest is {distance:.2} m away, at \
+             {nx:.3},{ny:.3},{nz:.3}"
+        ),
+    }
+}
+
+fn no_instance(id: u32, count: u32) -> String {
+    match count {
+        0 => format!("no instance {id}: the frame has no instance at all"),
+        _ => format!("no instance {id}: the frame's instances are 1 to {count}"),
+    }
 }
 
 /// Result of the library's functions.

@@ -97,31 +97,31 @@ pub fn minimum_area_rectangle(hull: &[PlanePoint]) -> Option<Rectangle> {
     if hull.len() == 1 {
         return Some(Rectangle { centre: first, size: [0.0, 0.0], yaw: 0.0 });
     }
-    let sides = (0..hull.len()).map(|i| (hull[i], hull[(i + 1) % hull.len()]));
-    let rectangles = sides.map(|(a, b)| around(hull, (b[1] - a[1]).atan2(b[0] - a[0])));
-    rectangles.min_by(|a, b| {
-        let area = |r: &Rectangle| r.size[0] * r.size[1];
-        area(a).total_cmp(&area(b))
-    })
+    let spans = (0..hull.len()).map(|i| {
+        let (a, b) = (hull[i], hull[(i + 1) % hull.len()]);
+        let length = (b[0] - a[0]).hypot(b[1] - a[1]);
+        let axis = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];
+        (axis, span(hull, axis), span(hull, [-axis[1], axis[0]]))
+    });
+    let area = |u: (f64, f64), v: (f64, f64)| (u.1 - u.0) * (v.1 - v.0);
+    spans
+        .min_by(|a, b| area(a.1, a.2).total_cmp(&area(b.1, b.2)))
+        .map(|(axis, u, v)| rectangle(axis, u, v))
 }
 
-/// The rectangle around a hull with one side in the direction `yaw`.
-fn around(hull: &[PlanePoint], yaw: f64) -> Rectangle {
-    let (sin, cos) = yaw.sin_cos();
-    let (u, v) = (span(hull, [cos, sin]), span(hull, [-sin, cos]));
+/// The rectangle that spans `u` along a unit axis and `v` to the left of it.
+fn rectangle([cos, sin]: [f64; 2], u: (f64, f64), v: (f64, f64)) -> Rectangle {
+    use std::f64::consts::{FRAC_PI_2, PI};
     let middle = [(u.0 + u.1) / 2.0, (v.0 + v.1) / 2.0];
     let centre = [middle[0] * cos - middle[1] * sin, middle[0] * sin + middle[1] * cos];
-    let (mut size, mut yaw) = ([u.1 - u.0, v.1 - v.0], yaw);
+    let mut size = [u.1 - u.0, v.1 - v.0];
+    let mut yaw = sin.atan2(cos);
     if size[0] < size[1] {
         size.swap(0, 1);
-        yaw += std::f64::consts::FRAC_PI_2;
+        yaw += FRAC_PI_2;
     }
-    let half_turn = std::f64::consts::PI;
-    yaw = yaw.rem_euclid(half_turn);
-    if yaw > half_turn / 2.0 {
-        yaw -= half_turn;
-    }
-    Rectangle { centre, size, yaw }
+    yaw = yaw.rem_euclid(PI);
+    Rectangle { centre, size, yaw: if yaw > FRAC_PI_2 { yaw - PI } else { yaw } }
 }
 
 /// Least and greatest coordinate along an axis.
@@ -141,23 +141,36 @@ pub fn distance(a: &[PlanePoint], b: &[PlanePoint]) -> f64 {
     if overlap(a, b) {
         return 0.0;
     }
-    let sides = |region: &[PlanePoint]| -> Vec<(PlanePoint, PlanePoint)> {
-        (0..region.len()).map(|i| (region[i], region[(i + 1) % region.len()])).collect()
-    };
-    let from_corners = |corners: &[PlanePoint], region: &[PlanePoint]| {
-        let sides = sides(region);
-        let each = corners.iter().flat_map(|&c| sides.iter().map(move |&s| to_segment(c, s)));
-        each.fold(f64::INFINITY, f64::min)
-    };
-    from_corners(a, b).min(from_corners(b, a))
+    closest_points(a, b).map_or(f64::INFINITY, |[p, q]| (p[0] - q[0]).hypot(p[1] - q[1]))
 }
 
-fn to_segment(point: PlanePoint, (from, to): (PlanePoint, PlanePoint)) -> f64 {
+/// The two points, one of each region, that are nearest to each other; of regions that do not overlap.
+/// `None` of an empty region.
+pub fn closest_points(a: &[PlanePoint], b: &[PlanePoint]) -> Option<[PlanePoint; 2]> {
+    let squared = |[p, q]: &[PlanePoint; 2]| (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2);
+    let from_a = corners_to_sides(a, b);
+    let from_b = corners_to_sides(b, a).map(|[q, p]| [p, q]);
+    from_a.chain(from_b).min_by(|x, y| squared(x).total_cmp(&squared(y)))
+}
+
+/// For each corner of one region and each side of the other, the corner and the side's nearest point.
+fn corners_to_sides<'a>(
+    corners: &'a [PlanePoint],
+    region: &'a [PlanePoint],
+) -> impl Iterator<Item = [PlanePoint; 2]> + 'a {
+    corners.iter().flat_map(move |&corner| {
+        (0..region.len()).map(move |i| {
+            [corner, nearest_on_segment(corner, region[i], region[(i + 1) % region.len()])]
+        })
+    })
+}
+
+fn nearest_on_segment(point: PlanePoint, from: PlanePoint, to: PlanePoint) -> PlanePoint {
     let along = [to[0] - from[0], to[1] - from[1]];
     let length = along[0] * along[0] + along[1] * along[1];
     let dot = (point[0] - from[0]) * along[0] + (point[1] - from[1]) * along[1];
     let t = if length > 0.0 { (dot / length).clamp(0.0, 1.0) } else { 0.0 };
-    (point[0] - from[0] - t * along[0]).hypot(point[1] - from[1] - t * along[1])
+    [from[0] + t * along[0], from[1] + t * along[1]]
 }
 
 fn separated_by_a_side(a: &[PlanePoint], b: &[PlanePoint]) -> bool {
@@ -171,7 +184,7 @@ fn separated_by_a_side(a: &[PlanePoint], b: &[PlanePoint]) -> bool {
     (0..a.len()).any(|i| {
         let (from, to) = (a[i], a[(i + 1) % a.len()]);
         let side = [to[0] - from[0], to[1] - from[1]];
-        apart([-side[1], side[0]]) || apart(side)
+        apart([-side[1], side[0]]) || (a.len() == 2 && apart(side))
     })
 }
 

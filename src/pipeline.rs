@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::cloud::PointCloud;
 use crate::cluster::back_projection::nearest_pixel;
-use crate::cluster::{self, ClusterParams, Components, Merge, ObjectPixels, Votes};
+use crate::cluster::{self, ClusterParams, Components, Join, Merge, ObjectPixels, Votes};
 use crate::instances::{Instance, PointLabels, Reason, UprightBox};
 use crate::range_image::{ProjectionParams, RangeImage, RowsFrom, Wrap};
 use crate::semantics::{MaskSource, ObjectMask, object_mask};
@@ -83,6 +83,8 @@ pub struct Stages {
     pub merge: Merge,
     /// For each instance of the merge step its instance after the bird's-eye merge.
     pub birds_eye: Vec<u32>,
+    /// Joins of fragments by size, in their order (preset `best`); pieces are the merge step's instances.
+    pub joins: Vec<Join>,
     /// Instance, component, class and reason of every point.
     pub labels: PointLabels,
     /// The instances by id.
@@ -141,7 +143,13 @@ pub fn run(cloud: &PointCloud, mask: MaskSource, config: &Config) -> Stages {
     let divide_ms = clock.lap();
 
     let merge = cluster::merge(&votes, params); // Alg. 2
-    let birds_eye = cluster::birds_eye(&objects, &components, &merge, params.birds_eye); // III.E
+    let (birds_eye, joins) = match &params.fragments {
+        None => (cluster::birds_eye(&objects, &components, &merge, params.birds_eye), vec![]), // III.E
+        Some(by_size) => {
+            let fragments = cluster::fragments(&objects, &components, &merge, &mask.sizes);
+            cluster::assemble(&fragments, by_size)
+        }
+    };
     let merge_ms = clock.lap();
 
     let pixels = instance_pixels(&components, &merge, &birds_eye, params);
@@ -158,6 +166,7 @@ pub fn run(cloud: &PointCloud, mask: MaskSource, config: &Config) -> Stages {
         votes,
         merge,
         birds_eye,
+        joins,
         labels,
         instances,
         times: StageTimes { projection_ms, mask_ms, divide_ms, merge_ms, labels_ms },

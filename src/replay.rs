@@ -48,7 +48,7 @@ pub struct Replayed {
 /// recording.
 ///
 /// # Errors
-/// [`Error::NoCloud`], [`Error::NoFrame`] if no topic has the frames or none lies between the times,
+/// [`Error::NoCloud`] if there is no topic, none has the frames, or none lies between the times,
 /// [`Error::Recording`] if the input is damaged, [`Error::Io`], and those of `on_event`.
 pub fn replay(
     input: &Path,
@@ -90,7 +90,7 @@ pub fn replay(
     }
     if tally.replayed.frames + tally.replayed.unreadable == 0 {
         let problem = "no cloud lies in the frames and times asked for".to_owned();
-        return Err(Error::NoFrame { path: input.to_owned(), problem });
+        return Err(Error::NoCloud { path: input.to_owned(), problem });
     }
     Ok(tally.replayed)
 }
@@ -99,7 +99,7 @@ impl Selection {
     /// Refuses a selection that the recording has nothing for, as far as its index tells.
     ///
     /// # Errors
-    /// [`Error::NoCloud`], [`Error::NoFrame`], and those of [`Overview::read`].
+    /// [`Error::NoCloud`], and those of [`Overview::read`].
     pub fn check(&self, input: &Path) -> Result<()> {
         let overview = Overview::read(input)?;
         refuse_missing(&overview, &annotate::choose(&overview, &self.topics)?, self)
@@ -150,7 +150,7 @@ fn refuse_missing(
         count => format!("{topic} has {count} clouds, numbered 0 to {}", count - 1),
     });
     let problem = format!("there is no frame {last}: {}", each.collect::<Vec<_>>().join("; "));
-    Err(Error::NoFrame { path: overview.path.clone(), problem })
+    Err(Error::NoCloud { path: overview.path.clone(), problem })
 }
 
 /// How many clouds have come by.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 
@@ -17,6 +17,40 @@ pub struct Class {
     /// Whether evaluation leaves its points out.
     pub is_ignored: bool,
 }
+
+/// Usual size of a class's objects on the bird's-eye plane.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ClassSize {
+    /// Length in metres.
+    pub length: f64,
+    /// Width in metres.
+    pub width: f64,
+}
+
+impl Class {
+    /// Usual size of the class's objects, by its name; `None` for names that are not known.
+    ///
+    /// Sources: mean box sizes of nuScenes (Caesar et al. 2020) as published with its detection
+    /// baselines, for vehicles, bicycles, motorcycles and people; a rider reaches no farther than the
+    /// machine. SemanticKITTI's other-vehicle holds buses, trailers and trains: nuScenes' bus.
+    pub fn size(&self) -> Option<ClassSize> {
+        let name = normalised(&self.name);
+        let found = SIZES.iter().find(|(names, ..)| names.contains(&name.as_str()));
+        found.map(|&(_, length, width)| ClassSize { length, width })
+    }
+}
+
+/// Names, mean length and width in metres.
+const SIZES: &[(&[&str], f64, f64)] = &[
+    (&["car"], 4.63, 1.97),
+    (&["truck"], 6.93, 2.51),
+    (&["bus", "other-vehicle"], 10.5, 2.94),
+    (&["trailer"], 12.29, 2.90),
+    (&["construction-vehicle"], 6.37, 2.85),
+    (&["bicycle", "bicyclist", "cyclist"], 1.70, 0.60),
+    (&["motorcycle", "motorcyclist", "rider"], 2.11, 0.77),
+    (&["person", "people", "pedestrian"], 0.73, 0.67),
+];
 
 /// Raw ids to classes. Class 0 is always "no class": unlabelled, an outlier, or an id that the taxonomy
 /// does not know.

@@ -4,10 +4,12 @@
 use std::cell::OnceCell;
 
 use super::divide::Components;
+use super::fragments::Fragment;
 use super::merge::Merge;
 use super::objects::ObjectPixels;
 use super::params::{BirdsEye, Region};
 use crate::footprint::{PlanePoint, convex_hull, distance, minimum_area_rectangle};
+use crate::taxonomy::ClassSize;
 
 /// For each instance of the merge step (instance k at k - 1) the instance it belongs to after the
 /// bird's-eye merge, numbered from 1 in the order of their first members.
@@ -27,7 +29,9 @@ pub fn birds_eye(
     if params.same_class && classes.iter().all(|&class| class == 0) {
         return (1..=merge.count).collect();
     }
-    let regions = regions(objects, components, merge, params);
+    let points = points(objects, components, merge, params.grown_pixels_only);
+    let regions: Vec<Option<Outline>> =
+        points.into_iter().map(|points| Outline::new(points, params.region)).collect();
     let may_merge =
         |a: usize, b: usize| !params.same_class || (classes[a] != 0 && classes[a] == classes[b]);
     if params.transitive {
@@ -35,6 +39,23 @@ pub fn birds_eye(
     } else {
         last_writer_wins(regions, may_merge, params.margin)
     }
+}
+
+/// The instances of the merge step as fragments, for [`assemble`](super::assemble).
+pub fn fragments(
+    objects: &ObjectPixels,
+    components: &Components,
+    merge: &Merge,
+    sizes: &[Option<ClassSize>],
+) -> Vec<Fragment> {
+    let classes = classes(objects, components, merge);
+    let points = points(objects, components, merge, false);
+    let fragment = |(class, points): (u16, Vec<PlanePoint>)| Fragment {
+        class,
+        size: sizes[usize::from(class)],
+        hull: convex_hull(&points),
+    };
+    classes.into_iter().zip(points).map(fragment).collect()
 }
 
 /// A region on the plane: the axis-aligned box around its points, and its outline once that is asked for.
@@ -89,19 +110,20 @@ impl Outline {
     }
 }
 
-fn regions(
+/// The points of each instance on the plane.
+fn points(
     objects: &ObjectPixels,
     components: &Components,
     merge: &Merge,
-    params: BirdsEye,
-) -> Vec<Option<Outline>> {
+    grown_pixels_only: bool,
+) -> Vec<Vec<PlanePoint>> {
     let mut points: Vec<Vec<PlanePoint>> = vec![Vec::new(); merge.count as usize];
     let mut add = |object: usize, label: u32| {
         let instance = merge.instance_of_component[label as usize - 1];
         let [x, y, _] = objects.position[object];
         points[instance as usize - 1].push([f64::from(x), f64::from(y)]);
     };
-    if params.grown_pixels_only {
+    if grown_pixels_only {
         for &(object, label) in &components.grown {
             add(object as usize, label);
         }
@@ -110,7 +132,7 @@ fn regions(
             add(object, label);
         }
     }
-    points.into_iter().map(|points| Outline::new(points, params.region)).collect()
+    points
 }
 
 /// The most frequent class of each instance's pixels; ties go to the lower class.

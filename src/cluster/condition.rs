@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::params::{Condition, Gate, Rays};
+use crate::taxonomy::ClassSize;
 
 /// The condition with what it needs of the image and of its own parameters worked out beforehand.
 #[derive(Debug, Clone, Copy)]
@@ -32,7 +33,19 @@ impl<'a> Judge<'a> {
     /// Whether two points belong together. Symmetric in them.
     ///
     /// `p` and `q` in metres, sensor frame, `apart` pixels from each other in their row or column.
-    pub fn is_connected(&self, p: [f64; 3], q: [f64; 3], apart: usize, along: Along) -> bool {
+    /// `size` is that of their class where it is known.
+    pub fn is_connected(
+        &self,
+        p: [f64; 3],
+        q: [f64; 3],
+        apart: usize,
+        along: Along,
+        size: Option<ClassSize>,
+    ) -> bool {
+        if let (Some(nearness), Some(size)) = (self.condition.nearness, size) {
+            let reach = (nearness.share_of_width * size.width).min(nearness.at_most);
+            return (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2) < reach * reach;
+        }
         let angle = || match self.condition.rays {
             Rays::Measured => measured_angle_exceeds(p, q, self.tangent),
             Rays::Nominal { row_step } => {
@@ -95,14 +108,14 @@ mod tests {
         let (p, q) = pair(d1, d2, degrees);
         let condition = ClusterParams::paper().condition;
         let judge = Judge::new(&condition, 1800);
-        let both = [(p, q), (q, p)].map(|(p, q)| judge.is_connected(p, q, 1, Along::Row));
+        let both = [(p, q), (q, p)].map(|(p, q)| judge.is_connected(p, q, 1, Along::Row, None));
         assert_eq!(both[0], both[1], "not symmetric");
         both[0]
     }
 
     #[test]
     fn the_angle_decides() {
-        // beta = atan2(d2 sin a, d1 - d2 cos a); by hand: 10 m and 10.1 m, 0.2 degrees apart: 18.9
+        // beta = atan2(d2 sin a, d1 - d2 cos a); by hand: 10 m and 10.1 m, 0.2 degrees apart: 19.2
         // degrees; 10 m and 10.3 m: 6.6 degrees.
         assert!(paper(10.1, 10.0, 0.2));
         assert!(!paper(10.3, 10.0, 0.2));
@@ -122,7 +135,7 @@ mod tests {
             let mut nominal = ClusterParams::paper().condition;
             nominal.rays = Rays::Nominal { row_step: 0.3_f64.to_radians() };
             for (columns, along) in [(1200, Along::Row), (7, Along::Column)] {
-                let holds = Judge::new(&nominal, columns).is_connected(p, q, 1, along);
+                let holds = Judge::new(&nominal, columns).is_connected(p, q, 1, along, None);
                 assert_eq!(holds, paper(d1, 10.0, 0.3));
             }
         }
@@ -134,7 +147,7 @@ mod tests {
         let holds = |d1: f64, d2: f64, degrees: f64, apart: usize| {
             let (p, q) = pair(d1, d2, degrees);
             let columns = (360.0 * apart as f64 / degrees).round() as usize;
-            Judge::new(&condition, columns).is_connected(p, q, apart, Along::Row)
+            Judge::new(&condition, columns).is_connected(p, q, apart, Along::Row, None)
         };
         assert!(holds(20.0, 20.0, 0.5, 3));
         assert!(!holds(20.0, 20.0, 0.5, 4), "beyond 15 m at most 3 pixels");

@@ -10,20 +10,24 @@
 //! | votes | [`votes`] | V+ and V- | 4, 5 |
 //! | merge | [`merge`](mod@merge) | Alg. 2 | 5 |
 //! | bird's-eye merge | [`birds_eye`](mod@birds_eye) | III.E | 6 |
+//! | fragments by size | [`fragments`](mod@fragments) | ours | |
 //! | back to points | [`back_projection`] | | 6 |
 
 pub mod back_projection;
 pub mod birds_eye;
+mod cells;
 pub mod condition;
 pub mod divide;
+pub mod fragments;
 pub mod merge;
 pub mod objects;
 pub mod params;
 pub mod seeds;
 pub mod votes;
 
-pub use birds_eye::birds_eye;
+pub use birds_eye::{birds_eye, fragments};
 pub use divide::{Components, divide};
+pub use fragments::{Evidence, Fragment, Join, assemble};
 pub use merge::{Merge, MergeStep, merge};
 pub use objects::ObjectPixels;
 pub use params::ClusterParams;

@@ -6,6 +6,7 @@ use crate::cluster::params::ClusterParams;
 use crate::grid::Grid;
 use crate::range_image::{NEIGHBOURS, NO_NEIGHBOUR, RangeImage, Reach, neighbours};
 use crate::semantics::ObjectMask;
+use crate::taxonomy::ClassSize;
 
 /// The M object pixels of an image in row-major order, with their neighbours and the condition towards
 /// each.
@@ -18,7 +19,7 @@ pub struct ObjectPixels {
     /// M: class number, 0 where there are no classes.
     pub class: Vec<u16>,
     /// M x 4: neighbours left, right, up, down as object pixel numbers, or
-    /// [`NO_NEIGHBOUR`](crate::range_image::NO_NEIGHBOUR).
+    /// [`NO_NEIGHBOUR`].
     pub neighbours: Vec<[u32; NEIGHBOURS]>,
     /// M x 4: whether the condition holds towards each neighbour; false where there is none.
     pub connected: Vec<[bool; NEIGHBOURS]>,
@@ -48,7 +49,7 @@ impl ObjectPixels {
         let one_group = vec![0; objects.pixel.len()];
         let group = if params.same_class_neighbours { &objects.class } else { &one_group };
         objects.neighbours = neighbours(&number, group, reach);
-        objects.connected = connected(&objects, image, params);
+        objects.connected = connected(&objects, image, &mask.sizes, params);
         objects
     }
 
@@ -68,6 +69,7 @@ impl ObjectPixels {
 fn connected(
     objects: &ObjectPixels,
     image: &RangeImage,
+    sizes: &[Option<ClassSize>],
     params: &ClusterParams,
 ) -> Vec<[bool; NEIGHBOURS]> {
     const FORWARD: [(usize, usize, Along); 2] = [(1, 0, Along::Row), (3, 2, Along::Column)];
@@ -83,7 +85,8 @@ fn connected(
             let to = to as usize;
             let apart = pixels_apart(objects.pixel[from], objects.pixel[to], columns, along);
             let [p, q] = [from, to].map(|i| objects.position[i].map(f64::from));
-            let holds = judge.is_connected(p, q, apart, along);
+            let size = sizes[usize::from(objects.class[from])];
+            let holds = judge.is_connected(p, q, apart, along, size);
             connected[from][forward] = holds;
             connected[to][backward] = holds;
         }

@@ -28,6 +28,8 @@ pub struct ClusterParams {
     pub accumulation: Accumulation,
     /// Merge of instances whose regions overlap on the bird's-eye plane.
     pub birds_eye: Option<BirdsEye>,
+    /// Merge of fragments by the size of their class. `paper`: none.
+    pub fragments: Option<FragmentMerge>,
     /// Instances with fewer pixels become "too small". `paper`: 0, off.
     pub min_pixels: usize,
     /// Where shadowed points look for a label.
@@ -54,6 +56,17 @@ pub struct Condition {
     pub rays: Rays,
     /// Distance gates. `paper`: none.
     pub gate: Option<Gate>,
+    /// In place of the angle, for classes of known size: nearness on the bird's-eye plane. `paper`: none.
+    pub nearness: Option<Nearness>,
+}
+
+/// Two neighbouring pixels of one class belong together if they are near on the bird's-eye plane.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Nearness {
+    /// Nearer than this share of the class's width ...
+    pub share_of_width: f64,
+    /// ... and than this, metres.
+    pub at_most: f64,
 }
 
 /// Where the angle between two rays comes from.
@@ -144,6 +157,22 @@ pub enum Region {
     Hull,
 }
 
+/// The merge of fragments by size ([`assemble`](super::assemble)). W is the class's width.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FragmentMerge {
+    /// Fragments nearer than this share of W are one ...
+    pub touching_share: f64,
+    /// ... but never farther apart than this, metres.
+    pub touching: f64,
+    /// How much larger than usual the rectangle around two touching fragments may be; the allowance
+    /// shrinks to nothing at a gap of W.
+    pub slack: f64,
+    /// Metres of gap that a metre of the union's perimeter weighs in the order of merging.
+    pub perimeter_weight: f64,
+    /// Metres of gap that a metre beyond the usual size weighs in the order of merging.
+    pub excess_weight: f64,
+}
+
 /// Where a shadowed object point looks for the pixel whose label it takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct BackProjection {
@@ -171,7 +200,12 @@ impl ClusterParams {
         ClusterParams {
             voxel: 0.5,
             rounding: Rounding::Floor,
-            condition: Condition { angle: 10_f64.to_radians(), rays: Rays::Measured, gate: None },
+            condition: Condition {
+                angle: 10_f64.to_radians(),
+                rays: Rays::Measured,
+                gate: None,
+                nearness: None,
+            },
             gap_columns: 1,
             gap_rows: 1,
             same_class_neighbours: false,
@@ -186,6 +220,7 @@ impl ClusterParams {
                 transitive: true,
                 grown_pixels_only: false,
             }),
+            fragments: None,
             min_pixels: 0,
             back_projection: BackProjection { rows: 2, columns: 2, nearest: Nearest::Range },
         }
@@ -205,6 +240,7 @@ impl ClusterParams {
                     touching_range: 5.0,
                     reach_by_range: vec![(1.5, 11), (3.0, 9), (5.0, 7), (8.0, 5), (15.0, 3)],
                 }),
+                nearness: None,
             },
             gap_columns: usize::MAX,
             gap_rows: 10,
@@ -225,20 +261,26 @@ impl ClusterParams {
 
     /// Ours, free to differ from the paper wherever measurement says so.
     pub fn best() -> Self {
+        let paper = Self::paper();
         ClusterParams {
-            gap_columns: 4,
+            condition: Condition {
+                nearness: Some(Nearness { share_of_width: 0.2, at_most: 0.5 }),
+                ..paper.condition
+            },
+            gap_columns: 2,
             gap_rows: 2,
             same_class_neighbours: true,
             leftovers: Leftovers::Reseeded,
-            birds_eye: Some(BirdsEye {
-                region: Region::Hull,
-                margin: 0.3,
-                same_class: true,
-                transitive: true,
-                grown_pixels_only: false,
+            birds_eye: None,
+            fragments: Some(FragmentMerge {
+                touching_share: 0.17,
+                touching: 0.3,
+                slack: 1.2,
+                perimeter_weight: 0.02,
+                excess_weight: 0.1,
             }),
-            back_projection: BackProjection { rows: 3, columns: 8, nearest: Nearest::Space },
-            ..Self::paper()
+            back_projection: BackProjection { rows: 8, columns: 64, nearest: Nearest::Space },
+            ..paper
         }
     }
 }

@@ -1,6 +1,7 @@
 //! A simulated drive as a ROS 2 recording: clouds with truth, and the pose of the sensor.
 
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 use std::path::Path;
 
 use nalgebra::Isometry3;
@@ -10,7 +11,7 @@ use super::point_cloud2::{
     Datatype, POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA, PointCloud2, PointField,
 };
 use super::recording::{MessageHeader, RecordingWriter, WriteOptions};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::simulate::{Drive, Frame};
 
 /// Topic of the clouds: x y z intensity t ring label true_instance.
@@ -66,16 +67,17 @@ float64 z
 float64 w
 ";
 
-/// Writes frames 0 to `frames` of a drive; `on_frame` is called after each. Returns the size in bytes.
+/// Writes frames 0 to `frames` of a drive; `on_frame` is called after each and may break off. Returns the
+/// size in bytes.
 ///
 /// # Errors
-/// Those of [`RecordingWriter`].
+/// Those of [`RecordingWriter`]; [`Error::Interrupted`].
 pub fn write_drive(
     drive: &Drive,
     frames: usize,
     output: &Path,
     options: &WriteOptions,
-    mut on_frame: impl FnMut(usize),
+    mut on_frame: impl FnMut(usize) -> ControlFlow<()>,
 ) -> Result<u64> {
     let options = WriteOptions { profile: "ros2".into(), ..options.clone() };
     let mut writer = RecordingWriter::create(output, &options)?;
@@ -101,7 +103,9 @@ pub fn write_drive(
         write(poses, &message)?;
         cloud_message(&frame, &mut message)?;
         write(clouds, &message)?;
-        on_frame(number);
+        if on_frame(number).is_break() {
+            return Err(Error::Interrupted { path: output.to_owned() });
+        }
     }
     writer.finish()
 }

@@ -7,6 +7,7 @@
 pub mod annotation;
 pub mod cdr;
 pub mod drive;
+pub mod frames;
 pub mod markers;
 pub mod point_cloud2;
 pub mod recording;
@@ -14,6 +15,7 @@ pub mod semantic_kitti;
 
 pub use annotation::{PointAnnotation, annotated_cloud};
 pub use cdr::ByteOrder;
+pub use frames::{CloudMessage, CloudMessages, Which, cloud_message_at};
 pub use markers::{MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA, MarkerBox, marker_array};
 pub use point_cloud2::{Datatype, POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA, PointCloud2, PointField};
 pub use recording::{

@@ -1,6 +1,6 @@
 //! SemanticKITTI's files: `.bin` scans and `.label` words.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::cloud::PointCloud;
 use crate::error::{Error, Result};
@@ -33,6 +33,49 @@ pub fn read_labels(path: &Path) -> Result<Vec<u32>> {
         return Err(size_problem("labels", path, bytes.len(), 4));
     }
     Ok(words.iter().map(|word| u32::from_le_bytes(*word)).collect())
+}
+
+/// A scan and its label file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LabelledScan {
+    /// Name of the sequence, such as `04`.
+    pub sequence: String,
+    /// The `.bin` file.
+    pub scan: PathBuf,
+    /// The `.label` file of the same name.
+    pub labels: PathBuf,
+}
+
+/// The scans of all labelled sequences below a folder that holds `sequences`, in order.
+///
+/// # Errors
+/// [`Error::Io`] if a folder cannot be listed.
+pub fn labelled_scans(root: &Path) -> Result<Vec<LabelledScan>> {
+    let mut scans = Vec::new();
+    for sequence in entries(&root.join("sequences"))? {
+        let (labels, name) = (sequence.join("labels"), file_name(&sequence));
+        if !labels.is_dir() {
+            continue;
+        }
+        for scan in entries(&sequence.join("velodyne"))? {
+            let labels = labels.join(file_name(&scan.with_extension("label")));
+            scans.push(LabelledScan { sequence: name.clone(), scan, labels });
+        }
+    }
+    Ok(scans)
+}
+
+fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
+    let at = |source| Error::Io { path: folder.into(), source };
+    let list = std::fs::read_dir(folder).map_err(at)?;
+    let mut paths =
+        list.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>().map_err(at)?;
+    paths.sort();
+    Ok(paths)
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 fn read(path: &Path) -> Result<Vec<u8>> {

@@ -6,6 +6,7 @@
 //! data. Columns then come from the azimuth. Where several points fall into one pixel the nearest wins
 //! (ties: the lower point index); the others are *shadowed* and get their label after the clustering.
 
+mod azimuth;
 mod beams;
 mod columns;
 mod neighbours;

@@ -1,5 +1,6 @@
 //! Unorganised clouds: a row per beam, columns from the azimuth, nearest point wins.
 
+use super::azimuth::azimuths;
 use super::elevation;
 use super::{
     NOWHERE, Projection, ProjectionParams, RangeImage, RowsFrom, Wrap, beams, columns::Columns,
@@ -19,7 +20,7 @@ struct Rows {
 }
 
 pub(super) fn project(cloud: &PointCloud, params: &ProjectionParams) -> RangeImage {
-    let azimuths: Vec<f32> = cloud.y.iter().zip(&cloud.x).map(|(y, x)| y.atan2(*x)).collect();
+    let azimuths = azimuths(cloud);
     let rows = rows(cloud, &azimuths, params);
     let columns = match (rows.projection, params.columns) {
         (Projection::UniformElevation, given) => Columns::new(given.unwrap_or(PAPER_COLUMNS)),

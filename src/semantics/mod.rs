@@ -6,7 +6,7 @@ pub mod ground;
 use crate::cloud::PointCloud;
 use crate::instances::Reason;
 use crate::range_image::RangeImage;
-use crate::taxonomy::Taxonomy;
+use crate::taxonomy::{Class, ClassSize, Taxonomy};
 
 pub use ground::GroundParams;
 
@@ -32,6 +32,8 @@ pub struct ObjectMask {
     pub reason: Vec<Reason>,
     /// Returns whose id the taxonomy does not know.
     pub unknown_ids: u64,
+    /// By class number: usual size of its objects.
+    pub sizes: Vec<Option<ClassSize>>,
 }
 
 /// The object mask of a cloud. A cloud without a class column has no objects by class.
@@ -47,7 +49,8 @@ pub fn object_mask(cloud: &PointCloud, image: &RangeImage, source: MaskSource) -
 }
 
 fn by_class(cloud: &PointCloud, taxonomy: &Taxonomy) -> ObjectMask {
-    let mut mask = ObjectMask::default();
+    let sizes = taxonomy.classes().iter().map(Class::size).collect();
+    let mut mask = ObjectMask { sizes, ..ObjectMask::default() };
     let class_of = taxonomy.lookup();
     let is_known: Vec<bool> = (0..=u16::MAX).map(|id| taxonomy.class_of(id).is_some()).collect();
     let raw = cloud.class.as_deref().unwrap_or(&[]);
@@ -84,5 +87,6 @@ fn without_classes(cloud: &PointCloud, is_ground: impl Fn(usize) -> bool) -> Obj
         class: vec![0; cloud.len()],
         reason,
         unknown_ids: 0,
+        sizes: vec![None],
     }
 }

@@ -14,6 +14,7 @@ const LAYERS: &[&[&str]] = &[
     &["semantics"],
     &["cluster"],
     &["pipeline"],
+    &["explain"],
     &["io"],
     &["annotate"],
     &["replay"],

@@ -2,6 +2,7 @@
 
 mod cli;
 mod examples;
+mod explain;
 mod layers;
 mod oracle;
 mod partition;

@@ -1,6 +1,7 @@
 //! The main job through the library: what the output holds, and what becomes of strange inputs.
 
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use divmerge::annotate::{Event, Method, Options, Report, Semantics, annotate};
@@ -38,13 +39,14 @@ pub fn drive(frames: usize) -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("drive.mcap");
     let drive = Drive::new(Sensor::Vlp16, Scene::Parking, 1);
-    write_drive(&drive, frames, &path, &WriteOptions::default(), |_| {}).expect("written");
+    write_drive(&drive, frames, &path, &WriteOptions::default(), |_| ControlFlow::Continue(()))
+        .expect("written");
     (folder, path)
 }
 
 fn run(input: &Path, options: &Options) -> Result<(PathBuf, Report)> {
     let output = input.with_extension("annotated.mcap");
-    let report = annotate(input, &output, options, &mut |_: Event| {})?;
+    let report = annotate(input, &output, options, &mut |_: Event| ControlFlow::Continue(()))?;
     Ok((output, report))
 }
 
@@ -173,9 +175,24 @@ fn an_output_is_not_replaced_unasked_and_the_input_never() {
     assert!(run(&input, &options).is_err());
     assert_eq!(std::fs::read(&output).expect("bytes"), b"mine");
     options.force = true;
-    let itself = annotate(&input, &input, &options, &mut |_: Event| {});
+    let itself = annotate(&input, &input, &options, &mut |_: Event| ControlFlow::Continue(()));
     assert!(itself.is_err(), "the input must not be its own output");
     assert!(before == std::fs::read(&input).expect("bytes"));
+}
+
+#[test]
+fn an_interrupted_run_leaves_nothing() {
+    let (folder, input) = drive(3);
+    let output = folder.path().join("out.mcap");
+    let broken =
+        annotate(
+            &input,
+            &output,
+            &options(Semantics::Auto),
+            &mut |_: Event| ControlFlow::Break(()),
+        );
+    assert!(broken.expect_err("interrupted").to_string().contains("interrupted"));
+    assert_eq!(std::fs::read_dir(folder.path()).expect("folder").count(), 1);
 }
 
 #[test]
@@ -366,7 +383,9 @@ fn real_recordings_of_every_sensor() {
             let output = folder.path().join("out.mcap");
             let mut options = options(semantics);
             options.force = true;
-            let report = annotate(&input, &output, &options, &mut |_: Event| {}).expect(name);
+            let report =
+                annotate(&input, &output, &options, &mut |_: Event| ControlFlow::Continue(()))
+                    .expect(name);
             assert!(report.is_complete(), "{name}: {:?}", report.warnings);
             assert!(report.topics.values().all(|topic| topic.instances > 0), "{name}");
             assert_passed_through(&input, &output);

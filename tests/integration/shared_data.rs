@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use divmerge::io::semantic_kitti::{read_labels, read_scan};
+use divmerge::io::semantic_kitti::{labelled_scans, read_labels, read_scan};
 use divmerge::pipeline::Config;
 
 use crate::partition::compare;
@@ -17,32 +17,15 @@ pub fn shared_data() -> Option<PathBuf> {
     None
 }
 
-/// Every scan of the labelled sequences with its label file.
-pub fn labelled_scans(data: &Path) -> Vec<(PathBuf, PathBuf)> {
-    let mut scans = Vec::new();
-    let sequences = std::fs::read_dir(data.join("semantickitti/sequences")).expect("sequences");
-    for sequence in sequences {
-        let sequence = sequence.expect("entry").path();
-        for scan in std::fs::read_dir(sequence.join("velodyne")).expect("velodyne") {
-            let scan = scan.expect("entry").path();
-            let name = scan.with_extension("label");
-            let label = sequence.join("labels").join(name.file_name().expect("name"));
-            scans.push((scan, label));
-        }
-    }
-    scans.sort();
-    scans
-}
-
 #[test]
 fn real_scans_agree_with_the_transcription() {
     let Some(data) = shared_data() else { return };
-    let scans = labelled_scans(&data);
+    let scans = labelled_scans(&data.join("semantickitti")).expect("sequences");
     assert!(!scans.is_empty());
-    for (number, (scan, label)) in scans.iter().enumerate() {
-        let words = read_labels(label).expect("labels");
+    for (number, labelled) in scans.iter().enumerate() {
+        let words = read_labels(&labelled.labels).expect("labels");
         let classes = words.iter().map(|&word| word as u16).collect();
-        let cloud = read_scan(scan).expect("scan").with_class(classes).expect("one each");
+        let cloud = read_scan(&labelled.scan).expect("scan").with_class(classes).expect("one each");
         let mut config = Config::paper();
         compare(&cloud, &config);
         if number % 8 == 0 {

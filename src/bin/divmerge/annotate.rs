@@ -8,10 +8,10 @@ use divmerge::annotate::{Event, Options, Report, TopicReport, annotate};
 use divmerge::io::Compression;
 use divmerge::view::Target;
 
-use crate::Outcome;
 use crate::arguments::{MethodArguments, Moment, moment, window};
 use crate::terminal::{byte_bar, grouped};
 use crate::viewer::{self, Watcher};
+use crate::{Outcome, interrupt};
 
 /// Write a recording again with instances in it
 ///
@@ -83,6 +83,7 @@ impl From<Compress> for Compression {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    interrupt::listen();
     crate::refuse_existing(&arguments.output, arguments.force)?;
     let (from_ns, to_ns) = window(&arguments.input, arguments.from, arguments.to)?;
     let options = Options {
@@ -99,8 +100,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     });
     let mut viewer = Watcher::open(target.as_ref(), &arguments.input, &options.method)?;
     let bar = byte_bar("annotating");
-    let report =
-        annotate(&arguments.input, &arguments.output, &options, &mut |event| match event {
+    let report = annotate(&arguments.input, &arguments.output, &options, &mut |event| {
+        match event {
             Event::Progress { bytes, total } => {
                 bar.set_length(total);
                 bar.set_position(bytes);
@@ -109,7 +110,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
                 bar.suspend(|| eprintln!("warning: {}: {warning}", arguments.input.display()));
             }
             Event::Frame(frame) => viewer.show(&frame),
-        });
+        }
+        interrupt::wish()
+    });
     bar.finish_and_clear();
     let report = report?;
     if arguments.json {
@@ -146,7 +149,7 @@ fn summary(report: &TopicReport) -> String {
     let stages = &report.times.stages;
     let mut line = format!(
         "{} frames, {} points, {:.1} instances per frame, {:.1} ms per frame (decode {:.1}, \
-         project {:.1}, mask {:.1}, divide {:.1}, merge {:.1}, label {:.1}, encode {:.1})",
+             project {:.1}, mask {:.1}, divide {:.1}, merge {:.1}, label {:.1}, encode {:.1})",
         grouped(report.frames),
         grouped(report.points),
         report.instances as f64 / report.frames.max(1) as f64,

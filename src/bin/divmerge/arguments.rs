@@ -7,7 +7,7 @@ use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use divmerge::Taxonomy;
 use divmerge::annotate::{Method, Semantics};
-use divmerge::cluster::params::{BirdsEye, Region};
+use divmerge::cluster::params::{BirdsEye, ClusterParams, Region};
 use divmerge::io::Overview;
 use divmerge::pipeline::Config;
 use divmerge::replay::FrameRange;
@@ -39,7 +39,7 @@ pub struct MethodArguments {
     #[arg(long, value_name = "DEG", value_parser = angle)]
     angle: Option<f64>,
 
-    /// Most columns from a pixel to its neighbour [best: 4; paper: 1; authors: any]
+    /// Most columns from a pixel to its neighbour [best: 2; paper: 1; authors: any]
     #[arg(long, value_name = "N", value_parser = at_least_one)]
     gap_columns: Option<usize>,
 
@@ -51,8 +51,8 @@ pub struct MethodArguments {
     #[arg(long, value_name = "N")]
     min_points: Option<usize>,
 
-    /// Merge instances of one class that overlap on the bird's-eye plane, and what stands for them there
-    /// [best: hull; paper: box; authors: box, of any class]
+    /// Merge instances of one class on the bird's-eye plane: `size` by gap and size, the others where the
+    /// named regions overlap [best: size; paper: box; authors: box, of any class]
     #[arg(long, value_enum, value_name = "REGION")]
     bev: Option<Bev>,
 }
@@ -73,6 +73,8 @@ enum Preset {
 enum Bev {
     /// No such merge
     Off,
+    /// Fragments that touch, or that fit one object of their class
+    Size,
     /// Axis-aligned boxes
     Box,
     /// Rectangles of least area
@@ -97,9 +99,15 @@ impl MethodArguments {
         params.gap_columns = self.gap_columns.unwrap_or(params.gap_columns);
         params.gap_rows = self.gap_rows.unwrap_or(params.gap_rows);
         params.min_pixels = self.min_points.unwrap_or(params.min_pixels);
+        if let Some(bev) = self.bev {
+            params.fragments = match bev {
+                Bev::Size => ClusterParams::best().fragments,
+                _ => None,
+            };
+        }
         params.birds_eye = match self.bev {
             None => params.birds_eye,
-            Some(Bev::Off) => None,
+            Some(Bev::Off | Bev::Size) => None,
             Some(Bev::Box) => Some(region(params.birds_eye, Region::Box)),
             Some(Bev::Rectangle) => Some(region(params.birds_eye, Region::Rectangle)),
             Some(Bev::Hull) => Some(region(params.birds_eye, Region::Hull)),
@@ -148,12 +156,12 @@ fn semantics(text: &str) -> Result<Semantics, String> {
     }
 }
 
-fn number(text: &str) -> Result<f64, String> {
+pub fn number(text: &str) -> Result<f64, String> {
     let number: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
     if number.is_finite() { Ok(number) } else { Err("not a finite number".into()) }
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+pub fn positive(text: &str) -> Result<f64, String> {
     number(text).and_then(|n| if n > 0.0 { Ok(n) } else { Err("must be above 0".into()) })
 }
 

@@ -13,8 +13,8 @@ use divmerge::pipeline::Config;
 use divmerge::semantics::GroundParams;
 use divmerge::simulate::{Drive, Scene, Sensor};
 
-use crate::Outcome;
 use crate::terminal::{byte_bar, frame_bar};
+use crate::{Outcome, interrupt};
 
 /// Simulate a drive, annotate it, and score it against its truth
 ///
@@ -32,6 +32,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    interrupt::listen();
     let folder = &arguments.out;
     std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
     let drive = folder.join("drive.mcap");
@@ -39,13 +40,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     simulate(&drive, arguments.frames)?;
     let options = options();
     let bar = byte_bar("annotating");
-    let report = annotate(&drive, &annotated, &options, &mut |event| match event {
-        Event::Progress { bytes, total } => {
-            bar.set_length(total);
-            bar.set_position(bytes);
+    let report = annotate(&drive, &annotated, &options, &mut |event| {
+        match event {
+            Event::Progress { bytes, total } => {
+                bar.set_length(total);
+                bar.set_position(bytes);
+            }
+            Event::Warning(warning) => bar.suspend(|| eprintln!("warning: {warning}")),
+            Event::Frame(_) => {}
         }
-        Event::Warning(warning) => bar.suspend(|| eprintln!("warning: {warning}")),
-        Event::Frame(_) => {}
+        interrupt::wish()
     });
     bar.finish_and_clear();
     crate::annotate::print(&report?);
@@ -59,7 +63,10 @@ fn simulate(drive: &Path, frames: usize) -> Result<()> {
     let street = Drive::new(Sensor::Hdl64e, Scene::Street, 1);
     let options = WriteOptions { force: true, ..WriteOptions::default() };
     let bar = frame_bar("simulating an HDL-64E in a street", frames as u64);
-    write_drive(&street, frames, drive, &options, |_| bar.inc(1))?;
+    write_drive(&street, frames, drive, &options, |_| {
+        bar.inc(1);
+        interrupt::wish()
+    })?;
     bar.finish_and_clear();
     Ok(())
 }

@@ -4,7 +4,9 @@ mod annotate;
 mod arguments;
 mod completions;
 mod demo;
+mod explain;
 mod info;
+mod interrupt;
 mod simulate;
 mod terminal;
 mod view;
@@ -39,6 +41,7 @@ enum Command {
     Info(info::Arguments),
     Annotate(annotate::Arguments),
     View(view::Arguments),
+    Explain(explain::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -72,6 +75,7 @@ fn main() -> ExitCode {
         Command::Info(arguments) => info::run(&arguments),
         Command::Annotate(arguments) => annotate::run(&arguments),
         Command::View(arguments) => view::run(&arguments),
+        Command::Explain(arguments) => explain::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     };
     match result {

@@ -8,9 +8,9 @@ use divmerge::io::WriteOptions;
 use divmerge::io::drive::{CLOUD_TOPIC, write_drive};
 use divmerge::simulate::{Drive, Scene, Sensor};
 
-use crate::Outcome;
 use crate::annotate::Compress;
 use crate::terminal::{frame_bar, grouped};
+use crate::{Outcome, interrupt};
 
 /// Write a simulated drive with truth as a recording
 ///
@@ -48,6 +48,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    interrupt::listen();
     crate::refuse_existing(&arguments.output, arguments.force)?;
     let drive = Drive::new(arguments.sensor, arguments.scene, arguments.seed);
     let options = WriteOptions {
@@ -56,7 +57,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         ..WriteOptions::default()
     };
     let bar = frame_bar("simulating", arguments.frames as u64);
-    let bytes = write_drive(&drive, arguments.frames, &arguments.output, &options, |_| bar.inc(1))?;
+    let bytes = write_drive(&drive, arguments.frames, &arguments.output, &options, |_| {
+        bar.inc(1);
+        interrupt::wish()
+    })?;
     bar.finish_and_clear();
     println!(
         "wrote {} ({} bytes, {} clouds of {} in scene {} on {CLOUD_TOPIC})",

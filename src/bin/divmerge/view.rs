@@ -1,19 +1,19 @@
 //! `divmerge view`
 
-use std::ops::Bound;
+use std::ops::{Bound, ControlFlow};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use clap::Args;
+use divmerge::Error;
 use divmerge::annotate::Event;
 use divmerge::replay::{FrameRange, Selection, replay};
 use divmerge::view::Target;
 
-use crate::Outcome;
 use crate::arguments::{MethodArguments, Moment, frames, moment, window};
 use crate::terminal::{byte_bar, grouped};
-use crate::viewer;
+use crate::{Outcome, interrupt, viewer};
 
 /// Show every step of a recording's frames in the Rerun viewer
 ///
@@ -64,6 +64,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     viewer::require_built()?;
+    interrupt::listen();
     let target = target(arguments);
     if let Target::Save { path, force } = &target {
         crate::refuse_existing(path, *force)?;
@@ -85,7 +86,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         Event::Progress { bytes, total } => {
             bar.set_length(total);
             bar.set_position(bytes);
-            Ok(())
+            match interrupt::wish() {
+                ControlFlow::Continue(()) => Ok(()),
+                ControlFlow::Break(()) => {
+                    Err(Error::Interrupted { path: target.to_string().into() })
+                }
+            }
         }
         Event::Warning(warning) => {
             bar.suspend(|| eprintln!("warning: {}: {warning}", arguments.input.display()));

@@ -5,11 +5,11 @@
 //! neighbouring pixel. No sensor height is asked for; z must point up within a few degrees.
 //!
 //! Steps:
-//! 1. [`Profile`]: every column as distances and heights, bottom up.
-//! 2. [`Plane`]: a plane through the lowest flat returns around the sensor says where the ground starts.
-//! 3. [`column_slopes`]: the slope of each return against the last ground below it in its column.
-//! 4. [`Spread`]: flat returns on the plane are ground, and so are flat returns continuous with them.
-//! 5. [`HeightMap`]: the ground heights seen from above; flat returns at the height of the ground around
+//! 1. `Profile`: every column as distances and heights, bottom up.
+//! 2. `Plane`: a plane through the lowest flat returns around the sensor says where the ground starts.
+//! 3. `column_slopes`: the slope of each return against the last ground below it in its column.
+//! 4. `Spread`: flat returns on the plane are ground, and so are flat returns continuous with them.
+//! 5. `HeightMap`: the ground heights seen from above; flat returns at the height of the ground around
 //!    them start to spread anew, which finds the ground behind occluders.
 //! 6. The verdict for each point: a seen one is ground if its pixel is, or if it is as high as the ground
 //!    in its own cell, such as the face of a kerb; a shadowed one is judged by the ground's height alone.

@@ -1,0 +1,209 @@
+//! What is known of a point: its pixel, its component, its group, its neighbours.
+
+use serde::Serialize;
+
+use super::border::{BorderPair, pair};
+use super::{Frame, distance};
+use crate::cluster::back_projection::nearest_pixel;
+use crate::instances::Reason;
+use crate::pipeline::Stages;
+use crate::range_image::{NEIGHBOURS, NO_NEIGHBOUR};
+use crate::semantics::MaskSource;
+
+/// A pixel of the range image and the point seen in it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Place {
+    /// Row from 0.
+    pub row: usize,
+    /// Column from 0.
+    pub column: usize,
+    /// The point seen there, metres.
+    pub position: [f32; 3],
+}
+
+/// A component of the divide step.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ComponentFacts {
+    /// Its label from 1.
+    pub label: u32,
+    /// Number of its pixels.
+    pub pixels: usize,
+    /// Its seed; none of a leftover that no seed reached and that became a component of its own.
+    pub seed: Option<Place>,
+}
+
+/// An instance of the merge step, before the later stages.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct GroupFacts {
+    /// Its number from 1.
+    pub number: u32,
+    /// Number of its components.
+    pub components: usize,
+    /// Number of its pixels.
+    pub pixels: usize,
+}
+
+/// What is known of one point.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PointFacts {
+    /// Index in the cloud.
+    pub index: usize,
+    /// Metres. Not a number where the beam came back with nothing.
+    pub position: [f32; 3],
+    /// Distance from the sensor, metres.
+    pub range: f64,
+    /// Class in the recording's ids; 0 where there are no classes.
+    pub semantic: u16,
+    /// Name of the class; empty where there are no classes.
+    pub class_name: String,
+    /// Final instance, or 0.
+    pub instance: u32,
+    /// Class name of that instance (majority of its points); empty where there is none.
+    pub instance_class: String,
+    /// Why there is none.
+    pub reason: Reason,
+    /// Row and column of its pixel.
+    pub pixel: Option<[usize; 2]>,
+    /// The nearer point that occupies its pixel, if it is shadowed.
+    pub hidden_behind: Option<Place>,
+    /// The pixel whose label it takes, if it is shadowed and there is one.
+    pub label_from: Option<Place>,
+    /// The component of its pixel, or of the one it takes its label from.
+    pub component: Option<ComponentFacts>,
+    /// The group of that component.
+    pub group: Option<GroupFacts>,
+    /// Its pixel's neighbours with their conditions; none of a point that is not an object.
+    pub neighbours: Vec<BorderPair>,
+    /// Object pixel number, its own or the one it takes its label from.
+    #[serde(skip)]
+    pub(super) object: Option<usize>,
+}
+
+impl PointFacts {
+    /// Gathers them.
+    pub(super) fn of(frame: &Frame, point: usize) -> Self {
+        let Frame { cloud, stages, .. } = frame;
+        let labels = &stages.labels;
+        let image = &stages.image;
+        let pixel = image.pixel_of(point);
+        let is_shadowed = image.is_shadowed(point);
+        let object = object_of(frame, point);
+        let label = object.map_or(0, |object| stages.components.label[object]);
+        let instance = labels.instance[point];
+        let of_instance = stages.instances.iter().find(|found| found.id == instance);
+        PointFacts {
+            index: point,
+            position: cloud.position(point),
+            range: cloud.squared_range(point).sqrt(),
+            semantic: cloud.class.as_ref().map_or(0, |class| class[point]),
+            class_name: class_name(frame, stages.mask.class[point]),
+            instance,
+            instance_class: of_instance.map(|found| found.class_name.clone()).unwrap_or_default(),
+            reason: labels.reason[point],
+            pixel: pixel.map(|pixel| [pixel / image.columns(), pixel % image.columns()]),
+            hidden_behind: pixel.filter(|_| is_shadowed).map(|pixel| place(frame, pixel)),
+            label_from: object
+                .filter(|_| is_shadowed)
+                .map(|object| place_of_object(stages, object)),
+            component: (label != 0).then(|| component(stages, label)),
+            group: (label != 0).then(|| group(stages, group_of(stages, label))),
+            neighbours: object.map(|object| neighbours(frame, object)).unwrap_or_default(),
+            object,
+        }
+    }
+}
+
+/// The object pixel whose label a point has: its own, or if it is shadowed the nearest of its class.
+fn object_of(frame: &Frame, point: usize) -> Option<usize> {
+    let Frame { cloud, stages, config, .. } = frame;
+    if !stages.mask.is_object[point] {
+        return None;
+    }
+    let object_at = |pixel: usize| stages.objects.pixel.binary_search(&(pixel as u32)).ok();
+    let pixel = if stages.image.is_shadowed(point) {
+        let window = config.cluster.back_projection;
+        nearest_pixel(cloud, &stages.image, point, window, |pixel| {
+            object_at(pixel)
+                .is_some_and(|object| stages.objects.class[object] == stages.mask.class[point])
+        })
+    } else {
+        stages.image.pixel_of(point)
+    };
+    pixel.and_then(object_at)
+}
+
+pub(super) fn class_name(frame: &Frame, class: u16) -> String {
+    match frame.mask {
+        MaskSource::Classes(taxonomy) => taxonomy.classes()[usize::from(class)].name.clone(),
+        _ => String::new(),
+    }
+}
+
+fn place(frame: &Frame, pixel: usize) -> Place {
+    let image = &frame.stages.image;
+    Place {
+        row: pixel / image.columns(),
+        column: pixel % image.columns(),
+        position: image.point_at(pixel).map_or([f32::NAN; 3], |point| frame.cloud.position(point)),
+    }
+}
+
+pub(super) fn place_of_object(stages: &Stages, object: usize) -> Place {
+    let (pixel, columns) = (stages.objects.pixel[object] as usize, stages.image.columns());
+    let position = stages.objects.position[object];
+    Place { row: pixel / columns, column: pixel % columns, position }
+}
+
+/// The group of a component.
+pub(super) fn group_of(stages: &Stages, label: u32) -> u32 {
+    stages.merge.instance_of_component[label as usize - 1]
+}
+
+pub(super) fn component(stages: &Stages, label: u32) -> ComponentFacts {
+    let seed = stages.seeds.get(label as usize - 1);
+    ComponentFacts {
+        label,
+        pixels: stages.components.label.iter().filter(|&&other| other == label).count(),
+        seed: seed.map(|&seed| place_of_object(stages, seed as usize)),
+    }
+}
+
+pub(super) fn group(stages: &Stages, number: u32) -> GroupFacts {
+    let groups = &stages.merge.instance_of_component;
+    GroupFacts {
+        number,
+        components: groups.iter().filter(|&&group| group == number).count(),
+        pixels: pixels_of_group(stages, number).len(),
+    }
+}
+
+/// The object pixels of a group.
+pub(super) fn pixels_of_group(stages: &Stages, number: u32) -> Vec<usize> {
+    (0..stages.objects.len()).filter(|&object| stages.merged_instance(object) == number).collect()
+}
+
+fn neighbours(frame: &Frame, object: usize) -> Vec<BorderPair> {
+    let neighbours = frame.stages.objects.neighbours[object];
+    let present = (0..NEIGHBOURS).filter(|&direction| neighbours[direction] != NO_NEIGHBOUR);
+    present.map(|direction| pair(frame, object, direction)).collect()
+}
+
+/// The two elements, one of each list, that are nearest to each other, and their distance.
+pub(super) fn nearest_pair<T: Copy>(
+    a: &[T],
+    b: &[T],
+    position: impl Fn(&T) -> [f64; 3],
+) -> Option<(T, T, f64)> {
+    let b: Vec<(T, [f64; 3])> = b.iter().map(|other| (*other, position(other))).collect();
+    let mut best: Option<(T, T, f64)> = None;
+    for one in a {
+        let from = position(one);
+        for &(other, to) in &b {
+            let apart = distance(from, to);
+            if best.is_none_or(|(_, _, least)| apart < least) {
+                best = Some((*one, other, apart));
+            }
+        }
+    }
+    best
+}

@@ -1,0 +1,335 @@
+//! The counterfactual: the smallest change of each parameter alone that gives the other answer, found by
+//! running it.
+//!
+//! The answer is not monotone in most parameters, so a coarse scan from the present value outwards finds
+//! the first value with the other answer, and a bisection between it and the value before narrows it down.
+//! A narrower island between two values of the scan may be missed.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use serde::Serialize;
+
+use super::{Answer, Frame, Subject, answer};
+use crate::cluster::params::{BirdsEye, ClusterParams, Region};
+use crate::pipeline::{self, Config};
+
+/// One parameter, and what it takes to get the other answer.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum WhatIf {
+    /// A parameter that is a number.
+    Number(Number),
+    /// A parameter that is one of a few.
+    Choice(Choice),
+}
+
+/// A numeric parameter.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Number {
+    /// Its name, as in `angle`.
+    pub parameter: &'static str,
+    /// Its unit; empty for a bare number.
+    pub unit: &'static str,
+    /// Its value in this run, in that unit; a gap that may be of any size is the image's size.
+    pub now: f64,
+    /// The values that were searched, from and to.
+    pub searched: [f64; 2],
+    /// The greatest value below the present one that gives the other answer.
+    pub lower: Option<Flip>,
+    /// The least value above the present one that gives the other answer.
+    pub higher: Option<Flip>,
+}
+
+impl Number {
+    /// The smaller of the two changes.
+    pub fn smallest(&self) -> Option<Flip> {
+        let flips = [self.lower, self.higher].into_iter().flatten();
+        let change = |flip: &Flip| (flip.value - self.now).abs();
+        flips.min_by(|a, b| change(a).total_cmp(&change(b)))
+    }
+}
+
+/// A value that gives the other answer.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Flip {
+    /// The value.
+    pub value: f64,
+    /// The next value towards the present one, which was run too and does not.
+    pub unchanged_at: f64,
+}
+
+/// A parameter that is one of a few.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Choice {
+    /// Its name, as in `bird's-eye merge`.
+    pub parameter: &'static str,
+    /// Its value in this run.
+    pub now: &'static str,
+    /// The other values, all of which were run.
+    pub tried: Vec<&'static str>,
+    /// Those that give the other answer.
+    pub flips: Vec<&'static str>,
+}
+
+/// How a numeric parameter is searched: whole multiples of 1 / `per_unit`.
+struct Dial {
+    parameter: &'static str,
+    unit: &'static str,
+    per_unit: f64,
+    /// The coarse scan, ascending.
+    scan: &'static [f64],
+    /// In its unit; none where the parameter is not in force.
+    get: fn(&ClusterParams) -> Option<f64>,
+    set: fn(&mut ClusterParams, f64),
+}
+
+const DIALS: [Dial; 7] = [
+    Dial {
+        parameter: "angle",
+        unit: "degrees",
+        per_unit: 20.0,
+        scan: &[
+            0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0,
+            16.0, 18.0, 20.0, 22.0, 25.0, 30.0, 35.0, 40.0, 50.0, 60.0,
+        ],
+        get: |params| Some((params.condition.angle.to_degrees() * 1e6).round() / 1e6),
+        set: |params, degrees| params.condition.angle = degrees.to_radians(),
+    },
+    Dial {
+        parameter: "nearness",
+        unit: "widths of the class",
+        per_unit: 100.0,
+        scan: &[0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0],
+        get: |params| params.condition.nearness.map(|nearness| nearness.share_of_width),
+        set: |params, share| {
+            if let Some(nearness) = &mut params.condition.nearness {
+                nearness.share_of_width = share;
+            }
+        },
+    },
+    Dial {
+        parameter: "voxel",
+        unit: "m",
+        per_unit: 100.0,
+        scan: &[
+            0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.7, 0.8, 0.9, 1.0,
+            1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0,
+        ],
+        get: |params| Some(params.voxel),
+        set: |params, metres| params.voxel = metres,
+    },
+    Dial {
+        parameter: "gap columns",
+        unit: "pixels",
+        per_unit: 1.0,
+        scan: &[
+            1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0, 16.0,
+        ],
+        get: |params| Some(params.gap_columns as f64),
+        set: |params, pixels| params.gap_columns = pixels as usize,
+    },
+    Dial {
+        parameter: "gap rows",
+        unit: "pixels",
+        per_unit: 1.0,
+        scan: &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0],
+        get: |params| Some(params.gap_rows as f64),
+        set: |params, pixels| params.gap_rows = pixels as usize,
+    },
+    Dial {
+        parameter: "merge ratio",
+        unit: "",
+        per_unit: 100.0,
+        scan: &[
+            0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75,
+            0.8, 0.85, 0.9, 0.95,
+        ],
+        get: |params| Some(params.merge_ratio),
+        set: |params, ratio| params.merge_ratio = ratio,
+    },
+    Dial {
+        parameter: "minimum size",
+        unit: "pixels",
+        per_unit: 1.0,
+        scan: &[0.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10000.0],
+        get: |params| Some(params.min_pixels as f64),
+        set: |params, pixels| params.min_pixels = pixels as usize,
+    },
+];
+
+/// For each parameter of the clustering the smallest change, all others as they are, that gives the other
+/// answer. Points that are no objects have no instance whatever the parameters: nothing is run then.
+///
+/// Runs the pipeline on the frame some hundred times, on as many threads as there are cores.
+///
+/// # Panics
+/// If a point is not in the cloud.
+pub fn what_if(frame: &Frame, subject: Subject) -> Vec<WhatIf> {
+    let is_object = |point: usize| frame.stages.mask.is_object[point];
+    if !subject.points().into_iter().all(is_object) {
+        return Vec::new();
+    }
+    let search = Search { frame, subject, now: answer(frame.stages, subject) };
+    let count = DIALS.len() + 2;
+    let found: Mutex<Vec<(usize, WhatIf)>> = Mutex::default();
+    let next = AtomicUsize::new(0);
+    let workers = std::thread::available_parallelism().map_or(1, usize::from).min(count);
+    std::thread::scope(|scope| {
+        for _ in 0..workers {
+            scope.spawn(|| {
+                loop {
+                    let number = next.fetch_add(1, Ordering::Relaxed);
+                    if number >= count {
+                        break;
+                    }
+                    if let Some(result) = search.parameter(number) {
+                        found.lock().expect("no worker panicked").push((number, result));
+                    }
+                }
+            });
+        }
+    });
+    let mut found = found.into_inner().expect("no worker panicked");
+    found.sort_by_key(|&(number, _)| number);
+    found.into_iter().map(|(_, result)| result).collect()
+}
+
+struct Search<'a> {
+    frame: &'a Frame<'a>,
+    subject: Subject,
+    now: Answer,
+}
+
+impl Search<'_> {
+    fn parameter(&self, number: usize) -> Option<WhatIf> {
+        match DIALS.get(number) {
+            Some(dial) => self.number(dial).map(WhatIf::Number),
+            None if number == DIALS.len() => Some(WhatIf::Choice(self.on_the_plane())),
+            None => Some(WhatIf::Choice(self.same_class())),
+        }
+    }
+
+    /// Whether a change of the parameters changes the answer.
+    fn flips(&self, change: impl FnOnce(&mut ClusterParams)) -> bool {
+        let mut config: Config = self.frame.config.clone();
+        change(&mut config.cluster);
+        let stages = pipeline::run(self.frame.cloud, self.frame.mask, &config);
+        answer(&stages, self.subject) != self.now
+    }
+
+    fn number(&self, dial: &Dial) -> Option<Number> {
+        let image = &self.frame.stages.image;
+        // A gap that may be of any size is one of the image's size.
+        let most = image.rows().max(image.columns()).max(1 << 20) as f64;
+        let now = (dial.get)(&self.frame.config.cluster)?.min(most);
+        let below: Vec<f64> =
+            dial.scan.iter().copied().filter(|&value| value < now).rev().collect();
+        let above: Vec<f64> = dial.scan.iter().copied().filter(|&value| value > now).collect();
+        Some(Number {
+            parameter: dial.parameter,
+            unit: dial.unit,
+            now,
+            searched: [dial.scan[0], dial.scan[dial.scan.len() - 1]],
+            lower: self.first_flip(dial, now, &below),
+            higher: self.first_flip(dial, now, &above),
+        })
+    }
+
+    /// The first value of a scan away from `now` that flips the answer, narrowed down.
+    fn first_flip(&self, dial: &Dial, now: f64, scan: &[f64]) -> Option<Flip> {
+        let flips = |value: f64| self.flips(|params| (dial.set)(params, value));
+        let place = scan.iter().position(|&value| flips(value))?;
+        let before = if place == 0 { now } else { scan[place - 1] };
+        let steps = |value: f64| value * dial.per_unit;
+        // In whole steps, so that the values found are those that people write: 12.35, not 12.349999.
+        let mut flipped = steps(scan[place]).round() as i64;
+        let up = scan[place] > now;
+        let nearest = if up { steps(before) + 1e-6 } else { steps(before) - 1e-6 };
+        let mut unchanged = if up { nearest.floor() } else { nearest.ceil() } as i64;
+        while (flipped - unchanged).abs() > 1 {
+            let middle = unchanged + (flipped - unchanged) / 2;
+            let is_flipped = flips(middle as f64 / dial.per_unit);
+            *(if is_flipped { &mut flipped } else { &mut unchanged }) = middle;
+        }
+        let value = |steps: i64| steps as f64 / dial.per_unit;
+        let unchanged_at = if up { value(unchanged).max(now) } else { value(unchanged).min(now) };
+        Some(Flip { value: value(flipped), unchanged_at })
+    }
+
+    fn on_the_plane(&self) -> Choice {
+        let now = &self.frame.config.cluster;
+        let is_now = |plane: Plane| match plane {
+            Plane::BySize => now.fragments.is_some(),
+            Plane::Off => now.fragments.is_none() && now.birds_eye.is_none(),
+            Plane::Overlap(region) => {
+                now.fragments.is_none() && now.birds_eye.is_some_and(|now| now.region == region)
+            }
+        };
+        let only_boxes = now.birds_eye.is_some_and(|now| !now.transitive || now.grown_pixels_only);
+        let is_possible = |plane: Plane| {
+            !only_boxes || !matches!(plane, Plane::Overlap(Region::Rectangle | Region::Hull))
+        };
+        let tried: Vec<Plane> =
+            PLANES.into_iter().filter(|&plane| !is_now(plane) && is_possible(plane)).collect();
+        let flips = tried.iter().filter(|plane| self.flips(|params| plane.set(params)));
+        Choice {
+            parameter: "bird's-eye merge",
+            now: PLANES.into_iter().find(|&plane| is_now(plane)).map_or("other", Plane::name),
+            flips: flips.map(|plane| plane.name()).collect(),
+            tried: tried.iter().map(|plane| plane.name()).collect(),
+        }
+    }
+
+    fn same_class(&self) -> Choice {
+        let now = self.frame.config.cluster.same_class_neighbours;
+        let name = |only: bool| if only { "only" } else { "any" };
+        let flips = self.flips(|params| params.same_class_neighbours = !now);
+        Choice {
+            parameter: "neighbours of one class",
+            now: name(now),
+            tried: vec![name(!now)],
+            flips: if flips { vec![name(!now)] } else { Vec::new() },
+        }
+    }
+}
+
+/// What may be done on the bird's-eye plane after the votes.
+#[derive(Debug, Clone, Copy)]
+enum Plane {
+    Off,
+    Overlap(Region),
+    BySize,
+}
+
+const PLANES: [Plane; 5] = [
+    Plane::Off,
+    Plane::Overlap(Region::Box),
+    Plane::Overlap(Region::Rectangle),
+    Plane::Overlap(Region::Hull),
+    Plane::BySize,
+];
+
+impl Plane {
+    fn name(self) -> &'static str {
+        match self {
+            Plane::Off => "off",
+            Plane::Overlap(Region::Box) => "box",
+            Plane::Overlap(Region::Rectangle) => "rectangle",
+            Plane::Overlap(Region::Hull) => "hull",
+            Plane::BySize => "size",
+        }
+    }
+
+    fn set(self, params: &mut ClusterParams) {
+        let overlap = |region: Region| {
+            let own = params.birds_eye.or(ClusterParams::paper().birds_eye);
+            own.map(|own| BirdsEye { region, ..own })
+        };
+        (params.birds_eye, params.fragments) = match self {
+            Plane::Off => (None, None),
+            Plane::Overlap(region) => (overlap(region), None),
+            Plane::BySize => (None, ClusterParams::best().fragments),
+        };
+    }
+}

@@ -1,0 +1,259 @@
+//! One cloud message of a recording, or some in a row: by number, or the nearest to a time.
+
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+use super::recording::{Channel, Overview, Position, Record, RecordingReader};
+use crate::error::{Error, Result};
+
+/// A cloud message, still encoded.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CloudMessage {
+    /// Its topic.
+    pub topic: String,
+    /// Its number on the topic in the order of the file, from 0.
+    pub number: u64,
+    /// Log time in nanoseconds.
+    pub log_time: u64,
+    /// The message.
+    pub data: Vec<u8>,
+    /// Where it lies.
+    pub position: Position,
+}
+
+/// Which message of a topic.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Which {
+    /// The one of that number, from 0, in the order of the file.
+    Frame(u64),
+    /// The one whose log time in nanoseconds is nearest; of two the earlier in the file.
+    Time(u64),
+}
+
+/// Reads one cloud message of a topic, or of the first topic with readable clouds.
+///
+/// A frame is found as soon as it is reached; for a time the whole recording is read. Nothing is
+/// decoded.
+///
+/// # Errors
+/// [`Error::NoCloud`] if there is no such topic or frame, with what there is; those of
+/// [`RecordingReader`].
+pub fn cloud_message_at(path: &Path, topic: Option<&str>, which: Which) -> Result<CloudMessage> {
+    match which {
+        Which::Frame(number) => {
+            let first = CloudMessages::open(path, topic, number..=number)?.next();
+            first.unwrap_or_else(|| Err(no_cloud(path, cut_off(number))))
+        }
+        Which::Time(wanted) => nearest(CloudMessages::open(path, topic, 0..=u64::MAX)?, wanted),
+    }
+}
+
+fn nearest(messages: CloudMessages, wanted: u64) -> Result<CloudMessage> {
+    let (path, topic) = (messages.path.clone(), messages.topic.clone());
+    let mut best: Option<CloudMessage> = None;
+    for message in messages {
+        let message = message?;
+        let away = message.log_time.abs_diff(wanted);
+        if best.as_ref().is_none_or(|best| away < best.log_time.abs_diff(wanted)) {
+            best = Some(message);
+        }
+    }
+    best.ok_or_else(|| no_cloud(&path, format!("no cloud on `{topic}`")))
+}
+
+/// The messages of one cloud topic in the order of the file, one at a time in memory.
+pub struct CloudMessages {
+    path: PathBuf,
+    topic: String,
+    count: u64,
+    start_ns: u64,
+    channels: Vec<u16>,
+    frames: RangeInclusive<u64>,
+    next: u64,
+    reader: RecordingReader,
+    is_over: bool,
+}
+
+impl CloudMessages {
+    /// Opens a recording at a topic, or at its first topic with readable clouds. Frames outside
+    /// `frames` are passed over.
+    ///
+    /// # Errors
+    /// [`Error::NoCloud`] if there is no such topic, or the first frame is not in it (the last may lie
+    /// behind the end); those of [`RecordingReader`].
+    pub fn open(path: &Path, topic: Option<&str>, frames: RangeInclusive<u64>) -> Result<Self> {
+        let overview = Overview::read(path)?;
+        let topic = choose(&overview, topic)?;
+        let channels: Vec<u16> = overview
+            .channels_of(&topic)
+            .filter(|channel| is_readable_cloud(&overview, channel))
+            .map(|channel| channel.id)
+            .collect();
+        let count = count(&overview, &channels);
+        if *frames.start() >= count {
+            let problem = match count {
+                0 => format!("no cloud on `{topic}`"),
+                _ => format!(
+                    "no frame {} on `{topic}`: it has {count}, from 0 to {}",
+                    frames.start(),
+                    count - 1
+                ),
+            };
+            return Err(no_cloud(path, problem));
+        }
+        Ok(CloudMessages {
+            path: path.to_owned(),
+            topic,
+            count,
+            start_ns: overview.start_ns.unwrap_or(0),
+            channels,
+            frames,
+            next: 0,
+            reader: RecordingReader::open(path)?,
+            is_over: false,
+        })
+    }
+
+    /// The topic.
+    pub fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    /// Messages on the topic.
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// Log time of the recording's first message in nanoseconds.
+    pub fn start_ns(&self) -> u64 {
+        self.start_ns
+    }
+
+    fn read(&mut self) -> Result<Option<CloudMessage>> {
+        while self.next <= *self.frames.end() {
+            match self.reader.next_record()? {
+                Some(Record::Message { header, data, position })
+                    if self.channels.contains(&header.channel_id) =>
+                {
+                    let number = self.next;
+                    self.next += 1;
+                    if self.frames.contains(&number) {
+                        return Ok(Some(CloudMessage {
+                            topic: self.topic.clone(),
+                            number,
+                            log_time: header.log_time,
+                            data: data.into_owned(),
+                            position,
+                        }));
+                    }
+                }
+                Some(_) => {}
+                None => break,
+            }
+        }
+        Ok(None)
+    }
+}
+
+impl Iterator for CloudMessages {
+    type Item = Result<CloudMessage>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.is_over {
+            return None;
+        }
+        let message = self.read().transpose();
+        self.is_over = !matches!(message, Some(Ok(_)));
+        message
+    }
+}
+
+/// Whether the clouds of a channel can be read: PointCloud2 in CDR.
+pub fn is_readable_cloud(overview: &Overview, channel: &Channel) -> bool {
+    channel.message_encoding == "cdr" && type_name(overview, channel) == "PointCloud2"
+}
+
+/// Whether a channel carries point clouds of any kind.
+pub fn is_cloud(overview: &Overview, channel: &Channel) -> bool {
+    ["PointCloud2", "PointCloud"].contains(&type_name(overview, channel))
+}
+
+/// The last part of a type's name: `PointCloud2` of `sensor_msgs/msg/PointCloud2`.
+fn type_name<'a>(overview: &'a Overview, channel: &Channel) -> &'a str {
+    let schema = overview.schemas.get(&channel.schema_id);
+    let name = schema.map_or("", |schema| schema.name.as_str());
+    name.rsplit(['/', '.']).next().unwrap_or(name)
+}
+
+/// The topic asked for, or the first with clouds, else the first that could have some.
+fn choose(overview: &Overview, topic: Option<&str>) -> Result<String> {
+    let readable: Vec<&Channel> =
+        overview.channels.values().filter(|channel| is_readable_cloud(overview, channel)).collect();
+    let names = || {
+        let mut names: Vec<&str> = readable.iter().map(|channel| channel.topic.as_str()).collect();
+        names.sort_unstable();
+        names.dedup();
+        names.join(", ")
+    };
+    let path = &overview.path;
+    let chosen = match topic {
+        Some(topic) => readable.iter().find(|channel| channel.topic == topic),
+        None => readable
+            .iter()
+            .find(|channel| count(overview, &[channel.id]) > 0)
+            .or_else(|| readable.first()),
+    };
+    match (chosen, topic) {
+        (Some(channel), _) => Ok(channel.topic.clone()),
+        (None, Some(topic)) if !readable.is_empty() => {
+            Err(no_cloud(path, format!("no readable cloud topic `{topic}`; there is: {}", names())))
+        }
+        _ => Err(no_cloud(path, "no cloud topic that can be read".into())),
+    }
+}
+
+fn count(overview: &Overview, channels: &[u16]) -> u64 {
+    channels.iter().map(|id| overview.message_counts.get(id).copied().unwrap_or(0)).sum()
+}
+
+fn cut_off(number: u64) -> String {
+    format!("frame {number} is counted but not there: the recording is damaged")
+}
+
+fn no_cloud(path: &Path, problem: String) -> Error {
+    Error::NoCloud { path: path.to_owned(), problem }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::WriteOptions;
+    use crate::io::drive::{CLOUD_TOPIC, write_drive};
+    use crate::simulate::{Drive, Scene, Sensor};
+
+    #[test]
+    fn by_number_and_by_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("drive.mcap");
+        let drive = Drive::new(Sensor::Vlp16, Scene::Parking, 1);
+        write_drive(&drive, 3, &path, &WriteOptions::default(), |_| {
+            std::ops::ControlFlow::Continue(())
+        })
+        .unwrap();
+
+        let all: Vec<CloudMessage> =
+            CloudMessages::open(&path, None, 0..=9).unwrap().map(|m| m.unwrap()).collect();
+        assert_eq!(all.iter().map(|m| m.number).collect::<Vec<_>>(), [0, 1, 2]);
+        let at = |topic, which| cloud_message_at(&path, topic, which);
+        assert_eq!(at(None, Which::Frame(1)).unwrap(), all[1]);
+        let near = all[2].log_time - 1000;
+        assert_eq!(at(Some(CLOUD_TOPIC), Which::Time(near)).unwrap(), all[2]);
+        assert_eq!(at(None, Which::Time(0)).unwrap(), all[0]);
+        assert_eq!(at(None, Which::Time(u64::MAX)).unwrap(), all[2]);
+
+        let beyond = at(None, Which::Frame(3)).unwrap_err().to_string();
+        assert!(beyond.contains("it has 3, from 0 to 2"), "{beyond}");
+        let unknown = at(Some("/tf"), Which::Frame(0)).unwrap_err().to_string();
+        assert!(unknown.contains("`/tf`") && unknown.contains(CLOUD_TOPIC), "{unknown}");
+    }
+}
