@@ -253,12 +253,12 @@ pub fn is_annotation(overview: &Overview, topic: &str) -> bool {
 const INSTANCES: &str = "/instances";
 const OBJECTS: &str = "/objects";
 
-/// A cloud of a recording and what became of it.
+/// A cloud out of a message, clustered.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Clustered {
     /// The cloud.
     pub cloud: PointCloud,
-    /// Every intermediate.
+    /// Every intermediate of its run.
     pub stages: Stages,
     /// Where objects came from, as in `field:label`.
     pub semantics: String,
@@ -271,7 +271,7 @@ pub struct Clustered {
 /// # Errors
 /// Those of [`PointCloud2::to_cloud`]; [`Error::MissingField`] if the field that should hold the classes
 /// is not there.
-pub fn cluster_message(wire: &PointCloud2, method: &Method) -> Result<Clustered> {
+pub fn cluster(wire: &PointCloud2, method: &Method) -> Result<Clustered> {
     let started = Instant::now();
     let Decoded { cloud, mask, semantics } = method.decode(wire)?;
     let decode_ms = started.elapsed().as_secs_f64() * 1e3;
@@ -283,7 +283,7 @@ pub fn cluster_message(wire: &PointCloud2, method: &Method) -> Result<Clustered>
 /// memory is used again.
 ///
 /// # Errors
-/// Those of [`PointCloud2::parse`] and [`cluster_message`].
+/// Those of [`PointCloud2::parse`] and [`cluster`].
 pub fn annotate_message(
     message: &[u8],
     method: &Method,
@@ -292,7 +292,7 @@ pub fn annotate_message(
     let started = Instant::now();
     let wire = PointCloud2::parse(message)?;
     let parse_ms = started.elapsed().as_secs_f64() * 1e3;
-    let clustered = cluster_message(&wire, method)?;
+    let clustered = cluster(&wire, method)?;
 
     let started = Instant::now();
     let stages = &clustered.stages;

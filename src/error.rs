@@ -120,6 +120,13 @@ pub enum Error {
         count: u32,
     },
 
+    /// A figure that cannot be drawn.
+    #[error("{problem}")]
+    Figure {
+        /// What is wrong, with the numbers.
+        problem: String,
+    },
+
     /// The operating system refused.
     #[error("{}: {source}", path.display())]
     Io {

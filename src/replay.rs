@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::ops::{Bound, RangeBounds};
 use std::path::Path;
 
-use crate::annotate::{self, Event, Frame, Method, cluster_message, remarks};
+use crate::annotate::{self, Event, Frame, Method, cluster, remarks};
 use crate::error::{Error, Result};
 use crate::io::{MessageHeader, Overview, PointCloud2, Position, Record, RecordingReader};
 
@@ -181,7 +181,7 @@ impl Tally {
         on_event: &mut dyn FnMut(Event) -> Result<()>,
     ) -> Result<()> {
         let wire = PointCloud2::parse(data);
-        let clustered = wire.and_then(|wire| Ok((cluster_message(&wire, method)?, wire)));
+        let clustered = wire.and_then(|wire| Ok((cluster(&wire, method)?, wire)));
         let (clustered, wire) = match clustered {
             Ok(clustered) => clustered,
             Err(error) => {

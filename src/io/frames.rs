@@ -120,7 +120,7 @@ impl CloudMessages {
     }
 
     /// Messages on the topic.
-    pub fn count(&self) -> u64 {
+    pub fn message_count(&self) -> u64 {
         self.count
     }
 

@@ -1,33 +1,33 @@
-//! Pictures of a run: what looks at [`crate::pipeline::Stages`] and changes nothing.
+//! Pictures of a clustered cloud: figures as PNG or SVG, and the stream to the Rerun viewer
+//! (`rerun_stream`, with the feature `rerun`). What looks changes nothing.
+//!
+//! A [`Scene`] is what is shown, [`figure`](figure()) lays panels out on a [`Canvas`], and [`png`](png())
+//! and [`svg`](svg()) draw it. No display, no font of the system: the same input gives the same bytes.
 
+pub mod canvas;
+pub mod colours;
+pub mod figure;
+pub mod font;
+pub mod matrix;
+pub mod plane;
+pub mod png;
+pub mod ramp;
+pub mod range_panel;
 #[cfg(feature = "rerun")]
 pub mod rerun_stream;
+pub mod scene;
+pub mod steps;
+pub mod svg;
+pub mod target;
+pub mod theme;
+pub mod vote_graph;
 
-use std::fmt;
-use std::path::PathBuf;
-
-/// Where a stream for the Rerun viewer goes.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Target {
-    /// Into a `.rrd` file.
-    Save {
-        /// The file.
-        path: PathBuf,
-        /// Whether an existing file may be replaced.
-        force: bool,
-    },
-    /// To a viewer that is running, as in `rerun+http://127.0.0.1:9876/proxy`.
-    Connect(String),
-    /// To a viewer that is started, or the one that is running on this machine.
-    Spawn,
-}
-
-impl fmt::Display for Target {
-    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Target::Save { path, .. } => write!(formatter, "{}", path.display()),
-            Target::Connect(url) => formatter.write_str(url),
-            Target::Spawn => formatter.write_str("the viewer on this machine"),
-        }
-    }
-}
+pub use canvas::Canvas;
+pub use colours::ColourTracker;
+pub use figure::{FigureOptions, Panel, figure};
+pub use plane::Region;
+pub use png::png;
+pub use scene::{Crop, Scene, SceneClass};
+pub use steps::{Step, step_figure, steps};
+pub use svg::svg;
+pub use target::Target;

@@ -27,6 +27,7 @@ fn demo_ends_in_a_table_and_says_what_to_open() {
     assert!(said.contains("class") && said.contains("car") && said.contains("mean"), "{said}");
     assert!(said.contains("Next:") && said.contains("annotated.mcap"), "{said}");
     assert!(folder.path().join("drive.mcap").exists());
+    assert!(said.contains("figure.png") && folder.path().join("figure.png").exists(), "{said}");
 }
 
 #[test]

@@ -31,3 +31,15 @@ fn score_semantic_kitti() {
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(text.contains("best"), "{text}");
 }
+
+#[test]
+fn merge_six_components() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let output = folder.path().join("six.svg");
+    let done = example("05_merge_six_components", &[&output.to_string_lossy()]);
+    assert!(done.status.success(), "{done:?}");
+    let text = String::from_utf8_lossy(&done.stdout);
+    assert!(text.contains("[1, 1, 2, 1, 2, 2]"), "{text}");
+    let svg = std::fs::read_to_string(output).expect("the figure");
+    assert!(svg.contains("5 asks 6: 6 &gt; 1, joins"), "{}", svg.len());
+}

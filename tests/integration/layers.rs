@@ -32,6 +32,8 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("sha2", &["io"]),
     ("tempfile", &["io"]),
     ("rerun", &["view"]),
+    ("tiny_skia", &["view"]),
+    ("ttf_parser", &["view"]),
 ];
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {

@@ -3,6 +3,7 @@
 mod cli;
 mod examples;
 mod explain;
+mod figure;
 mod layers;
 mod oracle;
 mod partition;

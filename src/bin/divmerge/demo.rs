@@ -18,11 +18,11 @@ use crate::{Outcome, interrupt};
 
 /// Simulate a drive, annotate it, and score it against its truth
 ///
-/// Needs no data. Leaves the simulated and the annotated recording in a folder and says what to open
-/// next.
+/// Needs no data. Leaves the simulated and the annotated recording and a figure of one frame in a folder
+/// and says what to open next.
 #[derive(Args)]
 pub struct Arguments {
-    /// Folder for the recordings; those of an earlier demo are replaced
+    /// Folder for recordings and figure; those of an earlier demo are replaced
     #[arg(long, value_name = "DIR", default_value = "demo")]
     out: PathBuf,
 
@@ -55,7 +55,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     crate::annotate::print(&report?);
     println!();
     print_scores(&score(&annotated)?);
-    print_next(&drive, &annotated);
+    let figure = folder.join("figure.png");
+    if arguments.frames > 0 {
+        let middle = arguments.frames as u64 / 2;
+        crate::figure::draw(&drive, middle, &figure, &options.method)?;
+    }
+    print_next(&drive, &annotated, &figure);
     Ok(Outcome::Done)
 }
 
@@ -144,13 +149,17 @@ fn print_scores(scores: &Panoptic) {
     println!("{:<14} {pq:>5.1}  {sq:>5.1}  {rq:>5.1}", "mean");
 }
 
-fn print_next(drive: &Path, annotated: &Path) {
+fn print_next(drive: &Path, annotated: &Path, figure: &Path) {
     println!();
     println!("Next:");
+    if figure.exists() {
+        println!("  look at {}: mask, components, instances, votes of one frame", figure.display());
+    }
     println!("  open {} in Lichtblick, Foxglove or Rerun", annotated.display());
     println!(
         "    {CLOUD_TOPIC}/instances has instances in colour, {CLOUD_TOPIC}/objects their boxes"
     );
     println!("  divmerge info {}", drive.display());
+    println!("  divmerge figure {} --frame 3 -o figure.svg", drive.display());
     println!("  divmerge annotate YOUR.mcap -o annotated.mcap");
 }

@@ -5,6 +5,7 @@ mod arguments;
 mod completions;
 mod demo;
 mod explain;
+mod figure;
 mod info;
 mod interrupt;
 mod simulate;
@@ -42,6 +43,7 @@ enum Command {
     Annotate(annotate::Arguments),
     View(view::Arguments),
     Explain(explain::Arguments),
+    Figure(figure::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -76,6 +78,7 @@ fn main() -> ExitCode {
         Command::Annotate(arguments) => annotate::run(&arguments),
         Command::View(arguments) => view::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
+        Command::Figure(arguments) => figure::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     };
     match result {

@@ -22,4 +22,4 @@ pub use mcap::records::{AttachmentHeader, Channel, MessageHeader, Metadata};
 pub use overview::Overview;
 pub use reader::RecordingReader;
 pub use record::{Position, Record, Schema};
-pub use writer::{Compression, RecordingWriter, WriteOptions};
+pub use writer::{Compression, RecordingWriter, WriteOptions, write_file};

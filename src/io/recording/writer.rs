@@ -250,6 +250,17 @@ fn free_id(last: Option<u16>, is_taken: impl Fn(u16) -> bool) -> Option<u16> {
     last.unwrap_or(0).checked_add(1).or_else(|| (1..=u16::MAX).find(|&id| !is_taken(id)))
 }
 
+/// Writes a file of any kind in the same way: it appears under its name when it is complete.
+///
+/// # Errors
+/// [`Error::Io`], also if the output exists and may not be replaced.
+pub fn write_file(output: &Path, bytes: &[u8], force: bool) -> Result<()> {
+    let (mut file, partial) = PartialFile::create(output, force)?;
+    file.write_all(bytes).and_then(|()| file.flush()).map_err(at(output))?;
+    drop(file);
+    partial.put()
+}
+
 fn write_error(output: &Path, error: mcap::McapError) -> Error {
     match error {
         mcap::McapError::Io(source) => at(output)(source),

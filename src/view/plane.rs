@@ -1,0 +1,239 @@
+//! The bird's-eye plane on a page: x to the right, y up, the same scale along both.
+
+use super::canvas::{Anchor, Area, Canvas, Raster, Stroke, opaque};
+use super::ramp::quantile;
+use super::range_panel::backdrop;
+use super::scene::{Scene, Window};
+use super::theme;
+use crate::footprint::Rectangle;
+
+/// A part of the plane in metres, sensor frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Region {
+    /// Least and greatest x.
+    pub x: [f64; 2],
+    /// Least and greatest y.
+    pub y: [f64; 2],
+}
+
+impl Region {
+    /// Around the sensor and all but the most remote of some points, to whole multiples of `step` metres
+    /// and no smaller than `least` metres.
+    pub fn around(points: impl Iterator<Item = [f64; 2]> + Clone, step: f64, least: f64) -> Self {
+        let span = |axis: usize| {
+            let values = || points.clone().map(|p| p[axis]);
+            let mut low = quantile(values(), 0.01);
+            let mut high = quantile(values(), 0.99);
+            let short = (least - (high - low)).max(0.0) / 2.0;
+            (low, high) = (low - short, high + short);
+            [(low / step).floor() * step, (high / step).ceil() * step]
+        };
+        Region { x: span(0), y: span(1) }
+    }
+
+    /// Around all of some points with a margin, and no smaller than `least` metres.
+    pub fn whole(points: impl Iterator<Item = [f64; 2]> + Clone, margin: f64, least: f64) -> Self {
+        let span = |axis: usize| {
+            let values = points.clone().map(|p| p[axis]);
+            let (low, high) =
+                values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+            let (low, high) = if low <= high { (low, high) } else { (0.0, 0.0) };
+            let more = margin.max((least - (high - low)) / 2.0);
+            [low - more, high + more]
+        };
+        Region { x: span(0), y: span(1) }
+    }
+
+    /// Width over height.
+    pub fn aspect(&self) -> f64 {
+        (self.x[1] - self.x[0]) / (self.y[1] - self.y[0])
+    }
+
+    /// The part of the plane with the objects of a window, the sensor too unless the window is a part.
+    pub fn of_objects(scene: &Scene, window: &Window, is_all: bool) -> Self {
+        let image = &scene.stages.image;
+        let columns = image.columns();
+        let is_inside = |pixel: usize| {
+            let row = pixel / columns;
+            let row = if image.top_row_first { row } else { image.rows() - 1 - row };
+            window.columns.contains(&(pixel % columns)) && window.rows.contains(&row)
+        };
+        let objects = &scene.stages.objects;
+        let inside = objects.pixel.iter().zip(&objects.position);
+        let mut points: Vec<[f64; 2]> = inside
+            .filter(|&(&pixel, _)| is_inside(pixel as usize))
+            .map(|(_, &[x, y, _])| [f64::from(x), f64::from(y)])
+            .collect();
+        if is_all {
+            // As many as the quantiles would otherwise pass over.
+            points.extend(std::iter::repeat_n([0.0; 2], points.len() / 50 + 1));
+        }
+        let [step, least] = if is_all { [2.0, 10.0] } else { [1.0, 6.0] };
+        Region::around(points.iter().copied(), step, least)
+    }
+}
+
+/// A region laid out in an area of a page.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    /// Where on the page.
+    pub area: Area,
+    /// Page units to the metre.
+    pub scale: f64,
+    centre: [f64; 2],
+}
+
+impl Plane {
+    /// The region in the middle of the area, as large as fits.
+    pub fn new(area: Area, region: &Region) -> Self {
+        let sides = [region.x[1] - region.x[0], region.y[1] - region.y[0]];
+        let scale = (area.width / sides[0]).min(area.height / sides[1]);
+        let centre = [region.x[0] + sides[0] / 2.0, region.y[0] + sides[1] / 2.0];
+        Plane { area, scale, centre }
+    }
+
+    /// The place on the page of a place in metres.
+    pub fn to_page(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let middle = [self.area.x + self.area.width / 2.0, self.area.y + self.area.height / 2.0];
+        [
+            middle[0] + (x - self.centre[0]) * self.scale,
+            middle[1] - (y - self.centre[1]) * self.scale,
+        ]
+    }
+
+    /// Whether a place in metres is in view.
+    pub fn shows(&self, place: [f64; 2]) -> bool {
+        let [x, y] = self.to_page(place);
+        self.area.holds(&Area { x, y, width: 0.0, height: 0.0 })
+    }
+
+    /// The cloud from above, `density` pixels to the page unit: other returns first, objects over them.
+    pub fn points(
+        &self,
+        canvas: &mut Canvas,
+        scene: &Scene,
+        density: f64,
+        colour: impl Fn(usize) -> [u8; 3],
+    ) {
+        let [width, height] = [self.area.width, self.area.height]
+            .map(|side| ((side * density).round() as usize).max(1));
+        let mut raster = Raster::filled(width, height, theme::PANEL);
+        let mut splat = |point: usize, side: usize, colour: [u8; 3]| {
+            let [x, y, _] = scene.cloud.position(point).map(f64::from);
+            let page = self.to_page([x, y]);
+            let corner = [page[0] - self.area.x, page[1] - self.area.y]
+                .map(|c| (c * density - (side - 1) as f64 / 2.0).floor());
+            if corner[0] < 0.0 || corner[1] < 0.0 {
+                return;
+            }
+            let [left, top] = corner.map(|c| c as usize);
+            for y in top..(top + side).min(height) {
+                for x in left..(left + side).min(width) {
+                    raster.pixels[y * width + x] = colour;
+                }
+            }
+        };
+        let is_object = |point: usize| scene.stages.mask.is_object[point];
+        // Larger dots where there are few to the page unit.
+        let size = (self.scale * 0.02).clamp(0.8, 2.2);
+        let side = (density * size).round().max(1.0) as usize;
+        for point in (0..scene.cloud.len()).filter(|&point| scene.cloud.is_return(point)) {
+            if !is_object(point) {
+                let dim = super::canvas::between(theme::PANEL, backdrop(scene, point), 0.55);
+                splat(point, side, dim);
+            }
+        }
+        let side = (density * size * 1.35).round().max(1.0) as usize;
+        for point in (0..scene.cloud.len()).filter(|&point| is_object(point)) {
+            splat(point, side, colour(point));
+        }
+        canvas.picture(self.area, raster);
+    }
+
+    /// Circles around the sensor every so many metres, the sensor, and a bar of so many metres.
+    pub fn furniture(&self, canvas: &mut Canvas) {
+        let spacing = nice(self.area.width / self.scale / 4.0);
+        let corners = [
+            [self.area.x, self.area.y],
+            [self.area.right(), self.area.y],
+            [self.area.right(), self.area.bottom()],
+            [self.area.x, self.area.bottom()],
+        ];
+        let sensor = self.to_page([0.0, 0.0]);
+        let reach = corners.map(|[x, y]| (x - sensor[0]).hypot(y - sensor[1]));
+        let reach = reach.into_iter().fold(0.0, f64::max) / self.scale;
+        canvas.clipped(self.area, |canvas| {
+            for ring in 1..=(reach / spacing).min(40.0) as usize {
+                let radius = ring as f64 * spacing * self.scale;
+                canvas.circle(sensor, radius, None, Some(Stroke::solid(theme::GUIDE, 0.6)));
+            }
+            // An arrow head that points forward.
+            let tip = [[7.0, 0.0], [-4.0, 4.5], [-2.0, 0.0], [-4.0, -4.5]];
+            let tip = tip.map(|[x, y]| [sensor[0] + x, sensor[1] + y]);
+            let rim = Stroke::solid(opaque(theme::PANEL), 1.0);
+            canvas.polygon(tip.to_vec(), Some(theme::ON_PANEL), Some(rim));
+        });
+        self.metre_bar(canvas);
+    }
+
+    fn metre_bar(&self, canvas: &mut Canvas) {
+        let metres = nice(self.area.width / self.scale / 7.0);
+        let (right, y) = (self.area.right() - 14.0, self.area.bottom() - 12.0);
+        let left = right - metres * self.scale;
+        let line = Stroke::solid(theme::ON_PANEL, 1.6);
+        let back = Area { x: left - 7.0, y: y - 20.0, width: right - left + 14.0, height: 27.0 };
+        let [r, g, b] = theme::PANEL;
+        canvas.rect(back, Some([r, g, b, 200]), None);
+        canvas.line([left, y], [right, y], line);
+        for x in [left, right] {
+            canvas.line([x, y - 3.5], [x, y + 3.5], line);
+        }
+        let words = format!("{metres} m");
+        let style = theme::label(theme::SMALL, theme::ON_PANEL, Anchor::Middle);
+        canvas.text([(left + right) / 2.0, y - 6.5], words, style);
+    }
+
+    /// A box from above.
+    pub fn rectangle(&self, canvas: &mut Canvas, rectangle: &Rectangle, stroke: Stroke) {
+        let corners = rectangle.corners().map(|corner| self.to_page(corner));
+        canvas.polygon(corners.to_vec(), None, Some(stroke));
+    }
+}
+
+/// The nearest of 1, 2, 5, 10, 20 ... below.
+fn nice(length: f64) -> f64 {
+    if !(length.is_finite() && length > 0.0) {
+        return 1.0;
+    }
+    let power = 10_f64.powf(length.log10().floor());
+    let step = [5.0, 2.0].into_iter().find(|step| step * power <= length);
+    let nice = step.unwrap_or(1.0) * power;
+    if power < 1.0 { (nice * 100.0).round() / 100.0 } else { nice }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_of_bars_are_round() {
+        assert_eq!([0.7, 1.0, 3.9, 9.9, 12.0, 64.0].map(nice), [0.5, 1.0, 2.0, 5.0, 10.0, 50.0]);
+        assert_eq!([0.0, -1.0, f64::NAN].map(nice), [1.0; 3]);
+    }
+
+    #[test]
+    fn forward_is_right_and_left_is_up() {
+        let area = Area { x: 10.0, y: 20.0, width: 200.0, height: 100.0 };
+        let plane = Plane::new(area, &Region { x: [-10.0, 10.0], y: [-10.0, 10.0] });
+        assert_eq!(plane.scale, 5.0);
+        assert_eq!(plane.to_page([0.0, 0.0]), [110.0, 70.0]);
+        assert_eq!(plane.to_page([10.0, 10.0]), [160.0, 20.0]);
+        assert!(plane.shows([19.9, 0.0]) && !plane.shows([0.0, 10.1]));
+    }
+
+    #[test]
+    fn regions_have_a_size_even_around_nothing() {
+        let region = Region::around(std::iter::empty(), 5.0, 20.0);
+        assert_eq!(region, Region { x: [-10.0, 10.0], y: [-10.0, 10.0] });
+    }
+}

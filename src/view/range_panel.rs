@@ -1,0 +1,83 @@
+//! Panels over the range image: a pixel of the panel for every beam and column.
+
+use super::canvas::{Raster, between};
+use super::ramp;
+use super::scene::{Scene, Window};
+use super::theme;
+use crate::instances::Reason;
+use crate::palette::{instance_colour, reason_colour};
+
+/// Colours a part of the range image: `colour(pixel, point)` of every pixel with a return.
+pub fn raster(
+    scene: &Scene,
+    window: &Window,
+    mut colour: impl FnMut(usize, usize) -> [u8; 3],
+) -> Raster {
+    let image = &scene.stages.image;
+    let mut raster = Raster::filled(window.columns.len(), window.rows.len(), theme::PANEL);
+    for (y, row) in window.rows.clone().enumerate() {
+        let row = if image.top_row_first { row } else { image.rows() - 1 - row };
+        for (x, column) in window.columns.clone().enumerate() {
+            let pixel = row * image.columns() + column;
+            if let Some(point) = image.point_at(pixel) {
+                raster.pixels[y * raster.width + x] = colour(pixel, point);
+            }
+        }
+    }
+    raster
+}
+
+/// Colour of a return that is no object: the nearer the brighter.
+pub fn backdrop(scene: &Scene, point: usize) -> [u8; 3] {
+    const NEAR: f64 = 4.0;
+    const FAR: f64 = 60.0;
+    let part = (scene.range(point) / NEAR).max(1.0).ln() / (FAR / NEAR).ln();
+    between(theme::OTHER_RETURNS[1], theme::OTHER_RETURNS[0], part.min(1.0))
+}
+
+/// The object mask, coloured by class where there are classes.
+pub fn mask(scene: &Scene, window: &Window) -> Raster {
+    let (mask, places) = (&scene.stages.mask, scene.thing_places());
+    raster(scene, window, |_, point| {
+        if !mask.is_object[point] {
+            return backdrop(scene, point);
+        }
+        match places.get(usize::from(mask.class[point])) {
+            Some(&place) => theme::class_colour(place),
+            None => theme::OBJECT,
+        }
+    })
+}
+
+/// The local components of the divide step, each in a colour of its own.
+pub fn components(scene: &Scene, window: &Window) -> Raster {
+    let component = scene.component_of_pixel();
+    let mask = &scene.stages.mask;
+    raster(scene, window, |pixel, point| match component[pixel] {
+        0 if mask.is_object[point] => reason_colour(Reason::Unreached as u8),
+        0 => backdrop(scene, point),
+        component => instance_colour(component),
+    })
+}
+
+/// The instances.
+pub fn instances(scene: &Scene, window: &Window) -> Raster {
+    let (labels, mask) = (&scene.stages.labels, &scene.stages.mask);
+    raster(scene, window, |_, point| match labels.instance[point] {
+        0 if mask.is_object[point] => reason_colour(labels.reason[point] as u8),
+        0 => backdrop(scene, point),
+        instance => scene.colour(instance),
+    })
+}
+
+/// The range image by range in metres up to `far`.
+pub fn range(scene: &Scene, window: &Window, far: f64) -> Raster {
+    raster(scene, window, |_, point| ramp::near_to_far((scene.range(point) / far).sqrt()))
+}
+
+/// The range image by intensity from `low` to `high`, by its square root.
+pub fn intensity(scene: &Scene, window: &Window, intensity: &[f32], high: f64) -> Raster {
+    raster(scene, window, |_, point| {
+        ramp::grey((f64::from(intensity[point]) / high).max(0.0).sqrt())
+    })
+}

@@ -1,0 +1,158 @@
+//! What a figure shows: one clustered cloud, and what is said about it.
+
+use crate::cloud::PointCloud;
+use crate::error::{Error, Result};
+use crate::palette::instance_colour;
+use crate::pipeline::Stages;
+use std::ops::Range;
+
+/// One clustered cloud and what is known of it.
+#[derive(Debug, Clone)]
+pub struct Scene<'a> {
+    /// The cloud.
+    pub cloud: &'a PointCloud,
+    /// Every intermediate of its run.
+    pub stages: &'a Stages,
+    /// Names of the classes in the mask; empty where there are no classes.
+    pub classes: Vec<SceneClass>,
+    /// N: intensity, if the cloud has it.
+    pub intensity: Option<Vec<f32>>,
+    /// Share of votes in favour above which two components become one.
+    pub merge_ratio: f64,
+    /// Colour number of instance k at k - 1.
+    pub colour_numbers: Vec<u32>,
+    /// First words of the figure: which frame, when.
+    pub heading: String,
+    /// What else is said of it: topic, parameters.
+    pub remark: String,
+}
+
+/// A class in a mask.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SceneClass {
+    /// Its name.
+    pub name: String,
+    /// Whether its points are objects.
+    pub is_thing: bool,
+}
+
+/// No object in this pixel.
+const NONE: u32 = u32::MAX;
+
+impl Scene<'_> {
+    /// Colour of a final instance.
+    pub fn colour(&self, instance: u32) -> [u8; 3] {
+        let number = self.colour_numbers.get((instance as usize).wrapping_sub(1));
+        instance_colour(number.copied().unwrap_or(instance))
+    }
+
+    /// Final instance of each component, component k at k - 1; 0 where it became too small.
+    pub fn instance_of_component(&self) -> Vec<u32> {
+        let stages = self.stages;
+        let mut instance = vec![0; stages.components.count as usize];
+        for (object, &label) in stages.components.label.iter().enumerate() {
+            if label == 0 {
+                continue;
+            }
+            if let Some(point) = stages.image.point_at(stages.objects.pixel[object] as usize) {
+                instance[label as usize - 1] = stages.labels.instance[point];
+            }
+        }
+        instance
+    }
+
+    /// Component of each pixel of the range image, 0 for none.
+    pub fn component_of_pixel(&self) -> Vec<u32> {
+        let image = &self.stages.image;
+        let mut component = vec![0; image.rows() * image.columns()];
+        for (&pixel, &label) in self.stages.objects.pixel.iter().zip(&self.stages.components.label)
+        {
+            component[pixel as usize] = label;
+        }
+        component
+    }
+
+    /// Place of each class among the things.
+    pub(super) fn thing_places(&self) -> Vec<usize> {
+        let mut next = 0;
+        let place = |class: &SceneClass| {
+            next += usize::from(class.is_thing);
+            next.saturating_sub(1)
+        };
+        self.classes.iter().map(place).collect()
+    }
+
+    /// Distance of a point from the sensor in metres.
+    pub(super) fn range(&self, point: usize) -> f64 {
+        let [x, y, z] = self.cloud.position(point).map(f64::from);
+        (x * x + y * y + z * z).sqrt()
+    }
+
+    pub(super) fn seen_points(&self) -> impl Iterator<Item = usize> + '_ {
+        let points = self.stages.image.point_of_pixel.values().iter();
+        points.filter(|&&point| point != NONE).map(|&point| point as usize)
+    }
+}
+
+/// A part of the range image.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Crop {
+    /// Columns; none means all.
+    pub columns: Option<Range<usize>>,
+    /// Rows from the top; none means all.
+    pub rows: Option<Range<usize>>,
+}
+
+/// A part of the range image that has pixels.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Window {
+    /// Columns.
+    pub columns: Range<usize>,
+    /// Rows from the top.
+    pub rows: Range<usize>,
+}
+
+impl Crop {
+    /// The part that lies in an image of that size.
+    ///
+    /// # Errors
+    /// [`Error::Figure`] if there is none.
+    pub fn within(&self, rows: usize, columns: usize) -> Result<Window> {
+        let part = |wanted: &Option<Range<usize>>, size: usize, what: &str| match wanted {
+            None => Ok(0..size),
+            Some(range) if range.start < range.end.min(size) => {
+                Ok(range.start..range.end.min(size))
+            }
+            Some(range) => Err(Error::Figure {
+                problem: format!(
+                    "{what} {}..{} lie outside of the {rows} x {columns} range image",
+                    range.start, range.end
+                ),
+            }),
+        };
+        Ok(Window {
+            columns: part(&self.columns, columns, "columns")?,
+            rows: part(&self.rows, rows, "rows")?,
+        })
+    }
+
+    /// Whether it is the whole image.
+    pub fn is_all(&self) -> bool {
+        self.columns.is_none() && self.rows.is_none()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn crops_are_cut_to_the_image() {
+        let crop = Crop { columns: Some(100..900), rows: None };
+        let window = crop.within(64, 512).unwrap();
+        assert_eq!(window, Window { columns: 100..512, rows: 0..64 });
+        let outside = crop.within(64, 100).unwrap_err().to_string();
+        assert!(outside.contains("columns 100..900") && outside.contains("64 x 100"), "{outside}");
+        assert!(Crop { columns: None, rows: Some(3..3) }.within(9, 9).is_err());
+    }
+}

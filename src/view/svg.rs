@@ -1,0 +1,182 @@
+//! A page as SVG: its own font inside, pictures as pixels, nothing outside needed.
+
+use std::fmt::Write;
+
+use super::canvas::{Anchor, Area, Canvas, Colour, Shape, Stroke, TextStyle};
+use super::font::{self, Weight};
+use super::png::raster_png;
+
+/// Draws a page.
+pub fn svg(canvas: &Canvas) -> String {
+    let (width, height) = (number(canvas.width), number(canvas.height));
+    let mut out = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+         viewBox=\"0 0 {width} {height}\" xml:space=\"preserve\" font-family=\"'Divmerge Roboto', Roboto, sans-serif\">\n\
+         <style>\n"
+    );
+    for weight in [Weight::Regular, Weight::Medium] {
+        let _ = writeln!(
+            out,
+            "@font-face {{ font-family: 'Divmerge Roboto'; font-weight: {}; src: \
+             url(data:font/ttf;base64,{}); }}",
+            weight.css(),
+            base64(weight.bytes())
+        );
+    }
+    out += "</style>\n";
+    let _ = writeln!(
+        out,
+        "<rect width=\"{width}\" height=\"{height}\"{}/>",
+        paint("fill", Some(canvas.background))
+    );
+    shapes(&mut out, &canvas.shapes);
+    out += "</svg>\n";
+    out
+}
+
+fn shapes(out: &mut String, all: &[Shape]) {
+    for shape in all {
+        let _ = match shape {
+            Shape::Path { points, closed, fill, stroke } => {
+                let name = if *closed { "polygon" } else { "polyline" };
+                let points: Vec<String> =
+                    points.iter().map(|&[x, y]| format!("{},{}", number(x), number(y))).collect();
+                let (points, fill, line) = (points.join(" "), paint("fill", *fill), line(*stroke));
+                writeln!(out, "<{name} points=\"{points}\"{fill}{line}/>")
+            }
+            Shape::Circle { centre, radius, fill, stroke } => {
+                let [cx, cy, r] = [centre[0], centre[1], *radius].map(number);
+                let (fill, line) = (paint("fill", *fill), line(*stroke));
+                writeln!(out, "<circle cx=\"{cx}\" cy=\"{cy}\" r=\"{r}\"{fill}{line}/>")
+            }
+            Shape::Text { at, text, style } => self::text(out, *at, text, style),
+            Shape::Picture { area, raster } => {
+                let png = base64(&raster_png(raster).unwrap_or_default());
+                writeln!(
+                    out,
+                    "<image {} preserveAspectRatio=\"none\" image-rendering=\"optimizeSpeed\" \
+                     style=\"image-rendering: pixelated\" \
+                     href=\"data:image/png;base64,{png}\"/>",
+                    place(area)
+                )
+            }
+            Shape::Clip { area, shapes } => {
+                // A page of its own in the page clips at its edges.
+                let [x, y, width, height] = [area.x, area.y, area.width, area.height].map(number);
+                let view = format!("viewBox=\"{x} {y} {width} {height}\"");
+                let _ = writeln!(out, "<svg {} {view}>", place(area));
+                self::shapes(out, shapes);
+                writeln!(out, "</svg>")
+            }
+        };
+    }
+}
+
+fn text(out: &mut String, at: [f64; 2], text: &str, style: &TextStyle) -> std::fmt::Result {
+    let [x, y] = at.map(number);
+    let anchor = match style.anchor {
+        Anchor::Start => "",
+        Anchor::Middle => " text-anchor=\"middle\"",
+        Anchor::End => " text-anchor=\"end\"",
+    };
+    let rim = style.halo.map(|halo| {
+        let line = line(Some(Stroke::solid(halo, style.size / 4.0)));
+        format!("{line} paint-order=\"stroke\"")
+    });
+    // Keeps its width even where a viewer takes another font.
+    let width = number(font::width(text, style.size, style.weight));
+    writeln!(
+        out,
+        "<text x=\"{x}\" y=\"{y}\" textLength=\"{width}\" lengthAdjust=\"spacingAndGlyphs\" \
+         font-size=\"{}\" font-weight=\"{}\"{anchor}{}{}>{}</text>",
+        number(style.size),
+        style.weight.css(),
+        paint("fill", Some(style.colour)),
+        rim.unwrap_or_default(),
+        escaped(text)
+    )
+}
+
+fn place(area: &Area) -> String {
+    let [x, y, width, height] = [area.x, area.y, area.width, area.height].map(number);
+    format!("x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"")
+}
+
+fn paint(what: &str, colour: Option<Colour>) -> String {
+    match colour {
+        None => format!(" {what}=\"none\""),
+        Some([r, g, b, 255]) => format!(" {what}=\"#{r:02x}{g:02x}{b:02x}\""),
+        Some([r, g, b, a]) => {
+            let opacity = number(f64::from(a) / 255.0);
+            format!(" {what}=\"#{r:02x}{g:02x}{b:02x}\" {what}-opacity=\"{opacity}\"")
+        }
+    }
+}
+
+fn line(stroke: Option<Stroke>) -> String {
+    let Some(stroke) = stroke else {
+        return String::new();
+    };
+    let dash = match stroke.dash {
+        Some([on, off]) => format!(" stroke-dasharray=\"{} {}\"", number(on), number(off)),
+        None => " stroke-linecap=\"round\"".to_owned(),
+    };
+    let (colour, width) = (paint("stroke", Some(stroke.colour)), number(stroke.width));
+    format!("{colour} stroke-width=\"{width}\" stroke-linejoin=\"round\"{dash}")
+}
+
+/// Two decimals at most, and no zeros after them.
+fn number(value: f64) -> String {
+    let text = format!("{value:.2}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// Characters that XML reads otherwise, and those that it forbids.
+fn escaped(text: &str) -> String {
+    let each = text.chars().map(|c| match c {
+        '&' => "&amp;".to_owned(),
+        '<' => "&lt;".to_owned(),
+        '>' => "&gt;".to_owned(),
+        c if c.is_control() || c == '\u{fffe}' || c == '\u{ffff}' => "\u{fffd}".to_owned(),
+        c => c.to_string(),
+    });
+    each.collect()
+}
+
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for group in bytes.chunks(3) {
+        let bits = (0..3).fold(0, |bits, i| bits << 8 | u32::from(*group.get(i).unwrap_or(&0)));
+        for digit in 0..4 {
+            text.push(match digit <= group.len() {
+                true => char::from(DIGITS[(bits >> (18 - 6 * digit) & 63) as usize]),
+                false => '=',
+            });
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_of_known_texts() {
+        let known =
+            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foob", "Zm9vYg==")];
+        for (text, expected) in known {
+            assert_eq!(base64(text.as_bytes()), expected);
+        }
+    }
+
+    #[test]
+    fn numbers_are_short_and_text_is_escaped() {
+        assert_eq!(
+            [0.0, -1.5, 2.0, 1.0 / 3.0, 100.0].map(number),
+            ["0", "-1.5", "2", "0.33", "100"]
+        );
+        assert_eq!(escaped("a<b & c>\u{1}"), "a&lt;b &amp; c&gt;\u{fffd}");
+    }
+}
