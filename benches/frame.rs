@@ -87,7 +87,8 @@ fn report(name: &str, messages: &[Vec<u8>], semantics: &Semantics, config: Confi
     let mut annotated = Annotated::default();
     for _ in 0..rounds {
         for message in messages {
-            let stages = annotate_message(message, &method, &mut annotated).expect("annotated");
+            let clustered = annotate_message(message, &method, &mut annotated).expect("annotated");
+            let stages = &clustered.stages;
             let copy = copy_ms(&annotated.cloud);
             let (points, objects) = (stages.labels.reason.len(), stages.objects.len());
             let times = annotated.times;

@@ -100,8 +100,29 @@ pub struct Options {
     pub force: bool,
 }
 
+/// One clustered cloud of a recording, for whoever looks on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame<'a> {
+    /// Topic of the cloud.
+    pub topic: &'a str,
+    /// Number of the cloud on its topic, from 0; unreadable clouds count.
+    pub number: u64,
+    /// When the cloud was logged, nanoseconds since 1970.
+    pub log_time_ns: u64,
+    /// Stamp of the cloud's header, nanoseconds since 1970.
+    pub stamp_ns: i64,
+    /// Coordinate frame of the cloud.
+    pub frame_id: &'a str,
+    /// The cloud.
+    pub cloud: &'a PointCloud,
+    /// What became of it.
+    pub stages: &'a Stages,
+    /// What is odd about it, in words.
+    pub remarks: &'a [String],
+}
+
 /// What happened on the way, as it happens.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event<'a> {
     /// So many bytes of the input have been read.
     Progress {
@@ -112,6 +133,8 @@ pub enum Event<'a> {
     },
     /// Something the user should know; complete with topic and place.
     Warning(&'a str),
+    /// A cloud has been clustered.
+    Frame(Frame<'a>),
 }
 
 /// What was done.
@@ -210,6 +233,10 @@ pub struct Annotated {
     pub cloud: Vec<u8>,
     /// The message of `T/objects`.
     pub objects: Vec<u8>,
+    /// Coordinate frame of the cloud.
+    pub frame_id: String,
+    /// Stamp of the cloud's header, nanoseconds since 1970.
+    pub stamp_ns: i64,
     /// Where objects came from, as in `field:label`.
     pub semantics: String,
     /// Milliseconds.
@@ -256,19 +283,19 @@ pub fn cluster(wire: &PointCloud2, method: &Method) -> Result<Clustered> {
 /// memory is used again.
 ///
 /// # Errors
-/// Those of [`PointCloud2::parse`] and [`PointCloud2::to_cloud`]; [`Error::MissingField`] if the field
-/// that should hold the classes is not there.
+/// Those of [`PointCloud2::parse`] and [`cluster`].
 pub fn annotate_message(
     message: &[u8],
     method: &Method,
     annotated: &mut Annotated,
-) -> Result<Stages> {
+) -> Result<Clustered> {
     let started = Instant::now();
     let wire = PointCloud2::parse(message)?;
     let parse_ms = started.elapsed().as_secs_f64() * 1e3;
-    let Clustered { stages, semantics, decode_ms, .. } = cluster(&wire, method)?;
+    let clustered = cluster(&wire, method)?;
 
     let started = Instant::now();
+    let stages = &clustered.stages;
     let reason: Vec<u8> = stages.labels.reason.iter().map(|&reason| reason as u8).collect();
     let annotation = PointAnnotation {
         instance: &stages.labels.instance,
@@ -281,13 +308,15 @@ pub fn annotate_message(
     let (seconds, nanoseconds) = (wire.stamp_sec, wire.stamp_nanosec);
     let frame = &wire.frame_id;
     io::marker_array(wire.byte_order, seconds, nanoseconds, frame, &boxes, &mut annotated.objects);
-    annotated.semantics = semantics;
+    annotated.frame_id.clone_from(frame);
+    annotated.stamp_ns = wire.stamp_ns();
+    annotated.semantics.clone_from(&clustered.semantics);
     annotated.times = FrameTimes {
-        decode_ms: parse_ms + decode_ms,
+        decode_ms: parse_ms + clustered.decode_ms,
         stages: stages.times,
         encode_ms: started.elapsed().as_secs_f64() * 1e3,
     };
-    Ok(stages)
+    Ok(clustered)
 }
 
 fn marker(instance: &Instance) -> MarkerBox {
@@ -356,6 +385,8 @@ struct Job<'a> {
     clouds: BTreeMap<u16, String>,
     /// Channels added for each topic, once they are: instances and objects.
     added: BTreeMap<String, (u16, u16)>,
+    /// Number of the next cloud of each topic.
+    next_number: BTreeMap<String, u64>,
     /// Memory for the messages of the next cloud.
     scratch: Annotated,
     /// Warnings by topic and kind: how often, and where first.
@@ -371,6 +402,7 @@ impl<'a> Job<'a> {
         on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
     ) -> Result<Self> {
         let clouds = choose(overview, &options.topics)?;
+        refuse_annotated(overview, &clouds)?;
         let mut writer = RecordingWriter::create(
             output,
             &WriteOptions {
@@ -395,6 +427,7 @@ impl<'a> Job<'a> {
             writer,
             clouds,
             added: BTreeMap::new(),
+            next_number: BTreeMap::new(),
             scratch: Annotated::default(),
             warned: BTreeMap::new(),
             report,
@@ -424,7 +457,7 @@ impl<'a> Job<'a> {
     }
 
     /// Warns of something that may come again in every frame only the first time, and counts.
-    fn warn_once(&mut self, topic: &str, kind: &'static str, position: Position, problem: String) {
+    fn warn_once(&mut self, topic: &str, kind: &'static str, position: Position, problem: &str) {
         let count = self.warned.entry((topic.to_owned(), kind)).or_default();
         *count += 1;
         if *count == 1 {
@@ -436,13 +469,15 @@ impl<'a> Job<'a> {
     fn record(&mut self, record: &Record) -> Result<usize> {
         match record {
             Record::Message { header, data, position } => {
+                let topic = self.clouds.get(&header.channel_id).cloned();
+                let number = topic.as_ref().map(|topic| self.count_cloud(topic));
                 if self.is_outside(header.log_time) {
                     return Ok(data.len());
                 }
                 self.writer.copy(record)?;
                 self.report.messages += 1;
-                if let Some(topic) = self.clouds.get(&header.channel_id).cloned() {
-                    self.cloud(&topic, header, data, *position)?;
+                if let Some((topic, number)) = topic.zip(number) {
+                    self.cloud(&topic, number, header, data, *position)?;
                 }
                 return Ok(data.len());
             }
@@ -466,16 +501,24 @@ impl<'a> Job<'a> {
             || self.options.to_ns.is_some_and(|to| log_time >= to)
     }
 
+    /// The number of a topic's next cloud.
+    fn count_cloud(&mut self, topic: &str) -> u64 {
+        let next = self.next_number.entry(topic.to_owned()).or_default();
+        *next += 1;
+        *next - 1
+    }
+
     fn cloud(
         &mut self,
         topic: &str,
+        number: u64,
         header: &MessageHeader,
         data: &[u8],
         position: Position,
     ) -> Result<()> {
         let mut annotated = std::mem::take(&mut self.scratch);
-        let stages = match annotate_message(data, &self.options.method, &mut annotated) {
-            Ok(stages) => stages,
+        let clustered = match annotate_message(data, &self.options.method, &mut annotated) {
+            Ok(clustered) => clustered,
             Err(error) => {
                 let report = self.report.topics.entry(topic.to_owned()).or_default();
                 report.unreadable += 1;
@@ -490,40 +533,25 @@ impl<'a> Job<'a> {
             self.writer.write_message(&header, message)?;
         }
         let report = self.report.topics.entry(topic.to_owned()).or_default();
-        report.take(&annotated, &stages);
+        let stages = &clustered.stages;
+        report.take(&annotated, stages);
+        let remarks = remarks(stages, &self.options.method.taxonomy);
+        for &(kind, ref problem) in &remarks {
+            self.warn_once(topic, kind, position, problem);
+        }
+        let remarks: Vec<String> = remarks.into_iter().map(|(_, problem)| problem).collect();
+        let _ = (self.on_event)(Event::Frame(Frame {
+            topic,
+            number,
+            log_time_ns: header.log_time,
+            stamp_ns: annotated.stamp_ns,
+            frame_id: &annotated.frame_id,
+            cloud: &clustered.cloud,
+            stages,
+            remarks: &remarks,
+        }));
         self.scratch = annotated;
-        self.remark_on(topic, position, &stages);
         Ok(())
-    }
-
-    /// Says what is odd about a cloud that could be read.
-    fn remark_on(&mut self, topic: &str, position: Position, stages: &Stages) {
-        let counts = stages.labels.counts();
-        let points = stages.labels.reason.len() as u64;
-        let returns = points - counts[Reason::NoReturn as usize];
-        let shadowed = stages.image.shadowed_count() as u64;
-        if points == 0 {
-            self.warn_once(topic, "without points", position, "a cloud without points".into());
-        } else if returns == 0 {
-            let problem = format!("none of {points} points is a return: all NaN or at the origin");
-            self.warn_once(topic, "without returns", position, problem);
-        } else if shadowed * 5 > returns * 4 {
-            let problem = format!(
-                "{shadowed} of {returns} returns lie behind a nearer one in the same pixel of the \
-                 {} x {} range image ({})",
-                stages.image.rows(),
-                stages.image.columns(),
-                stages.image.projection.describe()
-            );
-            self.warn_once(topic, "with most returns shadowed", position, problem);
-        }
-        if stages.mask.unknown_ids > 0 {
-            let problem = format!(
-                "{} points have a class that the taxonomy `{}` does not know",
-                stages.mask.unknown_ids, self.options.method.taxonomy.name
-            );
-            self.warn_once(topic, "with unknown classes", position, problem);
-        }
     }
 
     /// The channels added for a topic, made at its first cloud.
@@ -580,7 +608,7 @@ fn describe_image(stages: &Stages) -> String {
     format!("{}, {} x {}", image.projection.describe(), image.rows(), image.columns())
 }
 
-fn place(position: Position) -> String {
+pub(crate) fn place(position: Position) -> String {
     format!(
         "message {} of the chunk at byte {}",
         position.index_in_chunk + 1,
@@ -588,8 +616,43 @@ fn place(position: Position) -> String {
     )
 }
 
-/// The channels whose clouds are annotated, with their topics.
-fn choose(overview: &Overview, topics: &[String]) -> Result<BTreeMap<u16, String>> {
+/// What is odd about a cloud that could be read: a word for the kind, and a sentence.
+pub fn remarks(stages: &Stages, taxonomy: &Taxonomy) -> Vec<(&'static str, String)> {
+    let counts = stages.labels.counts();
+    let points = stages.labels.reason.len() as u64;
+    let returns = points - counts[Reason::NoReturn as usize];
+    let shadowed = stages.image.shadowed_count() as u64;
+    let mut remarks = Vec::new();
+    if points == 0 {
+        remarks.push(("without points", "a cloud without points".to_owned()));
+    } else if returns == 0 {
+        let problem = format!("none of {points} points is a return: all NaN or at the origin");
+        remarks.push(("without returns", problem));
+    } else if shadowed * 5 > returns * 4 {
+        let problem = format!(
+            "{shadowed} of {returns} returns lie behind a nearer one in the same pixel of the {} x {} \
+             range image ({})",
+            stages.image.rows(),
+            stages.image.columns(),
+            stages.image.projection.describe()
+        );
+        remarks.push(("with most returns shadowed", problem));
+    }
+    if stages.mask.unknown_ids > 0 {
+        let problem = format!(
+            "{} points have a class that the taxonomy `{}` does not know",
+            stages.mask.unknown_ids, taxonomy.name
+        );
+        remarks.push(("with unknown classes", problem));
+    }
+    remarks
+}
+
+/// The channels whose clouds are clustered, with their topics.
+///
+/// # Errors
+/// [`Error::NoCloud`] if there is none, or none of a topic that was asked for.
+pub fn choose(overview: &Overview, topics: &[String]) -> Result<BTreeMap<u16, String>> {
     let readable: BTreeMap<u16, String> = overview
         .channels
         .values()
@@ -606,11 +669,15 @@ fn choose(overview: &Overview, topics: &[String]) -> Result<BTreeMap<u16, String
         let known = readable.values().map(String::as_str).collect::<Vec<_>>().join(", ");
         return Err(no_cloud(format!("no readable cloud topic `{missing}`; there is: {known}")));
     }
-    let chosen: BTreeMap<u16, String> = readable
+    Ok(readable
         .into_iter()
         .filter(|(_, topic)| topics.is_empty() || topics.contains(topic))
-        .collect();
-    for topic in chosen.values() {
+        .collect())
+}
+
+/// Refuses a recording that has the topics that would be added.
+fn refuse_annotated(overview: &Overview, clouds: &BTreeMap<u16, String>) -> Result<()> {
+    for topic in clouds.values() {
         for end in [INSTANCES, OBJECTS] {
             let added = format!("{topic}{end}");
             if overview.channels_of(&added).next().is_some() {
@@ -621,7 +688,7 @@ fn choose(overview: &Overview, topics: &[String]) -> Result<BTreeMap<u16, String
             }
         }
     }
-    Ok(chosen)
+    Ok(())
 }
 
 fn list(overview: &Overview) -> String {

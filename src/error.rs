@@ -136,6 +136,15 @@ pub enum Error {
         source: std::io::Error,
     },
 
+    /// A stream to a viewer, or into a file for one, that cannot be opened or broke off.
+    #[error("{target}: {problem}")]
+    Viewer {
+        /// The file or address.
+        target: String,
+        /// What is wrong, and what to do.
+        problem: String,
+    },
+
     /// The MCAP writer refused.
     #[error("writing MCAP: {0}")]
     Write(#[from] mcap::McapError),

@@ -39,6 +39,7 @@ pub mod io;
 pub mod palette;
 pub mod pipeline;
 pub mod range_image;
+pub mod replay;
 pub mod semantics;
 pub mod simulate;
 pub mod taxonomy;

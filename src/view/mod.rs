@@ -1,4 +1,5 @@
-//! Figures of a clustered cloud, as PNG or SVG.
+//! Pictures of a clustered cloud: figures as PNG or SVG, and the stream to the Rerun viewer
+//! (`rerun_stream`, with the feature `rerun`). What looks changes nothing.
 //!
 //! A [`Scene`] is what is shown, [`figure`](figure()) lays panels out on a [`Canvas`], and [`png`](png())
 //! and [`svg`](svg()) draw it. No display, no font of the system: the same input gives the same bytes.
@@ -12,9 +13,12 @@ pub mod plane;
 pub mod png;
 pub mod ramp;
 pub mod range_panel;
+#[cfg(feature = "rerun")]
+pub mod rerun_stream;
 pub mod scene;
 pub mod steps;
 pub mod svg;
+pub mod target;
 pub mod theme;
 pub mod vote_graph;
 
@@ -26,3 +30,4 @@ pub use png::png;
 pub use scene::{Crop, Scene, SceneClass};
 pub use steps::{Step, step_figure, steps};
 pub use svg::svg;
+pub use target::Target;

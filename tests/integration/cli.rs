@@ -149,3 +149,38 @@ fn completions_for_every_shell() {
         assert!(output.status.success() && text(&output.stdout).contains("annotate"), "{shell}");
     }
 }
+
+#[cfg(not(feature = "rerun"))]
+#[test]
+fn without_the_viewer_it_says_how_to_get_it() {
+    let (folder, input) = drive(1);
+    let output = folder.path().join("out.mcap");
+    for arguments in [
+        &["view", "no-such.mcap"][..],
+        &["view", path(&input), "--save", "x.rrd"],
+        &["annotate", path(&input), "-o", path(&output), "--rerun", "x.rrd"],
+    ] {
+        let refused = divmerge(arguments);
+        assert_eq!(refused.status.code(), Some(2), "{arguments:?}");
+        let said = text(&refused.stderr);
+        assert!(said.contains("cargo install --path . --features rerun"), "{said}");
+        assert!(said.contains("stock Rerun"), "{said}");
+    }
+    assert!(!output.exists());
+}
+
+#[test]
+fn wrong_usage_of_the_viewer_exits_with_2() {
+    for arguments in [
+        &["view"][..],
+        &["view", "x", "--save", "a.rrd", "--spawn"],
+        &["view", "x", "--save", "a.rrd", "--connect", "b"],
+        &["view", "x", "--save", "a.mcap"],
+        &["annotate", "x", "-o", "y", "--rerun", "spwan"],
+        &["view", "x", "--frames", "5..5"],
+        &["view", "x", "--frames", "last"],
+    ] {
+        let output = divmerge(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", text(&output.stderr));
+    }
+}

@@ -10,3 +10,5 @@ mod partition;
 mod recordings;
 mod shared_data;
 mod simulated;
+#[cfg(feature = "rerun")]
+mod viewer;

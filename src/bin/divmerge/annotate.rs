@@ -2,13 +2,15 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use clap::{Args, ValueEnum};
 use divmerge::annotate::{Event, Options, Report, TopicReport, annotate};
-use divmerge::io::{Compression, Overview};
+use divmerge::io::Compression;
+use divmerge::view::Target;
 
-use crate::arguments::{MethodArguments, Moment, moment};
+use crate::arguments::{MethodArguments, Moment, moment, window};
 use crate::terminal::{byte_bar, grouped};
+use crate::viewer::{self, Watcher};
 use crate::{Outcome, interrupt};
 
 /// Write a recording again with instances in it
@@ -49,6 +51,11 @@ pub struct Arguments {
     #[arg(long)]
     force: bool,
 
+    /// Show every frame in the Rerun viewer as it is annotated: into a file (F.rrd), to a viewer that is
+    /// running (rerun+http://127.0.0.1:9876/proxy), or to one that is started (spawn)
+    #[arg(long, value_name = "TARGET", value_parser = viewer::target)]
+    rerun: Option<Target>,
+
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
@@ -78,7 +85,7 @@ impl From<Compress> for Compression {
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     interrupt::listen();
     crate::refuse_existing(&arguments.output, arguments.force)?;
-    let (from_ns, to_ns) = window(arguments)?;
+    let (from_ns, to_ns) = window(&arguments.input, arguments.from, arguments.to)?;
     let options = Options {
         method: arguments.method.method()?,
         topics: arguments.topics.clone(),
@@ -87,6 +94,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         compression: arguments.compression.into(),
         force: arguments.force,
     };
+    let target = arguments.rerun.clone().map(|target| match target {
+        Target::Save { path, .. } => Target::Save { path, force: arguments.force },
+        other => other,
+    });
+    let mut viewer = Watcher::open(target.as_ref(), &arguments.input, &options.method)?;
     let bar = byte_bar("annotating");
     let report = annotate(&arguments.input, &arguments.output, &options, &mut |event| {
         match event {
@@ -97,6 +109,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             Event::Warning(warning) => {
                 bar.suspend(|| eprintln!("warning: {}: {warning}", arguments.input.display()));
             }
+            Event::Frame(frame) => viewer.show(&frame),
         }
         interrupt::wish()
     });
@@ -107,23 +120,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     } else {
         print(&report);
     }
+    viewer.finish()?;
     Ok(if report.is_complete() { Outcome::Done } else { Outcome::Incomplete })
-}
-
-/// The window of log times that is kept, in nanoseconds.
-fn window(arguments: &Arguments) -> Result<(Option<u64>, Option<u64>)> {
-    if arguments.from.is_none() && arguments.to.is_none() {
-        return Ok((None, None));
-    }
-    let start = Overview::read(&arguments.input)?.start_ns.unwrap_or(0);
-    let [from, to] =
-        [arguments.from, arguments.to].map(|moment| moment.map(|moment| moment.log_time(start)));
-    if let (Some(from), Some(to)) = (from, to)
-        && from >= to
-    {
-        bail!("--from must lie before --to");
-    }
-    Ok((from, to))
 }
 
 /// One line per topic, the reasons below it, and the output.

@@ -1,13 +1,16 @@
 //! Arguments that several commands share, and how their values are read.
 
-use std::path::PathBuf;
+use std::ops::Bound;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use divmerge::Taxonomy;
 use divmerge::annotate::{Method, Semantics};
 use divmerge::cluster::params::{BirdsEye, ClusterParams, Region};
+use divmerge::io::Overview;
 use divmerge::pipeline::Config;
+use divmerge::replay::FrameRange;
 use divmerge::semantics::GroundParams;
 
 /// How clouds are cut into instances.
@@ -223,6 +226,46 @@ pub fn moment(text: &str) -> Result<Moment, String> {
     }
 }
 
+/// The log times in nanoseconds that two moments of a recording stand for.
+pub fn window(
+    input: &Path,
+    from: Option<Moment>,
+    to: Option<Moment>,
+) -> Result<(Option<u64>, Option<u64>)> {
+    if from.is_none() && to.is_none() {
+        return Ok((None, None));
+    }
+    let start = Overview::read(input)?.start_ns.unwrap_or(0);
+    let [from, to] = [from, to].map(|moment| moment.map(|moment| moment.log_time(start)));
+    if let (Some(from), Some(to)) = (from, to)
+        && from >= to
+    {
+        bail!("--from must lie before --to");
+    }
+    Ok((from, to))
+}
+
+/// Reads `5..10` (10 is left out), `5..`, `..10` or `5`.
+pub fn frames(text: &str) -> Result<FrameRange, String> {
+    let wrong = |_| "use numbers from 0, as in 5..10 (10 is left out), 5.., ..10 or 5".to_owned();
+    let number = |text: &str| text.trim().parse::<u64>().map_err(wrong);
+    let Some((first, end)) = text.split_once("..") else {
+        let frame = number(text)?;
+        return Ok((Bound::Included(frame), Bound::Included(frame)));
+    };
+    let bound = |text: &str, bound: fn(u64) -> Bound<u64>| match text.trim() {
+        "" => Ok(Bound::Unbounded),
+        text => number(text).map(bound),
+    };
+    let range = (bound(first, Bound::Included)?, bound(end, Bound::Excluded)?);
+    if let (Bound::Included(first), Bound::Excluded(end)) = range
+        && first >= end
+    {
+        return Err("there is no frame in it".into());
+    }
+    Ok(range)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -235,5 +278,15 @@ mod tests {
         assert_eq!(moment("@7"), Ok(Moment::Absolute(7_000_000_000)));
         assert!(moment("-1").is_err() && moment("noon").is_err() && moment("@1e3").is_err());
         assert_eq!(Moment::FromStart(1.5).log_time(10), 1_500_000_010);
+    }
+
+    #[test]
+    fn frame_ranges() {
+        use Bound::{Excluded, Included, Unbounded};
+        assert_eq!(frames("5..10"), Ok((Included(5), Excluded(10))));
+        assert_eq!(frames("5.."), Ok((Included(5), Unbounded)));
+        assert_eq!(frames("..10"), Ok((Unbounded, Excluded(10))));
+        assert_eq!(frames("7"), Ok((Included(7), Included(7))));
+        assert!(["", "a..b", "-1", "5..5", "9..3", "1...3"].iter().all(|t| frames(t).is_err()));
     }
 }

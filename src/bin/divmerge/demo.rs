@@ -47,6 +47,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
                 bar.set_position(bytes);
             }
             Event::Warning(warning) => bar.suspend(|| eprintln!("warning: {warning}")),
+            Event::Frame(_) => {}
         }
         interrupt::wish()
     });

@@ -10,6 +10,8 @@ mod info;
 mod interrupt;
 mod simulate;
 mod terminal;
+mod view;
+mod viewer;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -39,6 +41,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Info(info::Arguments),
     Annotate(annotate::Arguments),
+    View(view::Arguments),
     Explain(explain::Arguments),
     Figure(figure::Arguments),
     Completions(completions::Arguments),
@@ -51,7 +54,20 @@ enum Outcome {
     Incomplete,
 }
 
+/// Something this binary was not built to do.
+#[derive(Debug)]
+struct NotBuilt(&'static str);
+
+impl std::fmt::Display for NotBuilt {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
+        formatter.write_str(self.0)
+    }
+}
+
+impl std::error::Error for NotBuilt {}
+
 const FAILED: u8 = 1;
+const WRONG_USAGE: u8 = 2;
 const INCOMPLETE: u8 = 3;
 
 fn main() -> ExitCode {
@@ -60,6 +76,7 @@ fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Annotate(arguments) => annotate::run(&arguments),
+        Command::View(arguments) => view::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Figure(arguments) => figure::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
@@ -69,7 +86,7 @@ fn main() -> ExitCode {
         Ok(Outcome::Incomplete) => ExitCode::from(INCOMPLETE),
         Err(error) => {
             eprintln!("error: {}", told(&error));
-            ExitCode::from(FAILED)
+            ExitCode::from(if error.is::<NotBuilt>() { WRONG_USAGE } else { FAILED })
         }
     }
 }

@@ -8,6 +8,7 @@
 mod chunk;
 mod index;
 mod overview;
+pub(crate) mod partial;
 mod reader;
 mod record;
 mod scan;

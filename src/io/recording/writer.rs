@@ -1,16 +1,15 @@
 //! Writing a recording beside its final name, and putting it there when it is whole.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::ffi::OsString;
 use std::fs::File;
-use std::io::{self, BufWriter, ErrorKind, Write};
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use mcap::records::{Channel, MessageHeader, Metadata};
 use mcap::write::{NoSeek, PrivateRecordOptions};
-use tempfile::TempPath;
 
 use super::overview::Overview;
+use super::partial::{PartialFile, at};
 use super::record::{Record, Schema};
 use crate::error::{Error, Result};
 
@@ -47,9 +46,8 @@ pub struct WriteOptions {
 pub struct RecordingWriter {
     writer: mcap::Writer<NoSeek<BufWriter<File>>>,
     // Behind the writer, so that the file is closed before it is removed.
-    partial: TempPath,
+    partial: PartialFile,
     output: PathBuf,
-    force: bool,
     schemas: BTreeMap<u16, Schema>,
     channel_ids: BTreeSet<u16>,
 }
@@ -61,12 +59,7 @@ impl RecordingWriter {
     /// [`Error::Io`] if the folder cannot be written to, or if the output exists and may not be
     /// replaced.
     pub fn create(output: &Path, options: &WriteOptions) -> Result<Self> {
-        if let Ok(existing) = output.symlink_metadata()
-            && !(options.force && existing.is_file())
-        {
-            return Err(exists(output));
-        }
-        let (file, partial) = create_partial(output).map_err(at(output))?;
+        let (file, partial) = PartialFile::create(output, options.force)?;
         let library = match options.recorded_by.as_str() {
             "" => concat!("divmerge ", env!("CARGO_PKG_VERSION")).to_owned(),
             by => format!("divmerge {} (recorded by {by})", env!("CARGO_PKG_VERSION")),
@@ -80,7 +73,6 @@ impl RecordingWriter {
             writer,
             partial,
             output: output.to_owned(),
-            force: options.force,
             schemas: BTreeMap::new(),
             channel_ids: BTreeSet::new(),
         })
@@ -209,7 +201,7 @@ impl RecordingWriter {
         let file = buffer.get_ref();
         file.sync_all().map_err(at(&output))?;
         let size = file.metadata().map_err(at(&output))?.len();
-        put(self.partial, &output, self.force)?;
+        self.partial.put()?;
         Ok(size)
     }
 
@@ -263,53 +255,10 @@ fn free_id(last: Option<u16>, is_taken: impl Fn(u16) -> bool) -> Option<u16> {
 /// # Errors
 /// [`Error::Io`], also if the output exists and may not be replaced.
 pub fn write_file(output: &Path, bytes: &[u8], force: bool) -> Result<()> {
-    let (mut file, partial) = create_partial(output).map_err(at(output))?;
+    let (mut file, partial) = PartialFile::create(output, force)?;
     file.write_all(bytes).and_then(|()| file.flush()).map_err(at(output))?;
-    put(partial, output, force)
-}
-
-fn create_partial(output: &Path) -> io::Result<(File, TempPath)> {
-    let name = output
-        .file_name()
-        .ok_or_else(|| io::Error::new(ErrorKind::InvalidInput, "not the name of a file"))?;
-    let folder = match output.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
-    let mut prefix = OsString::from(".");
-    prefix.push(name);
-    prefix.push(".");
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(&prefix).suffix(".partial");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // As for any new file: everything that the process's umask leaves.
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    Ok(builder.tempfile_in(folder)?.into_parts())
-}
-
-/// Gives the file its name.
-fn put(partial: TempPath, output: &Path, force: bool) -> Result<()> {
-    let partial = match force {
-        true => partial,
-        false => match partial.persist_noclobber(output) {
-            Ok(()) => return Ok(()),
-            Err(_) if output.symlink_metadata().is_ok() => return Err(exists(output)),
-            // Some file systems cannot rename without replacing; nothing is there to be replaced.
-            Err(refused) => refused.path,
-        },
-    };
-    partial.persist(output).map_err(|refused| at(output)(refused.error))
-}
-
-fn exists(output: &Path) -> Error {
-    at(output)(io::Error::new(ErrorKind::AlreadyExists, "exists already and may not be replaced"))
-}
-
-fn at(path: &Path) -> impl Fn(io::Error) -> Error {
-    move |source| Error::Io { path: path.to_owned(), source }
+    drop(file);
+    partial.put()
 }
 
 fn write_error(output: &Path, error: mcap::McapError) -> Error {

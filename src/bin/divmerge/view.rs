@@ -1,0 +1,130 @@
+//! `divmerge view`
+
+use std::ops::{Bound, ControlFlow};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use anyhow::Result;
+use clap::Args;
+use divmerge::Error;
+use divmerge::annotate::Event;
+use divmerge::replay::{FrameRange, Selection, replay};
+use divmerge::view::Target;
+
+use crate::arguments::{MethodArguments, Moment, frames, moment, window};
+use crate::terminal::{byte_bar, grouped};
+use crate::{Outcome, interrupt, viewer};
+
+/// Show every step of a recording's frames in the Rerun viewer
+///
+/// Per frame: the cloud by class, component and instance, boxes, votes between components, points that
+/// were dropped and why, the range image, and milliseconds per stage. Needs a divmerge built with
+/// `--features rerun`; the output of `divmerge annotate` opens in a stock Rerun without it.
+#[derive(Args)]
+pub struct Arguments {
+    /// The recording (MCAP)
+    input: PathBuf,
+
+    /// Write into a file that `rerun F.rrd` opens
+    #[arg(long, value_name = "F.rrd", value_parser = viewer::rrd, conflicts_with_all = ["connect", "spawn"])]
+    save: Option<PathBuf>,
+
+    /// Send to a viewer that is running, as in rerun+http://127.0.0.1:9876/proxy
+    #[arg(long, value_name = "URL", conflicts_with = "spawn")]
+    connect: Option<String>,
+
+    /// Start a viewer, or use the one that is running on this machine [default]
+    #[arg(long)]
+    spawn: bool,
+
+    /// Show only this cloud topic; may be given several times [default: all]
+    #[arg(long = "topic", value_name = "T")]
+    topics: Vec<String>,
+
+    /// Show only these frames of each topic, numbered from 0: 5..10 (10 is left out), 5.., ..10 or 5
+    #[arg(long, value_name = "A..B", value_parser = frames)]
+    frames: Option<FrameRange>,
+
+    /// Leave out clouds before this log time: seconds from the start (12.5) or since 1970
+    /// (@1317384506.4)
+    #[arg(long, value_name = "T", value_parser = moment)]
+    from: Option<Moment>,
+
+    /// Leave out clouds from this log time on
+    #[arg(long, value_name = "T", value_parser = moment)]
+    to: Option<Moment>,
+
+    #[command(flatten)]
+    method: MethodArguments,
+
+    /// Replace an existing file
+    #[arg(long)]
+    force: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    viewer::require_built()?;
+    interrupt::listen();
+    let target = target(arguments);
+    if let Target::Save { path, force } = &target {
+        crate::refuse_existing(path, *force)?;
+    }
+    let (from_ns, to_ns) = window(&arguments.input, arguments.from, arguments.to)?;
+    let selection = Selection {
+        topics: arguments.topics.clone(),
+        frames: arguments.frames.unwrap_or((Bound::Unbounded, Bound::Unbounded)),
+        from_ns,
+        to_ns,
+    };
+    let method = arguments.method.method()?;
+    // Before anything is opened or started for it.
+    selection.check(&arguments.input)?;
+    let mut stream = viewer::open(&target, &arguments.input, &method)?;
+    let bar = byte_bar("showing");
+    let mut streaming = Duration::ZERO;
+    let replayed = replay(&arguments.input, &selection, &method, &mut |event| match event {
+        Event::Progress { bytes, total } => {
+            bar.set_length(total);
+            bar.set_position(bytes);
+            match interrupt::wish() {
+                ControlFlow::Continue(()) => Ok(()),
+                ControlFlow::Break(()) => {
+                    Err(Error::Interrupted { path: target.to_string().into() })
+                }
+            }
+        }
+        Event::Warning(warning) => {
+            bar.suspend(|| eprintln!("warning: {}: {warning}", arguments.input.display()));
+            stream.warn(warning)
+        }
+        Event::Frame(frame) => {
+            let started = Instant::now();
+            let logged = stream.log(&frame);
+            streaming += started.elapsed();
+            logged
+        }
+    });
+    bar.finish_and_clear();
+    let replayed = replayed?;
+    let started = Instant::now();
+    stream.finish()?;
+    streaming += started.elapsed();
+    println!(
+        "{} frames to {target} ({:.1} frames per second, clustering aside)",
+        grouped(replayed.frames),
+        replayed.frames as f64 / streaming.as_secs_f64(),
+    );
+    if let Target::Save { path, .. } = &target {
+        println!("open it with: rerun {}", path.display());
+    }
+    let is_complete = replayed.unreadable == 0 && !replayed.is_cut_off;
+    Ok(if is_complete { Outcome::Done } else { Outcome::Incomplete })
+}
+
+fn target(arguments: &Arguments) -> Target {
+    match (&arguments.save, &arguments.connect) {
+        (Some(path), _) => Target::Save { path: path.clone(), force: arguments.force },
+        (_, Some(url)) => Target::Connect(url.clone()),
+        _ => Target::Spawn,
+    }
+}

@@ -1,0 +1,136 @@
+//! The stream to the Rerun viewer, where this binary was built with one.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use divmerge::annotate::{Frame, Method};
+use divmerge::view::Target;
+#[cfg(feature = "rerun")]
+pub use divmerge::view::rerun_stream::RerunStream;
+
+/// What a binary without the viewer's library says.
+#[cfg(not(feature = "rerun"))]
+const NOT_BUILT: crate::NotBuilt = crate::NotBuilt(
+    "this divmerge was built without Rerun. Install it with `cargo install --path . --features rerun`, \
+     or open the output of `divmerge annotate` in a stock Rerun: a view of T/instances alone shows the \
+     instances of cloud topic T",
+);
+
+/// No stream: this binary was built without the viewer's library.
+#[cfg(not(feature = "rerun"))]
+pub enum RerunStream {}
+
+#[cfg(not(feature = "rerun"))]
+impl RerunStream {
+    pub fn log(&mut self, _: &Frame) -> divmerge::Result<()> {
+        match *self {}
+    }
+
+    pub fn warn(&mut self, _: &str) -> divmerge::Result<()> {
+        match *self {}
+    }
+
+    pub fn finish(self) -> divmerge::Result<()> {
+        match self {}
+    }
+}
+
+/// Refuses what this binary was not built to do.
+pub fn require_built() -> Result<()> {
+    #[cfg(not(feature = "rerun"))]
+    return Err(NOT_BUILT.into());
+    #[cfg(feature = "rerun")]
+    Ok(())
+}
+
+/// Opens a stream that is named like the recording. The recording itself is never replaced.
+#[cfg(feature = "rerun")]
+pub fn open(target: &Target, input: &Path, method: &Method) -> Result<RerunStream> {
+    if let Target::Save { path, .. } = target {
+        refuse_same(path, input)?;
+    }
+    let title = input.file_name().unwrap_or(input.as_os_str()).to_string_lossy();
+    Ok(RerunStream::open(target, &title, &method.taxonomy)?)
+}
+
+/// Opens a stream that is named like the recording.
+#[cfg(not(feature = "rerun"))]
+pub fn open(_: &Target, _: &Path, _: &Method) -> Result<RerunStream> {
+    Err(NOT_BUILT.into())
+}
+
+/// Refuses to write a stream where a recording is or will be.
+#[cfg(feature = "rerun")]
+fn refuse_same(rrd: &Path, recording: &Path) -> Result<()> {
+    let is_same = match (rrd.canonicalize(), recording.canonicalize()) {
+        (Ok(rrd), Ok(recording)) => rrd == recording,
+        _ => rrd == recording,
+    };
+    anyhow::ensure!(!is_same, "{}: the stream cannot replace the recording", rrd.display());
+    Ok(())
+}
+
+/// Reads the name of a `.rrd` file; the viewer knows one by its ending.
+pub fn rrd(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension().is_some_and(|end| end == "rrd") {
+        true => Ok(path),
+        false => Err("the name must end in .rrd".into()),
+    }
+}
+
+/// Reads the target of `--rerun`.
+pub fn target(text: &str) -> Result<Target, String> {
+    match text {
+        "spawn" => Ok(Target::Spawn),
+        url if url.contains("://") => Ok(Target::Connect(url.to_owned())),
+        file => rrd(file)
+            .map(|path| Target::Save { path, force: false })
+            .map_err(|_| "use F.rrd, rerun+http://127.0.0.1:9876/proxy or spawn".into()),
+    }
+}
+
+/// Shows frames for as long as the stream holds; what breaks it is told at the end, since the job goes on
+/// without it.
+pub struct Watcher {
+    stream: Option<RerunStream>,
+    broken: Option<divmerge::Error>,
+}
+
+impl Watcher {
+    /// A stream to the target; none without one.
+    pub fn open(target: Option<&Target>, input: &Path, method: &Method) -> Result<Self> {
+        let stream = target.map(|target| open(target, input, method)).transpose()?;
+        Ok(Watcher { stream, broken: None })
+    }
+
+    /// Shows a frame.
+    pub fn show(&mut self, frame: &Frame) {
+        let shown = self.stream.as_mut().map_or(Ok(()), |stream| stream.log(frame));
+        if let Err(error) = shown {
+            self.stream = None;
+            self.broken = Some(error);
+        }
+    }
+
+    /// Ends the stream.
+    pub fn finish(self) -> Result<()> {
+        let ended = self.stream.map_or(Ok(()), RerunStream::finish);
+        let ended = self.broken.map_or(ended, Err);
+        ended.context("annotated, but the stream to Rerun broke off")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn targets() {
+        let url = "rerun+http://h:1/proxy";
+        assert_eq!(target("spawn"), Ok(Target::Spawn));
+        assert_eq!(target(url), Ok(Target::Connect(url.into())));
+        assert_eq!(target("a/b.rrd"), Ok(Target::Save { path: "a/b.rrd".into(), force: false }));
+        assert!(target("spwan").is_err() && target("out.mcap").is_err());
+    }
+}

@@ -1,0 +1,207 @@
+//! Clusters the clouds of a recording one after the other, for whoever wants to look at them; nothing is
+//! written.
+
+use std::collections::BTreeMap;
+use std::ops::{Bound, RangeBounds};
+use std::path::Path;
+
+use crate::annotate::{self, Event, Frame, Method, cluster, remarks};
+use crate::error::{Error, Result};
+use crate::io::{MessageHeader, Overview, PointCloud2, Position, Record, RecordingReader};
+
+/// Numbers of clouds on their topic, from 0.
+pub type FrameRange = (Bound<u64>, Bound<u64>);
+
+/// Which clouds are clustered.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Selection {
+    /// Cloud topics; none means all.
+    pub topics: Vec<String>,
+    /// Numbers of the clouds on each topic.
+    pub frames: FrameRange,
+    /// Earliest log time in nanoseconds.
+    pub from_ns: Option<u64>,
+    /// Log time in nanoseconds from which on clouds are left out.
+    pub to_ns: Option<u64>,
+}
+
+impl Default for Selection {
+    fn default() -> Self {
+        let frames = (Bound::Unbounded, Bound::Unbounded);
+        Selection { topics: Vec::new(), frames, from_ns: None, to_ns: None }
+    }
+}
+
+/// What was seen.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Replayed {
+    /// Clouds clustered.
+    pub frames: u64,
+    /// Clouds that could not be read.
+    pub unreadable: u64,
+    /// Whether the input is cut off.
+    pub is_cut_off: bool,
+}
+
+/// Clusters the selected clouds in the order of the file and hands each to `on_event`, whose error ends it.
+/// A cloud that cannot be read is warned of and counted. Memory does not grow with the length of the
+/// recording.
+///
+/// # Errors
+/// [`Error::NoCloud`] if there is no topic, none has the frames, or none lies between the times,
+/// [`Error::Recording`] if the input is damaged, [`Error::Io`], and those of `on_event`.
+pub fn replay(
+    input: &Path,
+    selection: &Selection,
+    method: &Method,
+    on_event: &mut dyn FnMut(Event) -> Result<()>,
+) -> Result<Replayed> {
+    let overview = Overview::read(input)?;
+    let clouds = annotate::choose(&overview, &selection.topics)?;
+    refuse_missing(&overview, &clouds, selection)?;
+    let mut reader = RecordingReader::open(input)?;
+    let total = reader.file_size();
+    let mut tally = Tally::default();
+    while let Some(record) = reader.next_record()? {
+        match &record {
+            Record::Message { header, data, position } => {
+                let Some(topic) = clouds.get(&header.channel_id) else {
+                    continue;
+                };
+                let number = tally.count(topic);
+                if selection.contains(number, header.log_time) {
+                    tally.cluster(topic, number, (header, data, *position), method, on_event)?;
+                }
+            }
+            Record::Damaged { offset, problem } => {
+                on_event(Event::Warning(&format!("{problem} (byte {offset})")))?;
+            }
+            Record::Truncated { offset, problem } => {
+                on_event(Event::Warning(&format!("cut off: {problem} (byte {offset})")))?;
+                tally.replayed.is_cut_off = true;
+            }
+            _ => continue,
+        }
+        if clouds.values().all(|topic| selection.is_behind(tally.seen(topic))) {
+            break;
+        }
+        let bytes = reader.offset();
+        on_event(Event::Progress { bytes, total })?;
+    }
+    if tally.replayed.frames + tally.replayed.unreadable == 0 {
+        let problem = "no cloud lies in the frames and times asked for".to_owned();
+        return Err(Error::NoCloud { path: input.to_owned(), problem });
+    }
+    Ok(tally.replayed)
+}
+
+impl Selection {
+    /// Refuses a selection that the recording has nothing for, as far as its index tells.
+    ///
+    /// # Errors
+    /// [`Error::NoCloud`], and those of [`Overview::read`].
+    pub fn check(&self, input: &Path) -> Result<()> {
+        let overview = Overview::read(input)?;
+        refuse_missing(&overview, &annotate::choose(&overview, &self.topics)?, self)
+    }
+
+    fn contains(&self, number: u64, log_time: u64) -> bool {
+        self.frames.contains(&number)
+            && self.from_ns.is_none_or(|from| log_time >= from)
+            && self.to_ns.is_none_or(|to| log_time < to)
+    }
+
+    /// Whether `number` and all that follow are past the last frame.
+    fn is_behind(&self, number: u64) -> bool {
+        match self.frames.1 {
+            Bound::Excluded(end) => number >= end,
+            Bound::Included(last) => number > last,
+            Bound::Unbounded => false,
+        }
+    }
+
+    /// The last frame that was named.
+    fn last_named(&self) -> Option<u64> {
+        match (self.frames.0, self.frames.1) {
+            (_, Bound::Excluded(end)) => end.checked_sub(1),
+            (_, Bound::Included(last)) => Some(last),
+            (Bound::Included(first), Bound::Unbounded) => Some(first),
+            _ => None,
+        }
+    }
+}
+
+/// Refuses frames that no topic has.
+fn refuse_missing(
+    overview: &Overview,
+    clouds: &BTreeMap<u16, String>,
+    selection: &Selection,
+) -> Result<()> {
+    let mut counts: BTreeMap<&str, u64> = BTreeMap::new();
+    for (channel, topic) in clouds {
+        *counts.entry(topic).or_default() += overview.message_counts.get(channel).unwrap_or(&0);
+    }
+    let Some(last) = selection.last_named().filter(|&last| counts.values().all(|&n| n <= last))
+    else {
+        return Ok(());
+    };
+    let each = counts.iter().map(|(topic, count)| match count {
+        0 => format!("{topic} has no cloud"),
+        count => format!("{topic} has {count} clouds, numbered 0 to {}", count - 1),
+    });
+    let problem = format!("there is no frame {last}: {}", each.collect::<Vec<_>>().join("; "));
+    Err(Error::NoCloud { path: overview.path.clone(), problem })
+}
+
+/// How many clouds have come by.
+#[derive(Default)]
+struct Tally {
+    next: BTreeMap<String, u64>,
+    replayed: Replayed,
+}
+
+impl Tally {
+    fn seen(&self, topic: &str) -> u64 {
+        self.next.get(topic).copied().unwrap_or(0)
+    }
+
+    /// The number of a topic's next cloud.
+    fn count(&mut self, topic: &str) -> u64 {
+        let next = self.next.entry(topic.to_owned()).or_default();
+        *next += 1;
+        *next - 1
+    }
+
+    fn cluster(
+        &mut self,
+        topic: &str,
+        number: u64,
+        (header, data, position): (&MessageHeader, &[u8], Position),
+        method: &Method,
+        on_event: &mut dyn FnMut(Event) -> Result<()>,
+    ) -> Result<()> {
+        let wire = PointCloud2::parse(data);
+        let clustered = wire.and_then(|wire| Ok((cluster(&wire, method)?, wire)));
+        let (clustered, wire) = match clustered {
+            Ok(clustered) => clustered,
+            Err(error) => {
+                self.replayed.unreadable += 1;
+                let place = annotate::place(position);
+                return on_event(Event::Warning(&format!("{topic}: {error} ({place})")));
+            }
+        };
+        self.replayed.frames += 1;
+        let remarks = remarks(&clustered.stages, &method.taxonomy);
+        let remarks: Vec<String> = remarks.into_iter().map(|(_, problem)| problem).collect();
+        on_event(Event::Frame(Frame {
+            topic,
+            number,
+            log_time_ns: header.log_time,
+            stamp_ns: wire.stamp_ns(),
+            frame_id: &wire.frame_id,
+            cloud: &clustered.cloud,
+            stages: &clustered.stages,
+            remarks: &remarks,
+        }))
+    }
+}
