@@ -359,6 +359,27 @@ fn empty_nan_and_crowded_clouds_are_annotated_with_a_word() {
 }
 
 #[test]
+fn clouds_of_no_rows_or_no_columns() {
+    let empty = |height: usize, width: usize| {
+        let mut frame = Drive::new(Sensor::Vlp16, Scene::Parking, 1).frame(0);
+        frame.cloud = divmerge::PointCloud { height, width, ..divmerge::PointCloud::default() };
+        let mut message = Vec::new();
+        cloud_message(&frame, &mut message).expect("a message");
+        message
+    };
+    let (_folder, input) = recording_of(&[empty(4, 0), empty(0, 4), empty(0, 0)]);
+    for semantics in [Semantics::All, Semantics::Ground, Semantics::Auto] {
+        for config in [Config::paper(), Config::authors(), Config::best()] {
+            let mut options = options(semantics.clone());
+            options.method.config = config;
+            options.force = true;
+            let (_, report) = run(&input, &options).expect("annotated");
+            assert_eq!(report.topics["/points"].frames, 3, "{:?}", report.warnings);
+        }
+    }
+}
+
+#[test]
 fn a_missing_field_is_named_with_those_that_are_there() {
     let (_folder, input) = drive(1);
     let mut options = options(Semantics::Field("klass".into()));
