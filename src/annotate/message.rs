@@ -1,0 +1,164 @@
+//! One cloud message: decoded, clustered, and written as the two messages that annotate it.
+
+use std::time::Instant;
+
+use super::report::FrameTimes;
+use crate::cloud::PointCloud;
+use crate::error::Result;
+use crate::instances::Instance;
+use crate::io::{self, MarkerBox, PointAnnotation, PointCloud2};
+use crate::pipeline::{self, Config, Stages};
+use crate::semantics::{GroundParams, MaskSource};
+use crate::taxonomy::Taxonomy;
+
+/// Where the object mask of a recording's clouds comes from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Semantics {
+    /// A field `label`, `semantic`, `class_id` or `class_ids` if the cloud has one, else ground removal.
+    Auto,
+    /// The field of that name.
+    Field(String),
+    /// Ground removal.
+    Ground,
+    /// Every return is an object.
+    All,
+}
+
+/// What is done to each cloud.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Method {
+    /// Where objects come from.
+    pub semantics: Semantics,
+    /// What the ids of a semantic field mean.
+    pub taxonomy: Taxonomy,
+    /// Ground removal.
+    pub ground: GroundParams,
+    /// Projection and clustering.
+    pub config: Config,
+}
+
+/// A cloud as the method sees it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decoded<'a> {
+    /// The cloud, with classes if they are asked for.
+    pub cloud: PointCloud,
+    /// Where its object mask comes from.
+    pub mask: MaskSource<'a>,
+    /// The same in words, as in `field:label`.
+    pub semantics: String,
+}
+
+impl Method {
+    /// The cloud in a message, and where its object mask comes from.
+    ///
+    /// # Errors
+    /// Those of [`PointCloud2::to_cloud`]; [`crate::Error::MissingField`] if the field that should hold the
+    /// classes is not there.
+    pub fn decode(&self, wire: &PointCloud2) -> Result<Decoded<'_>> {
+        let field = match &self.semantics {
+            Semantics::Auto => wire.semantic_field(),
+            Semantics::Field(name) => Some(name.as_str()),
+            Semantics::Ground | Semantics::All => None,
+        };
+        let cloud = wire.to_cloud(field)?;
+        let (mask, semantics) = match (&self.semantics, field) {
+            (Semantics::All, _) => (MaskSource::All, "all".to_owned()),
+            (_, Some(field)) => (MaskSource::Classes(&self.taxonomy), format!("field:{field}")),
+            (_, None) => (MaskSource::NotGround(&self.ground), "ground".to_owned()),
+        };
+        Ok(Decoded { cloud, mask, semantics })
+    }
+}
+
+/// One annotated cloud.
+#[derive(Debug, Clone, Default)]
+pub struct Annotated {
+    /// The message of `T/instances`.
+    pub cloud: Vec<u8>,
+    /// The message of `T/objects`.
+    pub objects: Vec<u8>,
+    /// Coordinate frame of the cloud.
+    pub frame_id: String,
+    /// Stamp of the cloud's header, nanoseconds since 1970.
+    pub stamp_ns: i64,
+    /// Where objects came from, as in `field:label`.
+    pub semantics: String,
+    /// Milliseconds.
+    pub times: FrameTimes,
+}
+
+/// A cloud out of a message, clustered.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Clustered {
+    /// The cloud.
+    pub cloud: PointCloud,
+    /// Every intermediate of its run.
+    pub stages: Stages,
+    /// Where objects came from, as in `field:label`.
+    pub semantics: String,
+    /// Milliseconds from message to cloud.
+    pub decode_ms: f64,
+}
+
+/// Clusters the cloud in a message.
+///
+/// # Errors
+/// Those of [`PointCloud2::to_cloud`]; [`crate::Error::MissingField`] if the field that should hold the classes
+/// is not there.
+pub fn cluster(wire: &PointCloud2, method: &Method) -> Result<Clustered> {
+    let started = Instant::now();
+    let Decoded { cloud, mask, semantics } = method.decode(wire)?;
+    let decode_ms = started.elapsed().as_secs_f64() * 1e3;
+    let stages = pipeline::run(&cloud, mask, &method.config);
+    Ok(Clustered { cloud, stages, semantics, decode_ms })
+}
+
+/// Clusters the cloud in a message and writes the two messages that annotate it into `annotated`, whose
+/// memory is used again.
+///
+/// # Errors
+/// Those of [`PointCloud2::parse`] and [`cluster`].
+pub fn annotate_message(
+    message: &[u8],
+    method: &Method,
+    annotated: &mut Annotated,
+) -> Result<Clustered> {
+    let started = Instant::now();
+    let wire = PointCloud2::parse(message)?;
+    let parse_ms = started.elapsed().as_secs_f64() * 1e3;
+    let clustered = cluster(&wire, method)?;
+
+    let started = Instant::now();
+    let stages = &clustered.stages;
+    let reason: Vec<u8> = stages.labels.reason.iter().map(|&reason| reason as u8).collect();
+    let annotation = PointAnnotation {
+        instance: &stages.labels.instance,
+        component: &stages.labels.component,
+        semantic: &stages.labels.semantic,
+        reason: &reason,
+    };
+    io::annotated_cloud(&wire, &annotation, &mut annotated.cloud)?;
+    let boxes: Vec<MarkerBox> = stages.instances.iter().map(marker).collect();
+    let (seconds, nanoseconds) = (wire.stamp_sec, wire.stamp_nanosec);
+    let frame = &wire.frame_id;
+    io::marker_array(wire.byte_order, seconds, nanoseconds, frame, &boxes, &mut annotated.objects);
+    annotated.frame_id.clone_from(frame);
+    annotated.stamp_ns = wire.stamp_ns();
+    annotated.semantics.clone_from(&clustered.semantics);
+    annotated.times = FrameTimes {
+        decode_ms: parse_ms + clustered.decode_ms,
+        stages: stages.times,
+        encode_ms: started.elapsed().as_secs_f64() * 1e3,
+    };
+    Ok(clustered)
+}
+
+fn marker(instance: &Instance) -> MarkerBox {
+    MarkerBox {
+        id: instance.id,
+        centre: instance.bounds.centre,
+        yaw: instance.bounds.yaw,
+        size: instance.bounds.size,
+        text: format!("{} {}", instance.id, instance.class_name).trim_end().to_owned(),
+    }
+}
