@@ -95,6 +95,8 @@ struct Assembly<'a> {
     groups: Vec<Group>,
     parent: Vec<usize>,
     cells: Cells,
+    /// Whether the pieces that touch have been put together.
+    has_grown: bool,
     queue: BinaryHeap<Candidate>,
     joins: Vec<Join>,
 }
@@ -107,6 +109,7 @@ impl<'a> Assembly<'a> {
             groups: fragments.iter().map(|f| Group::new(f.hull.clone())).collect(),
             parent: (0..fragments.len()).collect(),
             cells: Cells::default(),
+            has_grown: false,
             queue: BinaryHeap::new(),
             joins: Vec::new(),
         };
@@ -121,10 +124,17 @@ impl<'a> Assembly<'a> {
         self.fragments[group].size.filter(|_| !self.groups[group].hull.is_empty())
     }
 
+    /// Where the groups of a class lie by their place: while only touching counts in cells of that reach,
+    /// then in cells of the class's width.
+    fn layer(&self, number: usize, size: ClassSize) -> Layer {
+        let side = if self.has_grown { size.width } else { 2.0 * self.touching(size) };
+        Layer { number: self.fragments[number].class, side }
+    }
+
     fn enter(&mut self, number: usize) {
         if let Some(size) = self.size(number) {
+            let layer = self.layer(number, size);
             let group = &self.groups[number];
-            let layer = Layer { number: self.fragments[number].class, side: size.width };
             self.cells.insert(layer, number, group.low, group.high);
         }
     }
@@ -132,7 +142,7 @@ impl<'a> Assembly<'a> {
     /// The groups of the same class whose boxes are within `reach` metres of a group's.
     fn near(&self, number: usize, size: ClassSize, reach: f64) -> Vec<usize> {
         let group = &self.groups[number];
-        let layer = Layer { number: self.fragments[number].class, side: size.width };
+        let layer = self.layer(number, size);
         let mut near = self.cells.near(layer, group.low, group.high, reach);
         near.retain(|&other| {
             let other = (other != number).then(|| &self.groups[other]);
@@ -216,6 +226,7 @@ impl<'a> Assembly<'a> {
             corners[root].extend(&self.groups[number].hull);
         }
         self.cells = Cells::default();
+        self.has_grown = true;
         for (number, corners) in corners.into_iter().enumerate() {
             if self.is_group(number) {
                 self.groups[number] = Group::new(convex_hull(&corners));
