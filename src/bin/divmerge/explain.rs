@@ -1,6 +1,6 @@
 //! `divmerge explain`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::error::ErrorKind;
@@ -14,10 +14,12 @@ use divmerge::explain::{
 use divmerge::instances::Reason;
 use divmerge::io::{PointCloud2, Which, cloud_message_at};
 use divmerge::pipeline;
+use divmerge::view::{self, ColourTracker, Scene};
 use serde::Serialize;
 
 use crate::Outcome;
 use crate::arguments::{MethodArguments, number, positive};
+use crate::figure::{picture, write};
 
 /// Say why two points are one instance or not, or why one point is what it is
 ///
@@ -63,6 +65,14 @@ pub struct Arguments {
     /// Print as JSON
     #[arg(long)]
     json: bool,
+
+    /// Draw it too; the ending, .png or .svg, says which
+    #[arg(short, long, value_name = "OUT", value_parser = picture)]
+    output: Option<PathBuf>,
+
+    /// Replace an existing picture
+    #[arg(long)]
+    force: bool,
 }
 
 /// Everything that is printed as JSON.
@@ -86,6 +96,9 @@ struct Report {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     check_usage(arguments);
+    if let Some(output) = &arguments.output {
+        crate::refuse_existing(output, arguments.force)?;
+    }
     let method = arguments.method.method()?;
     let (path, which) = (&arguments.input, Which::Frame(arguments.frame));
     let message = cloud_message_at(path, arguments.topic.as_deref(), which)?;
@@ -116,7 +129,32 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     } else {
         Text { report: &report, pairs: arguments.pairs }.print();
     }
+    if let Some(output) = &arguments.output {
+        let bytes = draw(&report, &frame, output, arguments.force)?;
+        if !arguments.json {
+            println!();
+            println!("wrote {} ({bytes} bytes)", output.display());
+        }
+    }
     Ok(Outcome::Done)
+}
+
+/// Draws the explanation and returns the size of the picture in bytes.
+fn draw(report: &Report, frame: &Frame, output: &Path, force: bool) -> Result<u64> {
+    const DPI: f64 = 192.0;
+    let Frame { cloud, config, stages, .. } = *frame;
+    let scene = Scene {
+        cloud,
+        stages,
+        classes: Vec::new(),
+        intensity: None,
+        merge_ratio: config.cluster.merge_ratio,
+        colour_numbers: ColourTracker::default().colour_numbers(&stages.instances),
+        heading: format!("frame {} of {}", report.frame, report.topic),
+        remark: format!("objects: {}  ·  preset {}", report.semantics, report.preset),
+    };
+    let headline = Text { report, pairs: 0 }.headline();
+    write(output, &view::explanation(&scene, &report.explanation, &headline, DPI), DPI, force)
 }
 
 /// Ends the program with exit code 2 unless there are one or two points, or two instances.
