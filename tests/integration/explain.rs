@@ -280,6 +280,9 @@ fn bad_questions_are_answered_with_what_there_is() {
         (&[], 2, "say what to explain"),
         (&["--instance", "3"], 2, "takes two"),
         (&["--at", "1,2,3", "--at", "1,2,3", "--at", "1,2,3"], 2, "given 3 times"),
+        #[cfg(not(feature = "rerun"))]
+        (&["--at", "1,2,3", "--rerun", "f.rrd"], 2, "built without Rerun"),
+        (&["--at", "1,2,3", "--rerun", "f.mcap"], 2, "must end in .rrd"),
         (&["--at", "1,2"], 2, "use x,y,z"),
         (&["--at", "1,2,3", "--instance", "1"], 2, "cannot be used with"),
     ] {

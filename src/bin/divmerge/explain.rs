@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory};
+use divmerge::annotate::Method;
 use divmerge::cluster::Evidence;
 use divmerge::explain::{
     Answer, BorderPair, Choice, DecidedBy, Explanation, Flip, Frame, GroupFacts, LaterStage, Link,
@@ -14,12 +15,12 @@ use divmerge::explain::{
 use divmerge::instances::Reason;
 use divmerge::io::{PointCloud2, Which, cloud_message_at};
 use divmerge::pipeline;
-use divmerge::view::{self, ColourTracker, Scene};
+use divmerge::view::{self, ColourTracker, Scene, Target};
 use serde::Serialize;
 
-use crate::Outcome;
 use crate::arguments::{MethodArguments, number, positive};
 use crate::figure::{picture, write};
+use crate::{Outcome, viewer};
 
 /// Say why two points are one instance or not, or why one point is what it is
 ///
@@ -70,7 +71,12 @@ pub struct Arguments {
     #[arg(short, long, value_name = "OUT", value_parser = picture)]
     output: Option<PathBuf>,
 
-    /// Replace an existing picture
+    /// Write it with its frame into a file that `rerun F.rrd` opens; needs a divmerge built with
+    /// `--features rerun`
+    #[arg(long, value_name = "F.rrd", value_parser = viewer::rrd)]
+    rerun: Option<PathBuf>,
+
+    /// Replace existing files
     #[arg(long)]
     force: bool,
 }
@@ -96,7 +102,10 @@ struct Report {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     check_usage(arguments);
-    if let Some(output) = &arguments.output {
+    if arguments.rerun.is_some() {
+        viewer::require_built()?;
+    }
+    for output in arguments.output.iter().chain(&arguments.rerun) {
         crate::refuse_existing(output, arguments.force)?;
     }
     let method = arguments.method.method()?;
@@ -136,6 +145,23 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             println!("wrote {} ({bytes} bytes)", output.display());
         }
     }
+    if let Some(rrd) = &arguments.rerun {
+        let target = Target::Save { path: rrd.clone(), force: arguments.force };
+        let shown = divmerge::annotate::Frame {
+            topic: &message.topic,
+            number: message.number,
+            log_time_ns: message.log_time,
+            stamp_ns: wire.stamp_ns(),
+            frame_id: &wire.frame_id,
+            cloud,
+            stages: &stages,
+            remarks: &[],
+        };
+        stream(&report, &shown, &target, &method)?;
+        if !arguments.json {
+            println!("wrote {}", rrd.display());
+        }
+    }
     Ok(Outcome::Done)
 }
 
@@ -155,6 +181,20 @@ fn draw(report: &Report, frame: &Frame, output: &Path, force: bool) -> Result<u6
     };
     let headline = Text { report, pairs: 0 }.headline();
     write(output, &view::explanation(&scene, &report.explanation, &headline, DPI), DPI, force)
+}
+
+/// Sends the frame and the explanation to the viewer's file.
+fn stream(
+    report: &Report,
+    shown: &divmerge::annotate::Frame,
+    target: &Target,
+    method: &Method,
+) -> Result<()> {
+    let headline = Text { report, pairs: 0 }.headline();
+    let mut stream = viewer::open(target, &report.file, method)?;
+    stream.log(shown)?;
+    stream.explain(shown, &report.explanation, &headline)?;
+    Ok(stream.finish()?)
 }
 
 /// Ends the program with exit code 2 unless there are one or two points, or two instances.
