@@ -141,6 +141,25 @@ pub struct Explanation {
     pub pixels_change_hands: bool,
 }
 
+impl Explanation {
+    /// The pairs of border pixels on which the votes were cast, each once, in the order of the image.
+    pub fn pairs(&self) -> Vec<BorderPair> {
+        let (border, links): (&[BorderPair], &[Link]) = match &self.votes {
+            Some(VoteEvidence::Chain { links } | VoteEvidence::Failed { links, .. }) => {
+                (&[], links)
+            }
+            Some(VoteEvidence::NoTrueCondition { border, links, .. }) => (border, links),
+            _ => (&[], &[]),
+        };
+        let of_links = links.iter().flat_map(|link| &link.pairs);
+        let mut pairs: Vec<BorderPair> = border.iter().chain(of_links).copied().collect();
+        let key = |pair: &BorderPair| [pair.a, pair.b].map(|place| (place.row, place.column));
+        pairs.sort_by_key(key);
+        pairs.dedup_by_key(|pair| key(pair));
+        pairs
+    }
+}
+
 /// Explains the answer to a question about one or two points of a frame.
 ///
 /// # Panics

@@ -206,10 +206,10 @@ fn plane_size(width: f64, region: &Region, in_row: usize) -> [f64; 2] {
 }
 
 /// Title, count and legend of a panel.
-struct Caption {
-    title: &'static str,
-    count: String,
-    keys: Vec<Key>,
+pub(super) struct Caption {
+    pub(super) title: &'static str,
+    pub(super) count: String,
+    pub(super) keys: Vec<Key>,
 }
 
 const LETTER: f64 = 19.0;
@@ -221,11 +221,11 @@ impl Caption {
     }
 
     /// Whether the legend has room beside the title.
-    fn fits(&self, width: f64) -> bool {
+    pub(super) fn fits(&self, width: f64) -> bool {
         self.keys.is_empty() || self.words_width() + 24.0 + theme::legend_width(&self.keys) <= width
     }
 
-    fn draw(&self, canvas: &mut Canvas, slot: Area, place: usize, second_row: bool) {
+    pub(super) fn draw(&self, canvas: &mut Canvas, slot: Area, place: usize, second_row: bool) {
         let baseline = slot.y + 14.0;
         let letter = char::from(b'a' + (place % 26) as u8);
         let style = theme::text(theme::TITLE, Weight::Regular, theme::FAINT_INK, Anchor::Start);
@@ -391,7 +391,7 @@ pub(super) fn votes(canvas: &mut Canvas, scene: &Scene, plane: &Plane, dpi: f64)
 }
 
 /// The instances with their boxes, and the numbers of those with most points where there is room.
-fn birds_eye(canvas: &mut Canvas, scene: &Scene, plane: &Plane, dpi: f64) {
+pub(super) fn birds_eye(canvas: &mut Canvas, scene: &Scene, plane: &Plane, dpi: f64) {
     let labels = &scene.stages.labels;
     plane.points(canvas, scene, dpi / 96.0, |point| match labels.instance[point] {
         0 => reason_colour(labels.reason[point] as u8),

@@ -6,6 +6,7 @@
 
 pub mod canvas;
 pub mod colours;
+pub mod explanation;
 pub mod figure;
 pub mod font;
 pub mod matrix;
@@ -24,6 +25,7 @@ pub mod vote_graph;
 
 pub use canvas::Canvas;
 pub use colours::ColourTracker;
+pub use explanation::explanation;
 pub use figure::{FigureOptions, Panel, figure};
 pub use plane::Region;
 pub use png::png;

@@ -11,6 +11,9 @@
 //! | `T/image/range`, `.../component`, `.../instance` | the range image, highest beam on top |
 //! | `T/series/milliseconds`, `.../instances` | time per stage, number of instances |
 //! | `T/log` | what was dropped and why |
+//! | `T/explanation/points` | the points A and B of an explanation (`divmerge explain --rerun`) |
+//! | `T/explanation/votes/for`, `.../against` | lines between the pixels of each pair that voted |
+//! | `T/explanation/text` | the answer in words |
 //!
 //! Timelines: `frame` (number of the cloud on its topic), `stamp` (of the cloud's header) and
 //! `message_log_time` (as Rerun's own MCAP reader calls it). All that is in 3-D carries the cloud's
@@ -46,6 +49,7 @@ use rerun::{
 use super::Target;
 use crate::annotate::Frame;
 use crate::error::{Error, Result};
+use crate::explain::Explanation;
 use crate::instances::Reason;
 use crate::io::recording::partial::PartialFile;
 use crate::palette::{instance_colour, reason_colour};
@@ -70,6 +74,8 @@ const RANGE_STEPS: f32 = 200.0;
 const RANGE_SHOWN: f64 = 60.0;
 const MERGED: [u8; 3] = [96, 220, 120];
 const APART: [u8; 3] = [150, 52, 58];
+/// Points that are explained.
+const MARKED: [u8; 3] = [255, 214, 64];
 const STAGES: [(&str, [u8; 3]); 5] = [
     ("projection", [116, 184, 255]),
     ("mask", [255, 210, 90]),
@@ -127,6 +133,19 @@ impl RerunStream {
     /// [`Error::Viewer`] if the viewer is gone or the file cannot be written.
     pub fn log(&mut self, frame: &Frame) -> Result<()> {
         let logged = self.log_frame(frame);
+        logged.map_err(|error| self.broken(error))?;
+        let flushed = self.recording.flush_with_timeout(FLUSH_TIMEOUT);
+        flushed.map_err(|error| self.broken(error))
+    }
+
+    /// Shows an explanation, with its answer in words, over the cloud that was shown last.
+    ///
+    /// # Errors
+    /// [`Error::Viewer`] if the viewer is gone or the file cannot be written.
+    pub fn explain(&mut self, frame: &Frame, found: &Explanation, answer: &str) -> Result<()> {
+        let topic = topic_path(frame.topic);
+        let scene = Scene { recording: &self.recording, topic, frame };
+        let logged = scene.log_explanation(found, answer);
         logged.map_err(|error| self.broken(error))?;
         let flushed = self.recording.flush_with_timeout(FLUSH_TIMEOUT);
         flushed.map_err(|error| self.broken(error))
@@ -383,6 +402,28 @@ impl Scene<'_> {
             self.log_3d(below, lines.as_serialized_batches())?;
         }
         Ok(())
+    }
+
+    /// The points of an explanation, the pairs of pixels that voted, and the answer in words.
+    fn log_explanation(&self, found: &Explanation, answer: &str) -> RecordingStreamResult<()> {
+        let points = show::Points3D::new(found.points.iter().map(|point| point.position))
+            .with_colors([rgb(MARKED)])
+            .with_radii([parts::Radius::new_ui_points(6.0)])
+            .with_labels(["A", "B"].into_iter().take(found.points.len()))
+            .with_show_labels(true);
+        self.log_3d("explanation/points", points.as_serialized_batches())?;
+        let pairs = found.pairs();
+        for (below, colour, holds) in
+            [("explanation/votes/for", MERGED, true), ("explanation/votes/against", APART, false)]
+        {
+            let voted = pairs.iter().filter(|pair| pair.holds == holds);
+            let strips = voted.map(|pair| [pair.a.position, pair.b.position]);
+            let lines = show::LineStrips3D::new(strips)
+                .with_colors([rgb(colour)])
+                .with_radii([parts::Radius::new_ui_points(1.5)]);
+            self.log_3d(below, lines.as_serialized_batches())?;
+        }
+        self.recording.log(self.path("explanation/text"), &show::TextDocument::new(answer))
     }
 
     fn log_images(&self) -> RecordingStreamResult<()> {
@@ -646,12 +687,16 @@ impl Layout {
         use kinds::ContainerKind::{Horizontal, Tabs, Vertical};
         let path = topic_path(topic);
         let at = |below: &str| path.join(&below.into());
-        let instances =
-            self.view_3d("Instances", &path, &["cloud/instance", "boxes", "dropped/**"], frame_id)?;
+        let instances = self.view_3d(
+            "Instances",
+            &path,
+            &["cloud/instance", "boxes", "dropped/**", "explanation/**"],
+            frame_id,
+        )?;
         let components = self.view_3d(
             "Components and votes",
             &path,
-            &["cloud/component", "votes/**", "dropped/**"],
+            &["cloud/component", "votes/**", "dropped/**", "explanation/**"],
             frame_id,
         )?;
         let classes = self.view_3d("Classes", &path, &["cloud/class"], frame_id)?;

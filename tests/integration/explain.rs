@@ -240,6 +240,35 @@ fn text_shows_the_votes_and_json_parses() {
 }
 
 #[test]
+fn pictures_are_the_same_twice_and_existing_ones_stay() {
+    let (folder, input) = drive(1);
+    let [a, b] = two_points();
+    let draw = |name: &str, more: &[&str]| {
+        let output = folder.path().join(name);
+        let output = output.to_str().expect("a path in UTF-8");
+        let question = ["--at", &a, "--at", &b, "--preset", "paper", "--no-what-if", "-o", output];
+        (divmerge(&input, &[&question, more].concat()), output.to_owned())
+    };
+    let (once, path) = draw("once.png", &[]);
+    assert_eq!(once.status.code(), Some(0), "{}", text(&once.stderr));
+    assert!(text(&once.stdout).contains("wrote "), "{}", text(&once.stdout));
+    let bytes = std::fs::read(path).expect("a picture");
+    let reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().expect("a PNG");
+    let info = reader.info();
+    assert!(info.width == 2000 && info.height > 1000, "{} x {}", info.width, info.height);
+
+    assert_eq!(draw("once.png", &[]).0.status.code(), Some(1));
+    let (again, path) = draw("once.png", &["--force", "--json"]);
+    assert!(serde_json::from_slice::<serde_json::Value>(&again.stdout).is_ok());
+    assert!(bytes == std::fs::read(path).expect("a picture"), "the same bytes twice");
+    let (svg, path) = draw("once.svg", &[]);
+    assert_eq!(svg.status.code(), Some(0), "{}", text(&svg.stderr));
+    let svg = std::fs::read_to_string(path).expect("a picture");
+    assert!(svg.contains("Yes, A and B are one") && svg.contains("pairs in favour"));
+    assert_eq!(draw("once.gif", &[]).0.status.code(), Some(2));
+}
+
+#[test]
 fn bad_questions_are_answered_with_what_there_is() {
     let (_folder, input) = drive(2);
     for (arguments, code, says) in [
@@ -251,6 +280,9 @@ fn bad_questions_are_answered_with_what_there_is() {
         (&[], 2, "say what to explain"),
         (&["--instance", "3"], 2, "takes two"),
         (&["--at", "1,2,3", "--at", "1,2,3", "--at", "1,2,3"], 2, "given 3 times"),
+        #[cfg(not(feature = "rerun"))]
+        (&["--at", "1,2,3", "--rerun", "f.rrd"], 2, "built without Rerun"),
+        (&["--at", "1,2,3", "--rerun", "f.mcap"], 2, "must end in .rrd"),
         (&["--at", "1,2"], 2, "use x,y,z"),
         (&["--at", "1,2,3", "--instance", "1"], 2, "cannot be used with"),
     ] {

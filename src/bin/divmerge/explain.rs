@@ -1,10 +1,11 @@
 //! `divmerge explain`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory};
+use divmerge::annotate::Method;
 use divmerge::cluster::Evidence;
 use divmerge::explain::{
     Answer, BorderPair, Choice, DecidedBy, Explanation, Flip, Frame, GroupFacts, LaterStage, Link,
@@ -14,10 +15,12 @@ use divmerge::explain::{
 use divmerge::instances::Reason;
 use divmerge::io::{PointCloud2, Which, cloud_message_at};
 use divmerge::pipeline;
+use divmerge::view::{self, ColourTracker, Scene, Target};
 use serde::Serialize;
 
-use crate::Outcome;
 use crate::arguments::{MethodArguments, number, positive};
+use crate::figure::{picture, write};
+use crate::{Outcome, viewer};
 
 /// Say why two points are one instance or not, or why one point is what it is
 ///
@@ -63,6 +66,19 @@ pub struct Arguments {
     /// Print as JSON
     #[arg(long)]
     json: bool,
+
+    /// Draw it too; the ending, .png or .svg, says which
+    #[arg(short, long, value_name = "OUT", value_parser = picture)]
+    output: Option<PathBuf>,
+
+    /// Write it with its frame into a file that `rerun F.rrd` opens; needs a divmerge built with
+    /// `--features rerun`
+    #[arg(long, value_name = "F.rrd", value_parser = viewer::rrd)]
+    rerun: Option<PathBuf>,
+
+    /// Replace existing files
+    #[arg(long)]
+    force: bool,
 }
 
 /// Everything that is printed as JSON.
@@ -86,6 +102,12 @@ struct Report {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     check_usage(arguments);
+    if arguments.rerun.is_some() {
+        viewer::require_built()?;
+    }
+    for output in arguments.output.iter().chain(&arguments.rerun) {
+        crate::refuse_existing(output, arguments.force)?;
+    }
     let method = arguments.method.method()?;
     let (path, which) = (&arguments.input, Which::Frame(arguments.frame));
     let message = cloud_message_at(path, arguments.topic.as_deref(), which)?;
@@ -116,7 +138,63 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     } else {
         Text { report: &report, pairs: arguments.pairs }.print();
     }
+    if let Some(output) = &arguments.output {
+        let bytes = draw(&report, &frame, output, arguments.force)?;
+        if !arguments.json {
+            println!();
+            println!("wrote {} ({bytes} bytes)", output.display());
+        }
+    }
+    if let Some(rrd) = &arguments.rerun {
+        let target = Target::Save { path: rrd.clone(), force: arguments.force };
+        let shown = divmerge::annotate::Frame {
+            topic: &message.topic,
+            number: message.number,
+            log_time_ns: message.log_time,
+            stamp_ns: wire.stamp_ns(),
+            frame_id: &wire.frame_id,
+            cloud,
+            stages: &stages,
+            remarks: &[],
+        };
+        stream(&report, &shown, &target, &method)?;
+        if !arguments.json {
+            println!("wrote {}", rrd.display());
+        }
+    }
     Ok(Outcome::Done)
+}
+
+/// Draws the explanation and returns the size of the picture in bytes.
+fn draw(report: &Report, frame: &Frame, output: &Path, force: bool) -> Result<u64> {
+    const DPI: f64 = 192.0;
+    let Frame { cloud, config, stages, .. } = *frame;
+    let scene = Scene {
+        cloud,
+        stages,
+        classes: Vec::new(),
+        intensity: None,
+        merge_ratio: config.cluster.merge_ratio,
+        colour_numbers: ColourTracker::default().colour_numbers(&stages.instances),
+        heading: format!("frame {} of {}", report.frame, report.topic),
+        remark: format!("objects: {}  ·  preset {}", report.semantics, report.preset),
+    };
+    let headline = Text { report, pairs: 0 }.headline();
+    write(output, &view::explanation(&scene, &report.explanation, &headline, DPI), DPI, force)
+}
+
+/// Sends the frame and the explanation to the viewer's file.
+fn stream(
+    report: &Report,
+    shown: &divmerge::annotate::Frame,
+    target: &Target,
+    method: &Method,
+) -> Result<()> {
+    let headline = Text { report, pairs: 0 }.headline();
+    let mut stream = viewer::open(target, &report.file, method)?;
+    stream.log(shown)?;
+    stream.explain(shown, &report.explanation, &headline)?;
+    Ok(stream.finish()?)
 }
 
 /// Ends the program with exit code 2 unless there are one or two points, or two instances.

@@ -279,7 +279,7 @@ fn make_folder(folder: &Path) -> Result<()> {
 }
 
 /// Writes a page as the ending asks; it appears under its name when it is complete.
-fn write(output: &Path, canvas: &Canvas, dpi: f64, force: bool) -> Result<u64> {
+pub fn write(output: &Path, canvas: &Canvas, dpi: f64, force: bool) -> Result<u64> {
     let bytes = if is_svg(output) {
         view::svg(canvas).into_bytes()
     } else {
@@ -295,7 +295,8 @@ fn is_svg(path: &Path) -> bool {
     path.extension().is_some_and(|end| end.eq_ignore_ascii_case("svg"))
 }
 
-fn picture(text: &str) -> Result<PathBuf, String> {
+/// Reads the name of a picture.
+pub fn picture(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     let is_png = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("png"));
     if is_png || is_svg(&path) { Ok(path) } else { Err("must end in .png or .svg".into()) }

@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use divmerge::annotate::{Frame, Method};
+#[cfg(not(feature = "rerun"))]
+use divmerge::explain::Explanation;
 use divmerge::view::Target;
 #[cfg(feature = "rerun")]
 pub use divmerge::view::rerun_stream::RerunStream;
@@ -23,6 +25,10 @@ pub enum RerunStream {}
 #[cfg(not(feature = "rerun"))]
 impl RerunStream {
     pub fn log(&mut self, _: &Frame) -> divmerge::Result<()> {
+        match *self {}
+    }
+
+    pub fn explain(&mut self, _: &Frame, _: &Explanation, _: &str) -> divmerge::Result<()> {
         match *self {}
     }
 
