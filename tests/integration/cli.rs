@@ -143,6 +143,29 @@ fn a_cut_off_recording_exits_with_3() {
 }
 
 #[test]
+fn a_closed_pipe_is_no_panic() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_divmerge"))
+        .args(["completions", "zsh"])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("the binary runs");
+    drop(child.stdout.take());
+    let (_folder, input) = drive(1);
+    let mut info = Command::new(env!("CARGO_BIN_EXE_divmerge"))
+        .args(["info", path(&input)])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("the binary runs");
+    drop(info.stdout.take());
+    for child in [child, info] {
+        let output = child.wait_with_output().expect("it ends");
+        assert!(!text(&output.stderr).contains("panicked"), "{}", text(&output.stderr));
+    }
+}
+
+#[test]
 fn completions_for_every_shell() {
     for shell in ["bash", "zsh", "fish"] {
         let output = divmerge(&["completions", shell]);

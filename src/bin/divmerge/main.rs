@@ -71,6 +71,7 @@ const WRONG_USAGE: u8 = 2;
 const INCOMPLETE: u8 = 3;
 
 fn main() -> ExitCode {
+    end_quietly_on_a_closed_pipe();
     let result = match Cli::parse().command {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
@@ -89,6 +90,21 @@ fn main() -> ExitCode {
             ExitCode::from(if error.is::<NotBuilt>() { WRONG_USAGE } else { FAILED })
         }
     }
+}
+
+/// `divmerge info F | head` closes our output early; printing then panics, and that is no failure to
+/// report.
+fn end_quietly_on_a_closed_pipe() {
+    /// What a shell shows for a process ended by SIGPIPE.
+    const ENDED: i32 = 141;
+    let report = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let said = panic.payload().downcast_ref::<String>();
+        if said.is_some_and(|said| said.starts_with("failed printing to stdout")) {
+            std::process::exit(ENDED);
+        }
+        report(panic);
+    }));
 }
 
 /// An error and its causes, each said once.
