@@ -7,12 +7,10 @@
 use std::path::Path;
 use std::time::Instant;
 
-use divmerge::Taxonomy;
 use divmerge::annotate::{Annotated, FrameTimes, Method, Semantics, annotate_message};
 use divmerge::io::drive::cloud_message;
 use divmerge::io::{Record, RecordingReader};
 use divmerge::pipeline::Config;
-use divmerge::semantics::GroundParams;
 use divmerge::simulate::{Drive, Scene, Sensor};
 
 /// The most that the median frame may take, in milliseconds.
@@ -77,12 +75,7 @@ fn recorded(path: &Path) -> Option<Vec<Vec<u8>>> {
 }
 
 fn report(name: &str, messages: &[Vec<u8>], semantics: &Semantics, config: Config, rounds: usize) {
-    let method = Method {
-        semantics: semantics.clone(),
-        taxonomy: Taxonomy::semantic_kitti(),
-        ground: GroundParams::default(),
-        config,
-    };
+    let method = Method { semantics: semantics.clone(), config, ..Method::default() };
     let mut frames: Vec<(f64, FrameTimes, f64, usize, usize)> = Vec::new();
     let mut annotated = Annotated::default();
     for _ in 0..rounds {

@@ -5,7 +5,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use crate::cloud::PointCloud;
-use crate::cluster::back_projection::nearest_pixel;
+use crate::cluster::back_projection::label_source;
 use crate::cluster::{self, ClusterParams, Components, Join, Merge, ObjectPixels, Votes};
 use crate::instances::{Instance, PointLabels, Reason, UprightBox};
 use crate::range_image::{ProjectionParams, RangeImage, RowsFrom, Wrap};
@@ -243,10 +243,6 @@ fn label_points(
     pixels: &InstancePixels,
     params: &ClusterParams,
 ) -> PointLabels {
-    let mut object_at = vec![u32::MAX; image.rows() * image.columns()];
-    for (object, &pixel) in (0_u32..).zip(&objects.pixel) {
-        object_at[pixel as usize] = object;
-    }
     let mut labels = PointLabels {
         instance: vec![0; cloud.len()],
         component: vec![0; cloud.len()],
@@ -254,15 +250,8 @@ fn label_points(
         reason: mask.reason.clone(),
     };
     for point in (0..cloud.len()).filter(|&point| mask.is_object[point]) {
-        let pixel = if image.is_shadowed(point) {
-            nearest_pixel(cloud, image, point, params.back_projection, |pixel| {
-                let object = object_at[pixel];
-                object != u32::MAX && objects.class[object as usize] == mask.class[point]
-            })
-        } else {
-            image.pixel_of(point)
-        };
-        let Some(object) = pixel.map(|pixel| object_at[pixel] as usize) else {
+        let source = label_source(cloud, image, mask, objects, point, params.back_projection);
+        let Some(object) = source else {
             labels.reason[point] = Reason::Shadowed;
             continue;
         };

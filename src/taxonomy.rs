@@ -139,9 +139,14 @@ impl Taxonomy {
 
     /// Class number for every possible raw id (65,536 entries; unknown ids are 0).
     pub fn lookup(&self) -> Vec<u16> {
-        let mut table = vec![0; 1 << 16];
+        self.lookup_known().into_iter().map(Option::unwrap_or_default).collect()
+    }
+
+    /// Class number for every possible raw id (65,536 entries), `None` for unknown ids.
+    pub fn lookup_known(&self) -> Vec<Option<u16>> {
+        let mut table = vec![None; 1 << 16];
         for (&raw, &class) in &self.class_of {
-            table[raw as usize] = class;
+            table[raw as usize] = Some(class);
         }
         table
     }
@@ -150,6 +155,13 @@ impl Taxonomy {
     pub fn class_named(&self, name: &str) -> Option<u16> {
         let position = self.classes.iter().position(|class| class.name == name);
         position.map(|class| class as u16)
+    }
+}
+
+/// SemanticKITTI's.
+impl Default for Taxonomy {
+    fn default() -> Self {
+        Self::semantic_kitti()
     }
 }
 

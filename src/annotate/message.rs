@@ -12,9 +12,10 @@ use crate::semantics::{GroundParams, MaskSource};
 use crate::taxonomy::Taxonomy;
 
 /// Where the object mask of a recording's clouds comes from.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Semantics {
     /// A field `label`, `semantic`, `class_id` or `class_ids` if the cloud has one, else ground removal.
+    #[default]
     Auto,
     /// The field of that name.
     Field(String),
@@ -25,7 +26,7 @@ pub enum Semantics {
 }
 
 /// What is done to each cloud.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Method {
     /// Where objects come from.
     pub semantics: Semantics,

@@ -24,7 +24,7 @@ use topics::{INSTANCES, OBJECTS, channel_metadata, qos, refuse_annotated};
 pub use topics::{choose, is_annotation};
 
 /// What is done to a recording.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Options {
     /// What is done to each cloud.
     pub method: Method,

@@ -1,13 +1,38 @@
 //! Back from pixels to points: what a shadowed point takes from the pixels around it (ALGORITHM section 6).
 
+use super::objects::ObjectPixels;
 use super::params::{BackProjection, Nearest};
 use crate::cloud::PointCloud;
 use crate::range_image::RangeImage;
+use crate::semantics::ObjectMask;
+
+/// The object pixel whose label a point of an object takes: its own, or if it is shadowed the nearest of its
+/// class. `None` for points that are no objects, and for shadowed ones without a match.
+pub fn label_source(
+    cloud: &PointCloud,
+    image: &RangeImage,
+    mask: &ObjectMask,
+    objects: &ObjectPixels,
+    point: usize,
+    window: BackProjection,
+) -> Option<usize> {
+    if !mask.is_object[point] {
+        return None;
+    }
+    let pixel = if image.is_shadowed(point) {
+        nearest_pixel(cloud, image, point, window, |pixel| {
+            objects.at(pixel).is_some_and(|object| objects.class[object] == mask.class[point])
+        })
+    } else {
+        image.pixel_of(point)
+    };
+    pixel.and_then(|pixel| objects.at(pixel))
+}
 
 /// The pixel nearest to a point among the pixels of the window around the point's own pixel that
 /// `accepts` allows. Columns wrap where the image does. Ties go to the nearer column, then to the left,
 /// then upwards.
-pub fn nearest_pixel(
+fn nearest_pixel(
     cloud: &PointCloud,
     image: &RangeImage,
     point: usize,

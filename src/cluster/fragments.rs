@@ -127,7 +127,7 @@ impl<'a> Assembly<'a> {
     /// Where the groups of a class lie by their place: while only touching counts in cells of that reach,
     /// then in cells of the class's width.
     fn layer(&self, number: usize, size: ClassSize) -> Layer {
-        let side = if self.has_grown { size.width } else { 2.0 * self.touching(size) };
+        let side = if self.has_grown { size.width } else { 2.0 * self.params.touching_gap(size) };
         Layer { number: self.fragments[number].class, side }
     }
 
@@ -160,10 +160,6 @@ impl<'a> Assembly<'a> {
         self.parent[number] == number
     }
 
-    fn touching(&self, size: ClassSize) -> f64 {
-        (self.params.touching_share * size.width).min(self.params.touching)
-    }
-
     /// Pieces that touch are one whatever their size, so their order does not matter: first those that
     /// touch as they are, then those that touch the outlines of what has grown together.
     fn join_touching(&mut self) {
@@ -173,7 +169,7 @@ impl<'a> Assembly<'a> {
             let Some(size) = self.size(number).filter(|_| self.is_group(number)) else {
                 continue;
             };
-            let touching = self.touching(size);
+            let touching = self.params.touching_gap(size);
             let mut own = number;
             let before = self.joins.len();
             for other in self.near(number, size, touching) {
@@ -200,7 +196,7 @@ impl<'a> Assembly<'a> {
             let Some(size) = self.size(number) else {
                 continue;
             };
-            let touching = self.touching(size);
+            let touching = self.params.touching_gap(size);
             for other in self.near(number, size, touching) {
                 let (one, two) = (self.root(number), self.root(other));
                 if other > number || one == two {
@@ -284,7 +280,7 @@ impl<'a> Assembly<'a> {
     /// Whether no rectangle of an accepted size can hold two groups that do not touch: they reach farther
     /// than its diagonal, or cover more than its area.
     fn is_too_large(&self, one: &Group, two: &Group, size: ClassSize) -> bool {
-        let [length, width] = [size.length, size.width].map(|side| side * self.params.slack);
+        let [length, width] = self.params.longest_sides(size, 0.0);
         let reaches_beyond = (0..2).any(|axis| {
             let high = one.high[axis].max(two.high[axis]);
             high - one.low[axis].min(two.low[axis]) > length.hypot(width)
@@ -300,7 +296,7 @@ impl<'a> Assembly<'a> {
     /// Whether a pair belongs together, and why.
     fn judge(&self, a: usize, b: usize, size: ClassSize) -> Option<Candidate> {
         let (one, two) = (&self.groups[a], &self.groups[b]);
-        let touching = self.touching(size);
+        let touching = self.params.touching_gap(size);
         if !self.may_touch(one, two, touching) && self.is_too_large(one, two, size) {
             return None;
         }
@@ -310,8 +306,7 @@ impl<'a> Assembly<'a> {
             return None;
         }
         let union = self.union(a, b)?.size;
-        let scale = self.params.slack - (self.params.slack - 1.0) * gap / size.width;
-        let limit = [size.length * scale, size.width * scale];
+        let limit = self.params.longest_sides(size, gap);
         let evidence = if is_touching {
             Evidence::Touching
         } else if union[0] <= limit[0] && union[1] <= limit[1] {

@@ -14,6 +14,8 @@ use crate::taxonomy::ClassSize;
 pub struct ObjectPixels {
     /// M: pixel number in the range image, ascending.
     pub pixel: Vec<u32>,
+    /// H x W: number of the object pixel, or [`NO_NEIGHBOUR`].
+    pub number: Grid<u32>,
     /// M: position in metres, sensor frame.
     pub position: Vec<[f32; 3]>,
     /// M: class number, 0 where there are no classes.
@@ -49,8 +51,15 @@ impl ObjectPixels {
         let one_group = vec![0; objects.pixel.len()];
         let group = if params.same_class_neighbours { &objects.class } else { &one_group };
         objects.neighbours = neighbours(&number, group, reach);
+        objects.number = number;
         objects.connected = connected(&objects, image, &mask.sizes, params);
         objects
+    }
+
+    /// The object pixel at a pixel of the image.
+    pub fn at(&self, pixel: usize) -> Option<usize> {
+        let number = self.number.values()[pixel];
+        (number != NO_NEIGHBOUR).then_some(number as usize)
     }
 
     /// Number of object pixels M.

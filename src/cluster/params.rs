@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::taxonomy::ClassSize;
+
 /// Parameters of the divide step, the merge step and what follows. The presets are values of this one
 /// struct; none has code of its own.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -171,6 +173,19 @@ pub struct FragmentMerge {
     pub perimeter_weight: f64,
     /// Metres of gap that a metre beyond the usual size weighs in the order of merging.
     pub excess_weight: f64,
+}
+
+impl FragmentMerge {
+    /// Up to this far apart, metres, fragments of a class of that size are one.
+    pub fn touching_gap(&self, size: ClassSize) -> f64 {
+        (self.touching_share * size.width).min(self.touching)
+    }
+
+    /// The longest sides, metres, of a rectangle that may be one object across a gap in metres.
+    pub fn longest_sides(&self, size: ClassSize, gap: f64) -> [f64; 2] {
+        let scale = self.slack - (self.slack - 1.0) * gap / size.width;
+        [size.length * scale, size.width * scale]
+    }
 }
 
 /// Where a shadowed object point looks for the pixel whose label it takes.

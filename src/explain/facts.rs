@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::border::{BorderPair, pair};
 use super::{Frame, distance};
-use crate::cluster::back_projection::nearest_pixel;
+use crate::cluster::back_projection::label_source;
 use crate::instances::Reason;
 use crate::pipeline::Stages;
 use crate::range_image::{NEIGHBOURS, NO_NEIGHBOUR};
@@ -116,20 +116,8 @@ impl PointFacts {
 /// The object pixel whose label a point has: its own, or if it is shadowed the nearest of its class.
 fn object_of(frame: &Frame, point: usize) -> Option<usize> {
     let Frame { cloud, stages, config, .. } = frame;
-    if !stages.mask.is_object[point] {
-        return None;
-    }
-    let object_at = |pixel: usize| stages.objects.pixel.binary_search(&(pixel as u32)).ok();
-    let pixel = if stages.image.is_shadowed(point) {
-        let window = config.cluster.back_projection;
-        nearest_pixel(cloud, &stages.image, point, window, |pixel| {
-            object_at(pixel)
-                .is_some_and(|object| stages.objects.class[object] == stages.mask.class[point])
-        })
-    } else {
-        stages.image.pixel_of(point)
-    };
-    pixel.and_then(object_at)
+    let window = config.cluster.back_projection;
+    label_source(cloud, &stages.image, &stages.mask, &stages.objects, point, window)
 }
 
 pub(super) fn class_name(frame: &Frame, class: u16) -> String {

@@ -190,13 +190,12 @@ fn size_test(
     let (one, other) = (hull(from), hull(to));
     let gap = distance(&one, &other);
     let union = minimum_area_rectangle(&convex_hull(&[&one[..], &other].concat()))?.size;
-    let scale = params.slack - (params.slack - 1.0) * gap / size.width;
     Some(SizeTest {
         gap,
-        touching: (params.touching_share * size.width).min(params.touching),
+        touching: params.touching_gap(size),
         too_far: size.width,
         union,
-        limit: [size.length * scale, size.width * scale],
+        limit: params.longest_sides(size, gap),
     })
 }
 

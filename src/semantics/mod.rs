@@ -51,15 +51,14 @@ pub fn object_mask(cloud: &PointCloud, image: &RangeImage, source: MaskSource) -
 fn by_class(cloud: &PointCloud, taxonomy: &Taxonomy) -> ObjectMask {
     let sizes = taxonomy.classes().iter().map(Class::size).collect();
     let mut mask = ObjectMask { sizes, ..ObjectMask::default() };
-    let class_of = taxonomy.lookup();
-    let is_known: Vec<bool> = (0..=u16::MAX).map(|id| taxonomy.class_of(id).is_some()).collect();
+    let class_of = taxonomy.lookup_known();
     let raw = cloud.class.as_deref().unwrap_or(&[]);
     for point in 0..cloud.len() {
         let id = usize::from(raw.get(point).copied().unwrap_or(0));
-        let class = class_of[id];
+        let class = class_of[id].unwrap_or(0);
         let is_return = cloud.is_return(point);
         let is_object = is_return && taxonomy.classes()[usize::from(class)].is_thing;
-        mask.unknown_ids += u64::from(is_return && !is_known[id]);
+        mask.unknown_ids += u64::from(is_return && class_of[id].is_none());
         mask.class.push(class);
         mask.is_object.push(is_object);
         mask.reason.push(match (is_return, is_object) {

@@ -5,16 +5,16 @@ use std::process::{Command, Output};
 
 use crate::recordings::drive;
 
-fn divmerge(arguments: &[&str]) -> Output {
+pub fn divmerge(arguments: &[&str]) -> Output {
     let program = env!("CARGO_BIN_EXE_divmerge");
     Command::new(program).args(arguments).output().expect("the binary runs")
 }
 
-fn text(bytes: &[u8]) -> String {
+pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-fn path(path: &Path) -> &str {
+pub fn path(path: &Path) -> &str {
     path.to_str().expect("a path in UTF-8")
 }
 

@@ -4,34 +4,21 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
+use divmerge::Result;
 use divmerge::annotate::{Event, Method, Options, Report, Semantics, annotate};
 use divmerge::io::drive::{CLOUD_TOPIC, cloud_message, write_drive};
 use divmerge::io::{
-    Compression, Overview, POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA, PointCloud2, Record,
-    RecordingReader, RecordingWriter, WriteOptions,
+    Overview, POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA, PointCloud2, Record, RecordingReader,
+    RecordingWriter, WriteOptions,
 };
 use divmerge::pipeline::Config;
-use divmerge::semantics::GroundParams;
 use divmerge::simulate::{Drive, Scene, Sensor};
-use divmerge::{Result, Taxonomy};
 use tempfile::TempDir;
 
 use crate::shared_data::shared_data;
 
-pub fn options(semantics: Semantics) -> Options {
-    Options {
-        method: Method {
-            semantics,
-            taxonomy: Taxonomy::semantic_kitti(),
-            ground: GroundParams::default(),
-            config: Config::default(),
-        },
-        topics: Vec::new(),
-        from_ns: None,
-        to_ns: None,
-        compression: Compression::default(),
-        force: false,
-    }
+fn options(semantics: Semantics) -> Options {
+    Options { method: Method { semantics, ..Method::default() }, ..Options::default() }
 }
 
 /// A short VLP-16 drive in a fresh folder.

@@ -2,23 +2,11 @@
 //! in a viewer.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
+use crate::cli::{divmerge, path, text};
 use crate::recordings::drive;
-
-fn divmerge(arguments: &[&str]) -> Output {
-    let program = env!("CARGO_BIN_EXE_divmerge");
-    Command::new(program).args(arguments).output().expect("the binary runs")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-fn path(path: &Path) -> &str {
-    path.to_str().expect("a path in UTF-8")
-}
 
 /// A whole `.rrd` begins and ends with its format's marks.
 fn is_whole(rrd: &Path) -> bool {

@@ -5,12 +5,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use clap::Args;
 use divmerge::Taxonomy;
-use divmerge::annotate::{Event, Method, Options, Semantics, annotate};
+use divmerge::annotate::{Event, Options, annotate};
 use divmerge::evaluate::panoptic::{MIN_POINTS, Panoptic};
 use divmerge::io::drive::{CLOUD_TOPIC, write_drive};
-use divmerge::io::{Compression, Overview, PointCloud2, Record, RecordingReader, WriteOptions};
-use divmerge::pipeline::Config;
-use divmerge::semantics::GroundParams;
+use divmerge::io::{Overview, PointCloud2, Record, RecordingReader, WriteOptions};
 use divmerge::simulate::{Drive, Scene, Sensor};
 
 use crate::terminal::{byte_bar, frame_bar};
@@ -38,7 +36,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let drive = folder.join("drive.mcap");
     let annotated = folder.join("annotated.mcap");
     simulate(&drive, arguments.frames)?;
-    let options = options();
+    let options = Options { force: true, ..Options::default() };
     let bar = byte_bar("annotating");
     let report = annotate(&drive, &annotated, &options, &mut |event| {
         match event {
@@ -74,22 +72,6 @@ fn simulate(drive: &Path, frames: usize) -> Result<()> {
     })?;
     bar.finish_and_clear();
     Ok(())
-}
-
-fn options() -> Options {
-    Options {
-        method: Method {
-            semantics: Semantics::Auto,
-            taxonomy: Taxonomy::semantic_kitti(),
-            ground: GroundParams::default(),
-            config: Config::default(),
-        },
-        topics: Vec::new(),
-        from_ns: None,
-        to_ns: None,
-        compression: Compression::default(),
-        force: true,
-    }
 }
 
 /// Panoptic quality of an annotated simulated drive, from the fields of its clouds.
