@@ -27,6 +27,7 @@
 //! with the results in it. `docs/architecture.md` shows the way through the code.
 
 pub mod annotate;
+pub mod baselines;
 pub mod cloud;
 pub mod cluster;
 pub mod error;
@@ -36,6 +37,7 @@ pub mod footprint;
 pub mod grid;
 pub mod instances;
 pub mod io;
+pub mod kd_tree;
 pub mod palette;
 pub mod pipeline;
 pub mod range_image;

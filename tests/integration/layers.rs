@@ -7,12 +7,13 @@ use std::path::{Path, PathBuf};
 /// row, none beside it.
 const LAYERS: &[&[&str]] = &[
     &["error"],
-    &["grid", "cloud", "footprint", "palette", "taxonomy"],
+    &["grid", "cloud", "footprint", "kd_tree", "palette", "taxonomy"],
     &["instances"],
     &["simulate", "evaluate"],
     &["range_image"],
     &["semantics"],
     &["cluster"],
+    &["baselines"],
     &["pipeline"],
     &["explain"],
     &["io"],
@@ -28,7 +29,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("anyhow", &["bin"]),
     ("indicatif", &["bin"]),
     ("serde_saphyr", &["taxonomy"]),
-    ("rand_pcg", &["simulate"]),
+    ("rand_pcg", &["simulate", "evaluate"]),
     ("sha2", &["io"]),
     ("tempfile", &["io"]),
     ("rerun", &["view"]),
