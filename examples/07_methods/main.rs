@@ -1,0 +1,64 @@
+//! Our presets beside other methods, as the Markdown tables of docs/results.md:
+//!
+//! ```sh
+//! cargo run --release --example 07_methods -- [TABLE...] [--data ../shared/data/semantickitti] [--figures FOLDER]
+//! ```
+//!
+//! Tables: `real` (needs the data), `simulated`, `corrupted`, `drives` (needs the data), `lost` (the
+//! objects that preset `best` loses, one by one); all but the last where none is named. Classes are given
+//! in all of them; `corrupted` spoils them. Mean panoptic quality over the thing classes that truth has
+//! with 50 points or more.
+
+mod frames;
+mod lost;
+mod methods;
+mod real;
+mod scores;
+mod simulated;
+
+use std::path::PathBuf;
+
+use anyhow::{Result, bail};
+
+/// What the command line says.
+#[derive(Default)]
+struct Arguments {
+    tables: Vec<String>,
+    data: Option<PathBuf>,
+}
+
+const TABLES: [&str; 3] = ["real", "simulated", "lost"];
+
+fn main() -> Result<()> {
+    let arguments = arguments()?;
+    let real = match &arguments.data {
+        Some(root) => frames::labelled(root)?,
+        None => Vec::new(),
+    };
+    for table in &arguments.tables {
+        match table.as_str() {
+            "real" if real.is_empty() => eprintln!("skipped: real (no --data)"),
+            "real" => real::tables(&real),
+            "simulated" => simulated::tables(),
+            _ => lost::tables(&real),
+        }
+    }
+    Ok(())
+}
+
+fn arguments() -> Result<Arguments> {
+    let mut arguments = Arguments::default();
+    let mut words = std::env::args().skip(1);
+    while let Some(word) = words.next() {
+        match word.as_str() {
+            "--data" => arguments.data = words.next().map(PathBuf::from),
+            table if TABLES.contains(&table) => arguments.tables.push(table.into()),
+            other => bail!("`{other}`: tables are {}", TABLES.join(", ")),
+        }
+    }
+    if arguments.tables.is_empty() {
+        let all = TABLES.iter().filter(|table| **table != "lost");
+        arguments.tables = all.map(|table| table.to_string()).collect();
+    }
+    Ok(arguments)
+}

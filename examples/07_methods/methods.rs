@@ -1,0 +1,132 @@
+//! The methods in the tables, ours and others, behind one call.
+
+use divmerge::Taxonomy;
+use divmerge::baselines::{
+    Alpine, Baseline, Dbscan, DepthClustering, Euclidean, OnePerClass, ScanLineRun, View,
+    majority_class, without_classes,
+};
+use divmerge::cluster::ClusterParams;
+use divmerge::pipeline::{self, Config};
+use divmerge::range_image::{ProjectionParams, RangeImage};
+use divmerge::semantics::{MaskSource, object_mask};
+
+use crate::frames::{Frame, classes};
+
+/// A method under the name that the tables give it.
+pub struct Method {
+    /// Its name, as Markdown.
+    pub name: &'static str,
+    how: How,
+}
+
+enum How {
+    Ours(Box<Config>),
+    Theirs(Box<dyn Baseline>),
+    /// Clusters objects of all classes alike.
+    Classless(Box<dyn Baseline>),
+    /// Points keep the class that was given, whatever their instance's.
+    OwnClass(Box<dyn Baseline>),
+}
+
+/// What a method says of N points.
+pub struct Found {
+    /// N: class number.
+    pub class: Vec<u16>,
+    /// N: instance from 1, or 0.
+    pub instance: Vec<u32>,
+}
+
+impl Method {
+    /// One of our presets, or a change of one.
+    pub fn ours(name: &'static str, config: Config) -> Self {
+        Method { name, how: How::Ours(Box::new(config)) }
+    }
+
+    fn theirs(name: &'static str, baseline: impl Baseline + 'static) -> Self {
+        Method { name, how: How::Theirs(Box::new(baseline)) }
+    }
+
+    /// Labels a frame.
+    pub fn run(&self, frame: &Frame) -> Found {
+        match &self.how {
+            How::Ours(config) => ours(frame, config),
+            How::Theirs(baseline) => theirs(frame, baseline.as_ref(), false, true),
+            How::Classless(baseline) => theirs(frame, baseline.as_ref(), true, true),
+            How::OwnClass(baseline) => theirs(frame, baseline.as_ref(), false, false),
+        }
+    }
+}
+
+fn ours(frame: &Frame, config: &Config) -> Found {
+    let taxonomy = Taxonomy::semantic_kitti();
+    let stages = pipeline::run(&frame.cloud, MaskSource::Classes(&taxonomy), config);
+    Found { class: classes(&stages.labels.semantic), instance: stages.labels.instance }
+}
+
+fn theirs(frame: &Frame, baseline: &dyn Baseline, classless: bool, majority: bool) -> Found {
+    let taxonomy = Taxonomy::semantic_kitti();
+    let image = RangeImage::new(&frame.cloud, &ProjectionParams::default());
+    let mask = object_mask(&frame.cloud, &image, MaskSource::Classes(&taxonomy));
+    let seen = if classless { without_classes(&mask) } else { mask.clone() };
+    let instance = baseline.instances(View { cloud: &frame.cloud, image: &image, mask: &seen });
+    let class = if majority { majority_class(&instance, &mask.class) } else { mask.class };
+    Found { class, instance }
+}
+
+/// Preset `best`.
+pub fn best() -> Method {
+    Method::ours("`best`", Config::best())
+}
+
+/// Preset `paper`.
+pub fn paper() -> Method {
+    Method::ours("`paper`", Config::paper())
+}
+
+/// DBSCAN(0.5, 5).
+pub fn dbscan() -> Method {
+    Method::theirs("DBSCAN 0.5 m, 5", Dbscan::default())
+}
+
+/// ALPINE, k = 32, with splitting.
+pub fn alpine() -> Method {
+    Method::theirs("ALPINE", Alpine::new(&Taxonomy::semantic_kitti()))
+}
+
+/// Connected components within half a metre.
+pub fn euclidean() -> Method {
+    Method::theirs("Euclidean 0.5 m", Euclidean::default())
+}
+
+/// ALPINE, whose points keep the class that was given.
+pub fn alpine_own_class() -> Method {
+    let baseline = Alpine::new(&Taxonomy::semantic_kitti());
+    Method { name: "ALPINE, classes as given", how: How::OwnClass(Box::new(baseline)) }
+}
+
+/// All of them: ours, the others class by class, and three as the pipelines of 2021 were released, which
+/// cluster objects of all classes alike and take shadowed points back by range in 5 x 5.
+pub fn all() -> Vec<Method> {
+    let unsplit = Alpine { margin: f64::INFINITY, ..Alpine::new(&Taxonomy::semantic_kitti()) };
+    let back_projection = ClusterParams::paper().back_projection;
+    let classless = |name, how: Box<dyn Baseline>| Method { name, how: How::Classless(how) };
+    vec![
+        best(),
+        paper(),
+        Method::ours("`authors`", Config::authors()),
+        alpine(),
+        Method::theirs("ALPINE without splitting", unsplit),
+        euclidean(),
+        Method::theirs("Euclidean 1 m", Euclidean { reach: 1.0 }),
+        dbscan(),
+        Method::theirs("depth clustering", DepthClustering::default()),
+        Method::theirs("scan-line run", ScanLineRun::default()),
+        Method::theirs("one per class", OnePerClass),
+        classless("Euclidean 0.5 m, classes alike", Box::new(Euclidean::default())),
+        classless("depth clustering, classes alike", Box::new(DepthClustering { back_projection })),
+        classless(
+            "scan-line run, classes alike",
+            Box::new(ScanLineRun { back_projection, ..ScanLineRun::default() }),
+        ),
+    ]
+}
