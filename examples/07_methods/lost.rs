@@ -1,5 +1,6 @@
-//! Table `lost`: every true object that preset `best` does not find, where it is, what became of it, and
-//! which other methods find it.
+//! Table `lost`: every true object that preset `best` does not find or outlines clearly worse than another
+//! method, where it is, and what became of it. Objects of fewer points than count are listed only where
+//! another method finds them.
 
 use std::collections::BTreeMap;
 
@@ -15,16 +16,10 @@ use crate::scores::head;
 /// Prints the objects of the real drives, then those of the simulated cases.
 pub fn tables(real: &[Frame]) {
     let methods = [methods::best(), methods::alpine(), methods::dbscan()];
-    let columns = [
-        "class",
-        "points",
-        "at x, y",
-        "size",
-        "largest overlaps of `best`",
-        "also in it",
-        "found by",
-    ];
-    head("Frame", &columns.map(str::to_owned));
+    let columns =
+        ["class", "points", "at x, y", "size", "largest overlaps of `best`", "also in it"];
+    let iou = methods.iter().map(|method| format!("IoU {}", method.name));
+    head("Frame", &columns.map(str::to_owned).into_iter().chain(iou).collect::<Vec<_>>());
     real.iter().for_each(|frame| rows(frame, &methods));
     for scene in [Scene::Parking, Scene::Crowd] {
         for sensor in Sensor::ALL {
@@ -33,6 +28,9 @@ pub fn tables(real: &[Frame]) {
     }
     println!();
 }
+
+/// So much IoU more is clearly better.
+const CLEARLY: f64 = 0.05;
 
 /// A true object: class and id.
 type Object = (u16, u32);
@@ -80,8 +78,10 @@ impl Overlaps {
         parts
     }
 
-    fn is_matched(&self, truth: Object) -> bool {
-        self.parts(truth).iter().any(|&(own, _)| own.0 == truth.0 && self.iou(truth, own) > 0.5)
+    /// Greatest intersection over union with anything found of the same class.
+    fn best_iou(&self, truth: Object) -> f64 {
+        let parts = self.parts(truth).into_iter().filter(|(own, _)| own.0 == truth.0);
+        parts.map(|(own, _)| self.iou(truth, own)).fold(0.0, f64::max)
     }
 }
 
@@ -91,7 +91,10 @@ fn rows(frame: &Frame, methods: &[Method]) {
         methods.iter().map(|method| Overlaps::new(frame, &method.run(frame))).collect();
     let best = &found[0];
     for (&truth, &points) in &best.true_size {
-        if points < MIN_POINTS || best.is_matched(truth) {
+        let iou: Vec<f64> = found.iter().map(|overlaps| overlaps.best_iou(truth)).collect();
+        let others = iou[1..].iter().copied().fold(0.0, f64::max);
+        let is_behind = others > 0.5 && others > iou[0] + CLEARLY;
+        if !is_behind && (iou[0] > 0.5 || points < MIN_POINTS) {
             continue;
         }
         let parts = best.parts(truth);
@@ -103,14 +106,12 @@ fn rows(frame: &Frame, methods: &[Method]) {
         let others = best.true_size.iter().filter(|&(&other, _)| {
             other != truth && best.shared.contains_key(&(other, parts[0].0))
         });
-        let others: Vec<String> = others
+        let beside: Vec<String> = others
             .map(|(&other, n)| {
                 format!("{n} points at {}", place(frame, other).replace(" | ", ", "))
             })
             .collect();
-        let also = methods.iter().zip(&found).skip(1);
-        let also: Vec<&str> =
-            also.filter(|(_, o)| o.is_matched(truth)).map(|(method, _)| method.name).collect();
+        let iou: Vec<String> = iou.iter().map(|iou| format!("{iou:.2}")).collect();
         println!(
             "| {} {} | {} | {points} | {} | {} | {} | {} |",
             frame.group,
@@ -118,8 +119,8 @@ fn rows(frame: &Frame, methods: &[Method]) {
             taxonomy.classes()[usize::from(truth.0)].name,
             place(frame, truth),
             overlaps.join("; "),
-            others.join("; "),
-            also.join(", ")
+            beside.join("; "),
+            iou.join(" | ")
         );
     }
 }

@@ -1,10 +1,12 @@
 //! Table `simulated`: parking lots and crowds, three sensors, ten seeds, a case each.
 
+use divmerge::Taxonomy;
+use divmerge::evaluate::panoptic::{ClassQuality, MIN_POINTS, Panoptic};
 use divmerge::simulate::{Scene, Sensor};
 
 use crate::frames::{Frame, simulated};
 use crate::methods::{self, Method};
-use crate::scores::{head, quality};
+use crate::scores::{add, head, scores, things};
 
 const SCENES: [Scene; 2] = [Scene::Parking, Scene::Crowd];
 const SEEDS: std::ops::RangeInclusive<u64> = 1..=10;
@@ -37,19 +39,47 @@ pub fn tables() {
     println!();
 }
 
-/// A frame's mean PQ by each method.
+/// A frame's mean PQ and figures by each method.
 struct Case {
     name: String,
     quality: Vec<f64>,
+    sums: Vec<Panoptic>,
 }
 
 fn case(frame: &Frame, methods: &[Method]) -> Case {
-    let quality = methods.iter().map(|method| quality(method, [frame]));
-    Case { name: format!("{} {}", frame.group, frame.name), quality: quality.collect() }
+    let sums = methods.iter().map(|method| {
+        let mut sums = scores();
+        add(frame, &method.run(frame), &mut sums);
+        sums
+    });
+    let sums: Vec<Panoptic> = sums.collect();
+    let quality = sums.iter().map(|sums| things(sums, &[]).unwrap_or(0.0)).collect();
+    Case { name: format!("{} {}", frame.group, frame.name), quality, sums }
 }
 
+/// The classes in which a case is behind another method: PQ, SQ, matches, spurious, missed of both.
 fn describe(case: &Case, other: usize) -> String {
-    format!("{}: {:.2}, theirs {:.2}", case.name, case.quality[0], case.quality[other])
+    let taxonomy = Taxonomy::semantic_kitti();
+    let classes = taxonomy.classes().iter().enumerate().filter(|(_, class)| class.is_thing);
+    let behind = classes.filter_map(|(number, class)| {
+        let [ours, theirs] = [0, other].map(|method| case.sums[method].class(number));
+        let counted = case.sums[0].true_points(number) >= MIN_POINTS && ours.pq < theirs.pq;
+        counted.then(|| format!("{} {} against {}", class.name, figures(ours), figures(theirs)))
+    });
+    let behind: Vec<String> = behind.collect();
+    let [ours, theirs] = [0, other].map(|method| case.quality[method]);
+    format!("{}: {ours:.2}, theirs {theirs:.2}; {}", case.name, behind.join("; "))
+}
+
+fn figures(of: ClassQuality) -> String {
+    format!(
+        "PQ {:.2} SQ {:.2} ({} found, {} spurious, {} missed)",
+        of.pq * 100.0,
+        of.sq * 100.0,
+        of.true_positives,
+        of.false_positives,
+        of.false_negatives
+    )
 }
 
 fn row(name: &str, cases: &[Case]) {
