@@ -9,6 +9,8 @@
 //! in all of them; `corrupted` spoils them. Mean panoptic quality over the thing classes that truth has
 //! with 50 points or more.
 
+mod corrupted;
+mod drives;
 mod frames;
 mod lost;
 mod methods;
@@ -25,9 +27,10 @@ use anyhow::{Result, bail};
 struct Arguments {
     tables: Vec<String>,
     data: Option<PathBuf>,
+    figures: Option<PathBuf>,
 }
 
-const TABLES: [&str; 3] = ["real", "simulated", "lost"];
+const TABLES: [&str; 5] = ["real", "simulated", "corrupted", "drives", "lost"];
 
 fn main() -> Result<()> {
     let arguments = arguments()?;
@@ -37,9 +40,11 @@ fn main() -> Result<()> {
     };
     for table in &arguments.tables {
         match table.as_str() {
-            "real" if real.is_empty() => eprintln!("skipped: real (no --data)"),
+            "real" | "drives" if real.is_empty() => eprintln!("skipped: {table} (no --data)"),
             "real" => real::tables(&real),
             "simulated" => simulated::tables(),
+            "corrupted" => corrupted::tables(&real, arguments.figures.as_deref())?,
+            "drives" => drives::tables(&real),
             _ => lost::tables(&real),
         }
     }
@@ -51,6 +56,7 @@ fn arguments() -> Result<Arguments> {
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         match word.as_str() {
+            "--figures" => arguments.figures = words.next().map(PathBuf::from),
             "--data" => arguments.data = words.next().map(PathBuf::from),
             table if TABLES.contains(&table) => arguments.tables.push(table.into()),
             other => bail!("`{other}`: tables are {}", TABLES.join(", ")),

@@ -5,6 +5,7 @@
 //! and [`svg`](svg()) draw it. No display, no font of the system: the same input gives the same bytes.
 
 pub mod canvas;
+pub mod chart;
 pub mod colours;
 pub mod explanation;
 pub mod figure;
@@ -24,6 +25,7 @@ pub mod theme;
 pub mod vote_graph;
 
 pub use canvas::Canvas;
+pub use chart::{Line, LineChart, line_chart};
 pub use colours::ColourTracker;
 pub use explanation::explanation;
 pub use figure::{FigureOptions, Panel, figure};
