@@ -9,7 +9,7 @@ use crate::cluster::back_projection::label_source;
 use crate::cluster::{self, ClusterParams, Components, Join, Merge, ObjectPixels, Votes};
 use crate::instances::{Instance, PointLabels, Reason, UprightBox};
 use crate::range_image::{ProjectionParams, RangeImage, RowsFrom, Wrap};
-use crate::semantics::{MaskSource, ObjectMask, object_mask};
+use crate::semantics::{MaskSource, ObjectMask, Smoothing, object_mask};
 
 /// Every parameter of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -18,6 +18,8 @@ pub struct Config {
     pub preset: &'static str,
     /// From cloud to range image.
     pub projection: ProjectionParams,
+    /// How given classes are corrected by those around them; `None`: taken as they are.
+    pub smoothing: Option<Smoothing>,
     /// Divide, merge and what follows.
     pub cluster: ClusterParams,
 }
@@ -28,6 +30,7 @@ impl Config {
         Config {
             preset: "paper",
             projection: ProjectionParams { wrap: Wrap::Always, ..ProjectionParams::default() },
+            smoothing: None,
             cluster: ClusterParams::paper(),
         }
     }
@@ -44,6 +47,7 @@ impl Config {
                 field_of_view: Some((3_f64.to_radians(), -25_f64.to_radians())),
                 wrap: Wrap::Never,
             },
+            smoothing: None,
             cluster: ClusterParams::authors(),
         }
     }
@@ -53,6 +57,7 @@ impl Config {
         Config {
             preset: "best",
             projection: ProjectionParams::default(),
+            smoothing: Some(Smoothing::default()),
             cluster: ClusterParams::best(),
         }
     }
@@ -134,7 +139,7 @@ pub fn run(cloud: &PointCloud, mask: MaskSource, config: &Config) -> Stages {
     let projection_ms = clock.lap();
 
     let mask_of = mask;
-    let mask = object_mask(cloud, &image, mask_of);
+    let mask = object_mask(cloud, &image, mask_of, config.smoothing.as_ref());
     let mask_ms = clock.lap();
 
     let objects = ObjectPixels::new(cloud, &image, &mask, params);
@@ -146,7 +151,8 @@ pub fn run(cloud: &PointCloud, mask: MaskSource, config: &Config) -> Stages {
     let (birds_eye, joins) = match &params.fragments {
         None => (cluster::birds_eye(&objects, &components, &merge, params.birds_eye), vec![]), // III.E
         Some(by_size) => {
-            let fragments = cluster::fragments(&objects, &components, &merge, &mask.sizes);
+            let fragments =
+                cluster::fragments(&objects, &components, &merge, &mask.sizes, &mask.families);
             cluster::assemble(&fragments, by_size)
         }
     };
@@ -249,6 +255,9 @@ fn label_points(
         semantic: cloud.class.clone().unwrap_or_else(|| vec![0; cloud.len()]),
         reason: mask.reason.clone(),
     };
+    for &(point, id) in &mask.corrected {
+        labels.semantic[point as usize] = id;
+    }
     for point in (0..cloud.len()).filter(|&point| mask.is_object[point]) {
         let source = label_source(cloud, image, mask, objects, point, params.back_projection);
         let Some(object) = source else {

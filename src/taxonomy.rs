@@ -40,6 +40,14 @@ impl Class {
     }
 }
 
+/// Names of classes that are easily taken for each other, so that one object may carry several of them.
+const FAMILIES: &[&[&str]] = &[
+    &["car", "van", "truck", "bus", "other-vehicle", "trailer", "construction-vehicle"],
+    &["bicycle", "bicyclist", "cyclist"],
+    &["motorcycle", "motorcyclist", "rider"],
+    &["person", "people", "pedestrian"],
+];
+
 /// Names, mean length and width in metres.
 const SIZES: &[(&[&str], f64, f64)] = &[
     (&["car"], 4.63, 1.97),
@@ -149,6 +157,21 @@ impl Taxonomy {
             table[raw as usize] = Some(class);
         }
         table
+    }
+
+    /// By class number: the lowest number among the classes that it is easily taken for (vehicles of all
+    /// kinds, a bicycle and its rider, a motorcycle and its rider); its own number if there are none.
+    pub fn families(&self) -> Vec<u16> {
+        let family = |class: &Class| {
+            let name = normalised(&class.name);
+            FAMILIES.iter().position(|names| names.contains(&name.as_str()))
+        };
+        let families: Vec<Option<usize>> = self.classes.iter().map(family).collect();
+        let first = |(class, family): (usize, &Option<usize>)| match family {
+            None => class as u16,
+            Some(_) => families.iter().position(|other| other == family).unwrap_or(class) as u16,
+        };
+        families.iter().enumerate().map(first).collect()
     }
 
     /// Number of the class of that name.

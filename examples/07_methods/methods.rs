@@ -66,7 +66,7 @@ fn ours(frame: &Frame, config: &Config) -> Found {
 fn theirs(frame: &Frame, baseline: &dyn Baseline, classless: bool, majority: bool) -> Found {
     let taxonomy = Taxonomy::semantic_kitti();
     let image = RangeImage::new(&frame.cloud, &ProjectionParams::default());
-    let mask = object_mask(&frame.cloud, &image, MaskSource::Classes(&taxonomy));
+    let mask = object_mask(&frame.cloud, &image, MaskSource::Classes(&taxonomy), None);
     let seen = if classless { without_classes(&mask) } else { mask.clone() };
     let instance = baseline.instances(View { cloud: &frame.cloud, image: &image, mask: &seen });
     let class = if majority { majority_class(&instance, &mask.class) } else { mask.class };

@@ -149,7 +149,7 @@ mod tests {
         let cloud = cloud.expect("classes").organised(points.len() / width, width).expect("shape");
         let image = RangeImage::new(&cloud, &ProjectionParams::default());
         let taxonomy = Taxonomy::semantic_kitti();
-        let mask = object_mask(&cloud, &image, MaskSource::Classes(&taxonomy));
+        let mask = object_mask(&cloud, &image, MaskSource::Classes(&taxonomy), None);
         method.instances(View { cloud: &cloud, image: &image, mask: &mask })
     }
 

@@ -47,13 +47,16 @@ pub fn fragments(
     components: &Components,
     merge: &Merge,
     sizes: &[Option<ClassSize>],
+    families: &[u16],
 ) -> Vec<Fragment> {
     let classes = classes(objects, components, merge);
     let points = points(objects, components, merge, false);
     let fragment = |(class, points): (u16, Vec<PlanePoint>)| Fragment {
         class,
+        family: families[usize::from(class)],
         size: sizes[usize::from(class)],
         hull: convex_hull(&points),
+        pixels: points.len() as u32,
     };
     classes.into_iter().zip(points).map(fragment).collect()
 }

@@ -1,10 +1,11 @@
 //! Fragments of one object found together by size: the merge that preset `best` makes on the bird's-eye
 //! plane in place of the paper's overlap test (section III.E).
 //!
-//! An occluded or dark object comes out of the votes in pieces. Two pieces of one class belong together
-//! when they all but touch, or when the rectangle around both still fits an object of that class; a wide
-//! gap between them asks for a tight fit. The pair with the least evidence against it goes first, and
-//! outlines grow as pieces join.
+//! An occluded or dark object comes out of the votes in pieces. Two pieces of one class, or of two that are
+//! easily taken for each other, belong together when they all but touch, or when the rectangle around both
+//! still fits an object of that class; a wide gap between them asks for a tight fit. The pair with the least
+//! evidence against it goes first, and outlines grow as pieces join. The outline of a few pixels says little:
+//! they wait until the larger pieces around them have become what they are.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -18,15 +19,19 @@ use crate::footprint::{
 };
 use crate::taxonomy::ClassSize;
 
-/// One piece: its class, that class's usual size, and its outline on the bird's-eye plane.
+/// One piece: its class, that class's family and usual size, and its outline on the bird's-eye plane.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fragment {
     /// Class number.
     pub class: u16,
+    /// Number of the family of classes that may be one object.
+    pub family: u16,
     /// Usual size of the class; pieces of a class without one are left alone.
     pub size: Option<ClassSize>,
     /// Convex hull in metres; empty for a piece without points.
     pub hull: Vec<PlanePoint>,
+    /// Its pixels.
+    pub pixels: u32,
 }
 
 /// Two groups of pieces became one.
@@ -60,14 +65,24 @@ pub enum Evidence {
 /// For each piece (from 0) the group it belongs to, groups numbered from 1 in the order of their first
 /// pieces, and the joins in the order in which they were made.
 ///
-/// Steps: pieces that touch join until none do; then of all pairs that belong together the one with the
-/// least evidence against it joins, and what that group has become is compared with its neighbours anew.
-/// Time grows with the pairs of pieces nearer than their class is wide.
+/// Steps: pieces that touch join, the nearest first; then of all pairs that belong together the one with
+/// the least evidence against it joins, and what that group has become is compared with its neighbours anew.
+/// Time grows with the pairs of pieces nearer than their class is wide; of these only the ones that come
+/// up before either has joined another are measured.
 pub fn assemble(fragments: &[Fragment], params: &FragmentMerge) -> (Vec<u32>, Vec<Join>) {
     let mut assembly = Assembly::new(fragments, params);
-    assembly.join_touching();
-    assembly.join_fitting();
+    assembly.join_within(Reach::Touching);
+    assembly.join_within(Reach::Bridged);
     (assembly.numbered(), assembly.joins)
+}
+
+/// How far from a group its partners are looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Reach {
+    /// As far as groups count as touching.
+    Touching,
+    /// As far as a gap is bridged at all.
+    Bridged,
 }
 
 /// A group of pieces, under the number of its first piece.
@@ -77,16 +92,22 @@ struct Group {
     high: PlanePoint,
     /// Square metres within the hull.
     area: f64,
+    /// Pixels of its pieces.
+    pixels: u32,
+    /// Usual size of its class: that of its larger part.
+    size: Option<ClassSize>,
     /// How often it has grown; a candidate that knew it smaller is out of date.
     version: u32,
 }
 
-/// A pair of groups that belong together.
+/// A pair of groups that may belong together.
 struct Candidate {
+    /// What it costs to join them; before they are measured no more than that.
     cost: f64,
     groups: [usize; 2],
     versions: [u32; 2],
-    join: Join,
+    /// Once measured.
+    join: Option<Join>,
 }
 
 struct Assembly<'a> {
@@ -95,140 +116,84 @@ struct Assembly<'a> {
     groups: Vec<Group>,
     parent: Vec<usize>,
     cells: Cells,
-    /// Whether the pieces that touch have been put together.
-    has_grown: bool,
+    reach: Reach,
     queue: BinaryHeap<Candidate>,
     joins: Vec<Join>,
 }
 
 impl<'a> Assembly<'a> {
     fn new(fragments: &'a [Fragment], params: &'a FragmentMerge) -> Self {
-        let mut assembly = Assembly {
+        Assembly {
             fragments,
             params,
-            groups: fragments.iter().map(|f| Group::new(f.hull.clone())).collect(),
+            groups: fragments.iter().map(Group::of_piece).collect(),
             parent: (0..fragments.len()).collect(),
             cells: Cells::default(),
-            has_grown: false,
+            reach: Reach::Touching,
             queue: BinaryHeap::new(),
             joins: Vec::new(),
-        };
-        for number in 0..fragments.len() {
-            assembly.enter(number);
         }
-        assembly
+    }
+
+    /// Joins groups no farther apart than a reach until none belong together.
+    fn join_within(&mut self, reach: Reach) {
+        self.reach = reach;
+        self.cells = Cells::default();
+        for number in 0..self.groups.len() {
+            self.propose(number);
+            self.enter(number);
+        }
+        while let Some(candidate) = self.queue.pop() {
+            let Candidate { groups: [a, b], versions, join, .. } = candidate;
+            let is_current = [a, b].iter().zip(versions).all(|(&group, version)| {
+                self.is_group(group) && self.groups[group].version == version
+            });
+            match join {
+                _ if !is_current => {}
+                None => self.queue.extend(self.judge(a, b)),
+                Some(join) => {
+                    self.join(join);
+                    self.propose(a);
+                    self.enter(a);
+                }
+            }
+        }
     }
 
     /// Size of a group's class, if it can join others at all.
     fn size(&self, group: usize) -> Option<ClassSize> {
-        self.fragments[group].size.filter(|_| !self.groups[group].hull.is_empty())
+        let can_join = self.parent[group] == group && !self.groups[group].hull.is_empty();
+        self.groups[group].size.filter(|_| can_join)
     }
 
-    /// Where the groups of a class lie by their place: while only touching counts in cells of that reach,
-    /// then in cells of the class's width.
-    fn layer(&self, number: usize, size: ClassSize) -> Layer {
-        let side = if self.has_grown { size.width } else { 2.0 * self.params.touching_gap(size) };
-        Layer { number: self.fragments[number].class, side }
+    /// How far to look for partners, metres.
+    fn reach(&self, size: ClassSize) -> f64 {
+        match self.reach {
+            Reach::Touching => self.params.touching_gap(size),
+            Reach::Bridged => self.params.bridged_gap(size),
+        }
+    }
+
+    /// Where the groups of a family lie by their place. All of a family share cells of one side, whatever
+    /// their class.
+    fn layer(&self, number: usize) -> Layer {
+        let side = match self.reach {
+            Reach::Touching => 2.0 * self.params.touching,
+            Reach::Bridged => 2.0,
+        };
+        Layer { number: self.fragments[number].family, side }
     }
 
     fn enter(&mut self, number: usize) {
-        if let Some(size) = self.size(number) {
-            let layer = self.layer(number, size);
+        if self.size(number).is_some() {
+            let layer = self.layer(number);
             let group = &self.groups[number];
             self.cells.insert(layer, number, group.low, group.high);
         }
     }
 
-    /// The groups of the same class whose boxes are within `reach` metres of a group's.
-    fn near(&self, number: usize, size: ClassSize, reach: f64) -> Vec<usize> {
-        let group = &self.groups[number];
-        let layer = self.layer(number, size);
-        let mut near = self.cells.near(layer, group.low, group.high, reach);
-        near.retain(|&other| {
-            let other = (other != number).then(|| &self.groups[other]);
-            other.is_some_and(|other| {
-                (0..2).all(|axis| {
-                    let from = group.low[axis].max(other.low[axis]);
-                    from - group.high[axis].min(other.high[axis]) <= reach
-                })
-            })
-        });
-        near
-    }
-
     fn is_group(&self, number: usize) -> bool {
         self.parent[number] == number
-    }
-
-    /// Pieces that touch are one whatever their size, so their order does not matter: first those that
-    /// touch as they are, then those that touch the outlines of what has grown together.
-    fn join_touching(&mut self) {
-        self.join_touching_pieces();
-        let mut waiting: Vec<usize> = (0..self.groups.len()).rev().collect();
-        while let Some(number) = waiting.pop() {
-            let Some(size) = self.size(number).filter(|_| self.is_group(number)) else {
-                continue;
-            };
-            let touching = self.params.touching_gap(size);
-            let mut own = number;
-            let before = self.joins.len();
-            for other in self.near(number, size, touching) {
-                if !self.is_group(other) || other == own {
-                    continue;
-                }
-                let gap = distance(&self.groups[own].hull, &self.groups[other].hull);
-                if gap <= touching {
-                    let (a, b) = (own.min(other), own.max(other));
-                    let (target, query) = (a as u32 + 1, b as u32 + 1);
-                    self.join(Join { target, query, gap, evidence: Evidence::Touching });
-                    own = a;
-                }
-            }
-            if self.joins.len() > before {
-                waiting.push(own);
-            }
-        }
-    }
-
-    /// Joins the pieces that touch as they are, outlines not growing meanwhile.
-    fn join_touching_pieces(&mut self) {
-        for number in 0..self.groups.len() {
-            let Some(size) = self.size(number) else {
-                continue;
-            };
-            let touching = self.params.touching_gap(size);
-            for other in self.near(number, size, touching) {
-                let (one, two) = (self.root(number), self.root(other));
-                if other > number || one == two {
-                    continue;
-                }
-                let gap = distance(&self.groups[number].hull, &self.groups[other].hull);
-                if gap <= touching {
-                    let (a, b) = (one.min(two), one.max(two));
-                    let (target, query) = (a as u32 + 1, b as u32 + 1);
-                    self.parent[b] = a;
-                    self.joins.push(Join { target, query, gap, evidence: Evidence::Touching });
-                }
-            }
-        }
-        self.outline_groups();
-    }
-
-    /// Gives every group the outline of its pieces.
-    fn outline_groups(&mut self) {
-        let mut corners: Vec<Vec<PlanePoint>> = vec![Vec::new(); self.groups.len()];
-        for number in 0..self.groups.len() {
-            let root = self.root(number);
-            corners[root].extend(&self.groups[number].hull);
-        }
-        self.cells = Cells::default();
-        self.has_grown = true;
-        for (number, corners) in corners.into_iter().enumerate() {
-            if self.is_group(number) {
-                self.groups[number] = Group::new(convex_hull(&corners));
-                self.enter(number);
-            }
-        }
     }
 
     /// The group that a piece belongs to.
@@ -240,46 +205,46 @@ impl<'a> Assembly<'a> {
         piece
     }
 
-    fn join_fitting(&mut self) {
-        for number in 0..self.groups.len() {
-            self.propose(number, |other| other < number);
-        }
-        while let Some(Candidate { groups: [a, b], versions, join, .. }) = self.queue.pop() {
-            let is_current = [a, b].iter().zip(versions).all(|(&group, version)| {
-                self.is_group(group) && self.groups[group].version == version
-            });
-            if is_current {
-                self.join(join);
-                self.propose(a, |_| true);
-            }
-        }
-    }
-
-    /// Queues the pairs of a group with its neighbours that belong together.
-    fn propose(&mut self, number: usize, with: impl Fn(usize) -> bool) {
-        let Some(size) = self.size(number).filter(|_| self.is_group(number)) else {
+    /// Queues the pairs of a group with the groups of its class in reach, as far as they have been entered.
+    fn propose(&mut self, number: usize) {
+        let Some(size) = self.size(number) else {
             return;
         };
-        for other in self.near(number, size, size.width) {
-            if with(other)
-                && self.is_group(other)
-                && let Some(candidate) = self.judge(number.min(other), number.max(other), size)
-            {
-                self.queue.push(candidate);
+        let reach = self.reach(size);
+        let group = &self.groups[number];
+        for other in self.cells.near(self.layer(number), group.low, group.high, reach) {
+            if other == number || !self.is_group(other) {
+                continue;
+            }
+            let (a, b) = (number.min(other), number.max(other));
+            let least = group.least_distance(&self.groups[other]);
+            let may_touch = least <= self.params.touching_gap(size);
+            if least <= reach && (may_touch || !self.is_too_large(a, b, size)) {
+                self.queue.push(Candidate {
+                    cost: least + self.wait(a, b),
+                    groups: [a, b],
+                    versions: [self.groups[a].version, self.groups[b].version],
+                    join: None,
+                });
             }
         }
     }
 
-    /// Whether the boxes of two groups are near enough for their outlines to touch.
-    fn may_touch(&self, one: &Group, two: &Group, touching: f64) -> bool {
-        (0..2).all(|axis| {
-            one.low[axis].max(two.low[axis]) - one.high[axis].min(two.high[axis]) <= touching
-        })
+    /// Metres of gap that the smaller of two groups has to wait for its want of pixels.
+    fn wait(&self, a: usize, b: usize) -> f64 {
+        self.params.wait / f64::from(self.groups[a].pixels.min(self.groups[b].pixels).max(1))
+    }
+
+    /// The size of the class of the larger of two groups, which a union has to fit.
+    fn size_of_larger(&self, a: usize, b: usize) -> Option<ClassSize> {
+        let larger = if self.groups[b].pixels > self.groups[a].pixels { b } else { a };
+        self.size(larger)
     }
 
     /// Whether no rectangle of an accepted size can hold two groups that do not touch: they reach farther
     /// than its diagonal, or cover more than its area.
-    fn is_too_large(&self, one: &Group, two: &Group, size: ClassSize) -> bool {
+    fn is_too_large(&self, a: usize, b: usize, size: ClassSize) -> bool {
+        let (one, two) = (&self.groups[a], &self.groups[b]);
         let [length, width] = self.params.longest_sides(size, 0.0);
         let reaches_beyond = (0..2).any(|axis| {
             let high = one.high[axis].max(two.high[axis]);
@@ -293,23 +258,23 @@ impl<'a> Assembly<'a> {
         minimum_area_rectangle(&convex_hull(&corners))
     }
 
-    /// Whether a pair belongs together, and why.
-    fn judge(&self, a: usize, b: usize, size: ClassSize) -> Option<Candidate> {
+    /// Measures a pair: what joining it costs and why it belongs together; `None` if it does not.
+    fn judge(&self, a: usize, b: usize) -> Option<Candidate> {
+        let size = self.size_of_larger(a, b)?;
         let (one, two) = (&self.groups[a], &self.groups[b]);
         let touching = self.params.touching_gap(size);
-        if !self.may_touch(one, two, touching) && self.is_too_large(one, two, size) {
-            return None;
-        }
         let gap = distance(&one.hull, &two.hull);
         let is_touching = gap <= touching;
-        if gap >= size.width || (!is_touching && self.is_too_large(one, two, size)) {
+        let is_hopeless = || self.reach == Reach::Touching || self.is_too_large(a, b, size);
+        if gap >= self.params.bridged_gap(size) || (!is_touching && is_hopeless()) {
             return None;
         }
         let union = self.union(a, b)?.size;
         let limit = self.params.longest_sides(size, gap);
-        let evidence = if is_touching {
+        let fits = union[0] <= limit[0] && union[1] <= limit[1];
+        let evidence = if is_touching && union[1] <= self.params.widest(size) {
             Evidence::Touching
-        } else if union[0] <= limit[0] && union[1] <= limit[1] {
+        } else if fits {
             Evidence::Fits { union, limit }
         } else {
             return None;
@@ -320,21 +285,23 @@ impl<'a> Assembly<'a> {
         Some(Candidate {
             cost: gap
                 + self.params.perimeter_weight * perimeter
-                + self.params.excess_weight * excess,
+                + self.params.excess_weight * excess
+                + self.wait(a, b),
             groups: [a, b],
             versions: [one.version, two.version],
-            join: Join { target, query, gap, evidence },
+            join: Some(Join { target, query, gap, evidence }),
         })
     }
 
     /// The later group joins the earlier one.
     fn join(&mut self, join: Join) {
         let (a, b) = (join.target as usize - 1, join.query as usize - 1);
-        let hull = convex_hull(&[&self.groups[a].hull[..], &self.groups[b].hull].concat());
-        let version = self.groups[a].version + 1;
-        self.groups[a] = Group { version, ..Group::new(hull) };
+        let (one, two) = (&self.groups[a], &self.groups[b]);
+        let hull = convex_hull(&[&one.hull[..], &two.hull].concat());
+        let size = self.size_of_larger(a, b);
+        let grown = Group::new(hull, one.pixels + two.pixels, size);
+        self.groups[a] = Group { version: one.version + 1, ..grown };
         self.parent[b] = a;
-        self.enter(a);
         self.joins.push(join);
     }
 
@@ -355,7 +322,11 @@ impl<'a> Assembly<'a> {
 }
 
 impl Group {
-    fn new(hull: Vec<PlanePoint>) -> Self {
+    fn of_piece(piece: &Fragment) -> Self {
+        Group::new(piece.hull.clone(), piece.pixels, piece.size)
+    }
+
+    fn new(hull: Vec<PlanePoint>, pixels: u32, size: Option<ClassSize>) -> Self {
         let mut low = [f64::INFINITY; 2];
         let mut high = [f64::NEG_INFINITY; 2];
         for corner in &hull {
@@ -365,14 +336,25 @@ impl Group {
             }
         }
         let area = area(&hull);
-        Group { hull, low, high, area, version: 0 }
+        Group { hull, low, high, area, pixels, size, version: 0 }
+    }
+
+    /// Distance between the boxes around two groups, metres: they are no nearer to each other.
+    fn least_distance(&self, other: &Group) -> f64 {
+        let [x, y] = [0, 1].map(|axis: usize| {
+            (self.low[axis].max(other.low[axis]) - self.high[axis].min(other.high[axis])).max(0.0)
+        });
+        x.hypot(y)
     }
 }
 
-/// The cheapest candidate is the greatest, ties going to the earlier groups.
+/// The cheapest candidate is the greatest; at the same cost one that is not measured yet, then that of the
+/// earlier groups.
 impl Ord for Candidate {
     fn cmp(&self, other: &Self) -> Ordering {
-        other.cost.total_cmp(&self.cost).then_with(|| other.groups.cmp(&self.groups))
+        let by_cost = other.cost.total_cmp(&self.cost);
+        let measured = || other.join.is_some().cmp(&self.join.is_some());
+        by_cost.then_with(measured).then_with(|| other.groups.cmp(&self.groups))
     }
 }
 
@@ -400,7 +382,7 @@ mod tests {
     /// A piece of a car: the box between two corners.
     fn piece(low: PlanePoint, high: PlanePoint) -> Fragment {
         let corners = [low, [high[0], low[1]], high, [low[0], high[1]]];
-        Fragment { class: 1, size: Some(CAR), hull: convex_hull(&corners) }
+        Fragment { class: 1, family: 1, size: Some(CAR), hull: convex_hull(&corners), pixels: 9 }
     }
 
     fn groups(fragments: &[Fragment]) -> Vec<u32> {
@@ -450,7 +432,7 @@ mod tests {
     #[test]
     fn nothing_and_pieces_without_points() {
         assert!(groups(&[]).is_empty());
-        let empty = Fragment { class: 1, size: Some(CAR), hull: Vec::new() };
+        let empty = Fragment { class: 1, family: 1, size: Some(CAR), hull: Vec::new(), pixels: 0 };
         assert_eq!(groups(&[empty.clone(), piece([0.0, 0.0], [1.0, 1.0]), empty]), [1, 2, 3]);
     }
 }

@@ -20,6 +20,8 @@ pub struct ObjectPixels {
     pub position: Vec<[f32; 3]>,
     /// M: class number, 0 where there are no classes.
     pub class: Vec<u16>,
+    /// M: number of the class's family; only objects of one may be neighbours where classes matter.
+    pub family: Vec<u16>,
     /// M x 4: neighbours left, right, up, down as object pixel numbers, or
     /// [`NO_NEIGHBOUR`].
     pub neighbours: Vec<[u32; NEIGHBOURS]>,
@@ -45,11 +47,12 @@ impl ObjectPixels {
             objects.pixel.push(pixel as u32);
             objects.position.push(cloud.position(point));
             objects.class.push(mask.class[point]);
+            objects.family.push(mask.families[usize::from(mask.class[point])]);
         }
         let reach =
             Reach { columns: params.gap_columns, rows: params.gap_rows, wraps: image.wraps };
         let one_group = vec![0; objects.pixel.len()];
-        let group = if params.same_class_neighbours { &objects.class } else { &one_group };
+        let group = if params.same_class_neighbours { &objects.family } else { &one_group };
         objects.neighbours = neighbours(&number, group, reach);
         objects.number = number;
         objects.connected = connected(&objects, image, &mask.sizes, params);

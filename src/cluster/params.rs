@@ -166,19 +166,37 @@ pub struct FragmentMerge {
     pub touching_share: f64,
     /// ... but never farther apart than this, metres.
     pub touching: f64,
+    /// Fragments that touch are one only if the rectangle around them is no wider than this many W:
+    /// what is wider are two objects side by side.
+    pub widest: f64,
+    /// Gaps are bridged up to this many W.
+    pub bridged: f64,
     /// How much larger than usual the rectangle around two touching fragments may be; the allowance
-    /// shrinks to nothing at a gap of W.
+    /// shrinks to nothing at a gap of W, and beyond the rectangle has to be smaller than usual.
     pub slack: f64,
     /// Metres of gap that a metre of the union's perimeter weighs in the order of merging.
     pub perimeter_weight: f64,
     /// Metres of gap that a metre beyond the usual size weighs in the order of merging.
     pub excess_weight: f64,
+    /// Metres of gap that a fragment of one pixel waits in the order of merging; one of n pixels waits an
+    /// n-th of that.
+    pub wait: f64,
 }
 
 impl FragmentMerge {
     /// Up to this far apart, metres, fragments of a class of that size are one.
     pub fn touching_gap(&self, size: ClassSize) -> f64 {
         (self.touching_share * size.width).min(self.touching)
+    }
+
+    /// How far apart, metres, fragments of a class of that size may be to be one.
+    pub fn bridged_gap(&self, size: ClassSize) -> f64 {
+        self.bridged * size.width
+    }
+
+    /// The widest rectangle, metres, around fragments that touch.
+    pub fn widest(&self, size: ClassSize) -> f64 {
+        self.widest * size.width
     }
 
     /// The longest sides, metres, of a rectangle that may be one object across a gap in metres.
@@ -290,9 +308,12 @@ impl ClusterParams {
             fragments: Some(FragmentMerge {
                 touching_share: 0.17,
                 touching: 0.3,
+                widest: 1.5,
+                bridged: 1.5,
                 slack: 1.2,
                 perimeter_weight: 0.02,
                 excess_weight: 0.1,
+                wait: 1.0,
             }),
             back_projection: BackProjection { rows: 8, columns: 64, nearest: Nearest::Space },
             ..paper

@@ -10,7 +10,7 @@ use super::params::{ClusterParams, Rounding};
 pub fn seeds(objects: &ObjectPixels, params: &ClusterParams) -> Vec<u32> {
     let mut taken = FxHashSet::with_capacity_and_hasher(objects.len() / 4, Default::default());
     let class = |object: usize| {
-        if params.same_class_neighbours { objects.class[object] } else { 0 }
+        if params.same_class_neighbours { objects.family[object] } else { 0 }
     };
     (0..objects.len())
         .filter(|&object| taken.insert((voxel(objects.position[object], params), class(object))))

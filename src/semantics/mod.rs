@@ -2,6 +2,7 @@
 //! every return.
 
 pub mod ground;
+mod smoothing;
 
 use crate::cloud::PointCloud;
 use crate::instances::Reason;
@@ -9,6 +10,7 @@ use crate::range_image::RangeImage;
 use crate::taxonomy::{Class, ClassSize, Taxonomy};
 
 pub use ground::GroundParams;
+pub use smoothing::Smoothing;
 
 /// How objects are told from the rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,12 +36,28 @@ pub struct ObjectMask {
     pub unknown_ids: u64,
     /// By class number: usual size of its objects.
     pub sizes: Vec<Option<ClassSize>>,
+    /// By class number: the class that stands for it and those it is easily taken for
+    /// ([`Taxonomy::families`]).
+    pub families: Vec<u16>,
+    /// Points whose class was corrected, ascending, with the raw ids they have now.
+    pub corrected: Vec<(u32, u16)>,
 }
 
 /// The object mask of a cloud. A cloud without a class column has no objects by class.
-pub fn object_mask(cloud: &PointCloud, image: &RangeImage, source: MaskSource) -> ObjectMask {
+pub fn object_mask(
+    cloud: &PointCloud,
+    image: &RangeImage,
+    source: MaskSource,
+    smoothing: Option<&Smoothing>,
+) -> ObjectMask {
     match source {
-        MaskSource::Classes(taxonomy) => by_class(cloud, taxonomy),
+        MaskSource::Classes(taxonomy) => {
+            let mut mask = by_class(cloud, taxonomy);
+            if let (Some(params), Some(raw)) = (smoothing, &cloud.class) {
+                mask.corrected = smoothing::smooth(cloud, image, raw, taxonomy, params, &mut mask);
+            }
+            mask
+        }
         MaskSource::NotGround(params) => {
             let is_ground = ground::ground(cloud, image, params);
             without_classes(cloud, |point| is_ground[point])
@@ -50,7 +68,8 @@ pub fn object_mask(cloud: &PointCloud, image: &RangeImage, source: MaskSource) -
 
 fn by_class(cloud: &PointCloud, taxonomy: &Taxonomy) -> ObjectMask {
     let sizes = taxonomy.classes().iter().map(Class::size).collect();
-    let mut mask = ObjectMask { sizes, ..ObjectMask::default() };
+    let families = taxonomy.families();
+    let mut mask = ObjectMask { sizes, families, ..ObjectMask::default() };
     let class_of = taxonomy.lookup_known();
     let raw = cloud.class.as_deref().unwrap_or(&[]);
     for point in 0..cloud.len() {
@@ -87,5 +106,7 @@ fn without_classes(cloud: &PointCloud, is_ground: impl Fn(usize) -> bool) -> Obj
         reason,
         unknown_ids: 0,
         sizes: vec![None],
+        families: vec![0],
+        corrected: Vec::new(),
     }
 }
