@@ -15,6 +15,9 @@ use crate::scores::{head, quality};
 /// Shares of the border band that are flipped.
 const FLIPS: [f64; 7] = [0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3];
 
+/// Side of patches, metres.
+const PATCH: f64 = 0.5;
+
 /// Prints a table each for real and simulated drives; writes `corrupted-real.svg` and
 /// `corrupted-simulated.svg` into a folder.
 pub fn tables(real: &[Frame], figures: Option<&Path>) -> Result<()> {
@@ -43,7 +46,10 @@ fn rows() -> Vec<(String, Corruption)> {
         )
     });
     let spoiled = Corruption { border_flips: 0.3, lost_people: 0.2, ..none };
+    let patches = |border_flips| Corruption { border_flips, patch: PATCH, ..none };
     let others = [
+        ("5 % flipped in patches of 0.5 m", patches(0.05)),
+        ("30 % flipped in patches of 0.5 m", patches(0.3)),
         ("30 % flipped, 20 % of people's points lost", spoiled),
         ("20 % of people's points lost", Corruption { lost_people: 0.2, ..none }),
         ("10 % of objects flicker", Corruption { flicker: 0.1, ..none }),
@@ -61,10 +67,11 @@ fn table(title: &str, frames: &[Frame]) -> LineChart {
     let methods = [
         methods::best(),
         methods::alpine(),
-        methods::alpine_own_class(),
         methods::euclidean(),
+        methods::euclidean_classless(),
         methods::dbscan(),
         methods::paper(),
+        methods::paper_own_class(),
     ];
     head(title, &methods.iter().map(|method| method.name.to_owned()).collect::<Vec<_>>());
     let taxonomy = Taxonomy::semantic_kitti();

@@ -1,7 +1,8 @@
 //! Our presets beside other methods, as the Markdown tables of docs/results.md:
 //!
 //! ```sh
-//! cargo run --release --example 07_methods -- [TABLE...] [--data ../shared/data/semantickitti] [--figures FOLDER]
+//! cargo run --release --example 07_methods -- [TABLE...] [--data ../shared/data/semantickitti] \
+//!     [--drive NAME] [--figures FOLDER]
 //! ```
 //!
 //! Tables: `real` (needs the data), `simulated`, `corrupted`, `drives` (needs the data), `lost` (the
@@ -27,6 +28,7 @@ use anyhow::{Result, bail};
 struct Arguments {
     tables: Vec<String>,
     data: Option<PathBuf>,
+    drive: Option<String>,
     figures: Option<PathBuf>,
 }
 
@@ -34,10 +36,11 @@ const TABLES: [&str; 5] = ["real", "simulated", "corrupted", "drives", "lost"];
 
 fn main() -> Result<()> {
     let arguments = arguments()?;
-    let real = match &arguments.data {
+    let mut real = match &arguments.data {
         Some(root) => frames::labelled(root)?,
         None => Vec::new(),
     };
+    real.retain(|frame| arguments.drive.as_ref().is_none_or(|drive| *drive == frame.group));
     for table in &arguments.tables {
         match table.as_str() {
             "real" | "drives" if real.is_empty() => eprintln!("skipped: {table} (no --data)"),
@@ -57,6 +60,7 @@ fn arguments() -> Result<Arguments> {
     while let Some(word) = words.next() {
         match word.as_str() {
             "--figures" => arguments.figures = words.next().map(PathBuf::from),
+            "--drive" => arguments.drive = words.next(),
             "--data" => arguments.data = words.next().map(PathBuf::from),
             table if TABLES.contains(&table) => arguments.tables.push(table.into()),
             other => bail!("`{other}`: tables are {}", TABLES.join(", ")),
