@@ -66,6 +66,7 @@ fn rows() -> Vec<(String, Corruption)> {
 fn table(title: &str, frames: &[Frame]) -> LineChart {
     let methods = [
         methods::best(),
+        methods::true_instances(),
         methods::alpine(),
         methods::euclidean(),
         methods::euclidean_classless(),

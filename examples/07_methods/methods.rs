@@ -26,6 +26,8 @@ enum How {
     Classless(Box<dyn Baseline>),
     /// A preset whose points keep the class that was given, whatever their instance's.
     OwnClass(Box<Config>),
+    /// The true objects, on the points that are given as things.
+    Truth,
 }
 
 /// What a method says of N points.
@@ -56,8 +58,22 @@ impl Method {
                 let class = classes(frame.cloud.class.as_deref().unwrap_or_default());
                 Found { class, ..ours(frame, config) }
             }
+            How::Truth => truth(frame),
         }
     }
+}
+
+/// The true instances with the classes that were given; the class of an instance is the most frequent.
+fn truth(frame: &Frame) -> Found {
+    let taxonomy = Taxonomy::semantic_kitti();
+    let given = classes(frame.cloud.class.as_deref().unwrap_or_default());
+    let is_thing = |class: u16| taxonomy.classes()[usize::from(class)].is_thing;
+    let instance = (0..given.len()).map(|point| {
+        let is_object = is_thing(given[point]) && is_thing(frame.true_class[point]);
+        if is_object { frame.true_id[point] } else { 0 }
+    });
+    let instance: Vec<u32> = instance.collect();
+    Found { class: majority_class(&instance, &given), instance }
 }
 
 fn ours(frame: &Frame, config: &Config) -> Found {
@@ -103,6 +119,11 @@ pub fn euclidean() -> Method {
 /// The same of all objects, whatever their class.
 pub fn euclidean_classless() -> Method {
     classless("Euclidean 0.5 m, classes alike", Euclidean::default())
+}
+
+/// The true instances: as far as anything can come with the classes that were given.
+pub fn true_instances() -> Method {
+    Method { name: "true instances", how: How::Truth }
 }
 
 /// Preset `paper`, whose points keep the class that was given.
