@@ -116,7 +116,7 @@ fn distance(objects: &ObjectPixels, a: usize, b: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{CAR, PERSON, instances};
+    use super::super::tests::{CAR, PERSON, instances, instances_of_a_beam};
     use super::*;
 
     /// Pixels of a wall-like image: column to y, row to z, at 10 m.
@@ -144,6 +144,22 @@ mod tests {
     fn other_classes_are_stepped_over() {
         let points =
             [at(0.0, 0.0, CAR), at(0.2, 0.0, PERSON), at(0.4, 0.0, CAR), at(1.0, 0.0, CAR)];
-        assert_eq!(instances(&ScanLineRun::default(), 4, &points), [1, 2, 1, 3]);
+        assert_eq!(instances_of_a_beam(&ScanLineRun::default(), &points), [1, 2, 1, 3]);
+    }
+
+    #[test]
+    fn a_beam_that_misses_parts_unless_more_beams_are_looked_at() {
+        // Three beams 0.4 m apart; the middle one sees only the road.
+        let points = [
+            at(0.0, 0.8, CAR),
+            at(0.2, 0.8, CAR),
+            at(0.0, 0.4, 40),
+            at(0.2, 0.4, 40),
+            at(0.0, 0.0, CAR),
+            at(0.2, 0.0, CAR),
+        ];
+        assert_eq!(instances(&ScanLineRun::default(), 2, &points), [1, 1, 0, 0, 2, 2]);
+        let two = ScanLineRun { beams: 2, ..ScanLineRun::default() };
+        assert_eq!(instances(&two, 2, &points), [1, 1, 0, 0, 1, 1]);
     }
 }
