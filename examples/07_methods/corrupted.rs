@@ -19,11 +19,11 @@ const FLIPS: [f64; 7] = [0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3];
 const PATCH: f64 = 0.5;
 
 /// Prints a table each for real and simulated drives; writes `corrupted-real.svg` and
-/// `corrupted-simulated.svg` into a folder.
-pub fn tables(real: &[Frame], figures: Option<&Path>) -> Result<()> {
+/// `corrupted-simulated.svg` into a folder. Each frame has a seed of its own, from `seed` upwards.
+pub fn tables(real: &[Frame], figures: Option<&Path>, seed: u64) -> Result<()> {
     let sets = [("real", "Real drives", real.to_vec()), ("simulated", "Simulated", simulations())];
     for (name, title, frames) in sets.iter().filter(|(_, _, frames)| !frames.is_empty()) {
-        let chart = table(title, frames);
+        let chart = table(title, frames, seed);
         if let Some(folder) = figures {
             std::fs::write(folder.join(format!("corrupted-{name}.svg")), svg(&line_chart(&chart)))?;
         }
@@ -63,7 +63,7 @@ fn rows() -> Vec<(String, Corruption)> {
         .collect()
 }
 
-fn table(title: &str, frames: &[Frame]) -> LineChart {
+fn table(title: &str, frames: &[Frame], first_seed: u64) -> LineChart {
     let methods = [
         methods::best(),
         methods::true_instances(),
@@ -82,7 +82,7 @@ fn table(title: &str, frames: &[Frame]) -> LineChart {
         .each_ref()
         .map(|method: &Method| Line { name: method.name.replace('`', ""), points: Vec::new() });
     for (number, (name, corruption)) in rows().into_iter().enumerate() {
-        let spoiled: Vec<Frame> = (0_u64..)
+        let spoiled: Vec<Frame> = (first_seed..)
             .zip(frames.iter().zip(&around))
             .map(|(seed, (frame, around))| spoil(frame, around, &corruption, seed))
             .collect();
