@@ -1,7 +1,8 @@
 //! The points nearest to a place: a k-d tree (Bentley 1975).
 //!
-//! Of our own: what is asked for is small (built once, k nearest within a reach), and the crates for it
-//! either bring a dozen others along or cannot hold many points of one coordinate, which a wall gives.
+//! Of our own rather than a crate's (kiddo does far more): comparisons and evaluation alone need it, in
+//! one way, and points at one distance must come in the order of their numbers, so that the same cloud
+//! gives the same labels.
 
 /// Most points of a leaf, which is searched from end to end.
 const LEAF: usize = 12;

@@ -15,12 +15,15 @@ use crate::scores::{head, quality};
 /// Shares of the border band that are flipped.
 const FLIPS: [f64; 7] = [0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3];
 
+/// Side of patches, metres.
+const PATCH: f64 = 0.5;
+
 /// Prints a table each for real and simulated drives; writes `corrupted-real.svg` and
-/// `corrupted-simulated.svg` into a folder.
-pub fn tables(real: &[Frame], figures: Option<&Path>) -> Result<()> {
+/// `corrupted-simulated.svg` into a folder. Each frame has a seed of its own, from `seed` upwards.
+pub fn tables(real: &[Frame], figures: Option<&Path>, seed: u64) -> Result<()> {
     let sets = [("real", "Real drives", real.to_vec()), ("simulated", "Simulated", simulations())];
     for (name, title, frames) in sets.iter().filter(|(_, _, frames)| !frames.is_empty()) {
-        let chart = table(title, frames);
+        let chart = table(title, frames, seed);
         if let Some(folder) = figures {
             std::fs::write(folder.join(format!("corrupted-{name}.svg")), svg(&line_chart(&chart)))?;
         }
@@ -43,7 +46,10 @@ fn rows() -> Vec<(String, Corruption)> {
         )
     });
     let spoiled = Corruption { border_flips: 0.3, lost_people: 0.2, ..none };
+    let patches = |border_flips| Corruption { border_flips, patch: PATCH, ..none };
     let others = [
+        ("5 % flipped in patches of 0.5 m", patches(0.05)),
+        ("30 % flipped in patches of 0.5 m", patches(0.3)),
         ("30 % flipped, 20 % of people's points lost", spoiled),
         ("20 % of people's points lost", Corruption { lost_people: 0.2, ..none }),
         ("10 % of objects flicker", Corruption { flicker: 0.1, ..none }),
@@ -57,14 +63,16 @@ fn rows() -> Vec<(String, Corruption)> {
         .collect()
 }
 
-fn table(title: &str, frames: &[Frame]) -> LineChart {
+fn table(title: &str, frames: &[Frame], first_seed: u64) -> LineChart {
     let methods = [
         methods::best(),
+        methods::true_instances(),
         methods::alpine(),
-        methods::alpine_own_class(),
         methods::euclidean(),
+        methods::euclidean_classless(),
         methods::dbscan(),
         methods::paper(),
+        methods::paper_own_class(),
     ];
     head(title, &methods.iter().map(|method| method.name.to_owned()).collect::<Vec<_>>());
     let taxonomy = Taxonomy::semantic_kitti();
@@ -74,7 +82,7 @@ fn table(title: &str, frames: &[Frame]) -> LineChart {
         .each_ref()
         .map(|method: &Method| Line { name: method.name.replace('`', ""), points: Vec::new() });
     for (number, (name, corruption)) in rows().into_iter().enumerate() {
-        let spoiled: Vec<Frame> = (0_u64..)
+        let spoiled: Vec<Frame> = (first_seed..)
             .zip(frames.iter().zip(&around))
             .map(|(seed, (frame, around))| spoil(frame, around, &corruption, seed))
             .collect();

@@ -1,12 +1,13 @@
 //! Our presets beside other methods, as the Markdown tables of docs/results.md:
 //!
 //! ```sh
-//! cargo run --release --example 07_methods -- [TABLE...] [--data ../shared/data/semantickitti] [--figures FOLDER]
+//! cargo run --release --example 07_methods -- [TABLE...] [--data ../shared/data/semantickitti] \
+//!     [--drive NAME] [--figures FOLDER] [--seed 0]
 //! ```
 //!
 //! Tables: `real` (needs the data), `simulated`, `corrupted`, `drives` (needs the data), `lost` (the
 //! objects that preset `best` loses, one by one); all but the last where none is named. Classes are given
-//! in all of them; `corrupted` spoils them. Mean panoptic quality over the thing classes that truth has
+//! in all of them; `corrupted` spoils them, with the seed. Mean panoptic quality over the thing classes that truth has
 //! with 50 points or more.
 
 mod corrupted;
@@ -20,30 +21,33 @@ mod simulated;
 
 use std::path::PathBuf;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 
 /// What the command line says.
 #[derive(Default)]
 struct Arguments {
     tables: Vec<String>,
     data: Option<PathBuf>,
+    drive: Option<String>,
     figures: Option<PathBuf>,
+    seed: u64,
 }
 
 const TABLES: [&str; 5] = ["real", "simulated", "corrupted", "drives", "lost"];
 
 fn main() -> Result<()> {
     let arguments = arguments()?;
-    let real = match &arguments.data {
+    let mut real = match &arguments.data {
         Some(root) => frames::labelled(root)?,
         None => Vec::new(),
     };
+    real.retain(|frame| arguments.drive.as_ref().is_none_or(|drive| *drive == frame.group));
     for table in &arguments.tables {
         match table.as_str() {
             "real" | "drives" if real.is_empty() => eprintln!("skipped: {table} (no --data)"),
             "real" => real::tables(&real),
             "simulated" => simulated::tables(),
-            "corrupted" => corrupted::tables(&real, arguments.figures.as_deref())?,
+            "corrupted" => corrupted::tables(&real, arguments.figures.as_deref(), arguments.seed)?,
             "drives" => drives::tables(&real),
             _ => lost::tables(&real),
         }
@@ -57,6 +61,8 @@ fn arguments() -> Result<Arguments> {
     while let Some(word) = words.next() {
         match word.as_str() {
             "--figures" => arguments.figures = words.next().map(PathBuf::from),
+            "--drive" => arguments.drive = words.next(),
+            "--seed" => arguments.seed = words.next().context("--seed N")?.parse()?,
             "--data" => arguments.data = words.next().map(PathBuf::from),
             table if TABLES.contains(&table) => arguments.tables.push(table.into()),
             other => bail!("`{other}`: tables are {}", TABLES.join(", ")),

@@ -24,8 +24,10 @@ enum How {
     Theirs(Box<dyn Baseline>),
     /// Clusters objects of all classes alike.
     Classless(Box<dyn Baseline>),
-    /// Points keep the class that was given, whatever their instance's.
-    OwnClass(Box<dyn Baseline>),
+    /// A preset whose points keep the class that was given, whatever their instance's.
+    OwnClass(Box<Config>),
+    /// The true objects, on the points that are given as things.
+    Truth,
 }
 
 /// What a method says of N points.
@@ -50,11 +52,28 @@ impl Method {
     pub fn run(&self, frame: &Frame) -> Found {
         match &self.how {
             How::Ours(config) => ours(frame, config),
-            How::Theirs(baseline) => theirs(frame, baseline.as_ref(), false, true),
-            How::Classless(baseline) => theirs(frame, baseline.as_ref(), true, true),
-            How::OwnClass(baseline) => theirs(frame, baseline.as_ref(), false, false),
+            How::Theirs(baseline) => theirs(frame, baseline.as_ref(), false),
+            How::Classless(baseline) => theirs(frame, baseline.as_ref(), true),
+            How::OwnClass(config) => {
+                let class = classes(frame.cloud.class.as_deref().unwrap_or_default());
+                Found { class, ..ours(frame, config) }
+            }
+            How::Truth => truth(frame),
         }
     }
+}
+
+/// The true instances with the classes that were given; the class of an instance is the most frequent.
+fn truth(frame: &Frame) -> Found {
+    let taxonomy = Taxonomy::semantic_kitti();
+    let given = classes(frame.cloud.class.as_deref().unwrap_or_default());
+    let is_thing = |class: u16| taxonomy.classes()[usize::from(class)].is_thing;
+    let instance = (0..given.len()).map(|point| {
+        let is_object = is_thing(given[point]) && is_thing(frame.true_class[point]);
+        if is_object { frame.true_id[point] } else { 0 }
+    });
+    let instance: Vec<u32> = instance.collect();
+    Found { class: majority_class(&instance, &given), instance }
 }
 
 fn ours(frame: &Frame, config: &Config) -> Found {
@@ -63,14 +82,13 @@ fn ours(frame: &Frame, config: &Config) -> Found {
     Found { class: classes(&stages.labels.semantic), instance: stages.labels.instance }
 }
 
-fn theirs(frame: &Frame, baseline: &dyn Baseline, classless: bool, majority: bool) -> Found {
+fn theirs(frame: &Frame, baseline: &dyn Baseline, classless: bool) -> Found {
     let taxonomy = Taxonomy::semantic_kitti();
     let image = RangeImage::new(&frame.cloud, &ProjectionParams::default());
     let mask = object_mask(&frame.cloud, &image, MaskSource::Classes(&taxonomy), None);
     let seen = if classless { without_classes(&mask) } else { mask.clone() };
     let instance = baseline.instances(View { cloud: &frame.cloud, image: &image, mask: &seen });
-    let class = if majority { majority_class(&instance, &mask.class) } else { mask.class };
-    Found { class, instance }
+    Found { class: majority_class(&instance, &mask.class), instance }
 }
 
 /// Preset `best`.
@@ -98,10 +116,23 @@ pub fn euclidean() -> Method {
     Method::theirs("Euclidean 0.5 m", Euclidean::default())
 }
 
-/// ALPINE, whose points keep the class that was given.
-pub fn alpine_own_class() -> Method {
-    let baseline = Alpine::new(&Taxonomy::semantic_kitti());
-    Method { name: "ALPINE, classes as given", how: How::OwnClass(Box::new(baseline)) }
+/// The same of all objects, whatever their class.
+pub fn euclidean_classless() -> Method {
+    classless("Euclidean 0.5 m, classes alike", Euclidean::default())
+}
+
+/// The true instances: as far as anything can come with the classes that were given.
+pub fn true_instances() -> Method {
+    Method { name: "true instances", how: How::Truth }
+}
+
+/// Preset `paper`, whose points keep the class that was given.
+pub fn paper_own_class() -> Method {
+    Method { name: "`paper`, classes as given", how: How::OwnClass(Box::new(Config::paper())) }
+}
+
+fn classless(name: &'static str, baseline: impl Baseline + 'static) -> Method {
+    Method { name, how: How::Classless(Box::new(baseline)) }
 }
 
 /// All of them: ours, the others class by class, and three as the pipelines of 2021 were released, which
@@ -109,7 +140,6 @@ pub fn alpine_own_class() -> Method {
 pub fn all() -> Vec<Method> {
     let unsplit = Alpine { margin: f64::INFINITY, ..Alpine::new(&Taxonomy::semantic_kitti()) };
     let back_projection = ClusterParams::paper().back_projection;
-    let classless = |name, how: Box<dyn Baseline>| Method { name, how: How::Classless(how) };
     vec![
         best(),
         paper(),
@@ -121,12 +151,16 @@ pub fn all() -> Vec<Method> {
         dbscan(),
         Method::theirs("depth clustering", DepthClustering::default()),
         Method::theirs("scan-line run", ScanLineRun::default()),
+        Method::theirs(
+            "scan-line run, 4 beams up",
+            ScanLineRun { beams: 4, ..ScanLineRun::default() },
+        ),
         Method::theirs("one per class", OnePerClass),
-        classless("Euclidean 0.5 m, classes alike", Box::new(Euclidean::default())),
-        classless("depth clustering, classes alike", Box::new(DepthClustering { back_projection })),
+        euclidean_classless(),
+        classless("depth clustering, classes alike", DepthClustering { back_projection }),
         classless(
             "scan-line run, classes alike",
-            Box::new(ScanLineRun { back_projection, ..ScanLineRun::default() }),
+            ScanLineRun { back_projection, ..ScanLineRun::default() },
         ),
     ]
 }

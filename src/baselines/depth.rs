@@ -38,7 +38,7 @@ impl Baseline for DepthClustering {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{CAR, PERSON, instances};
+    use super::super::tests::{CAR, PERSON, instances_of_a_beam};
     use super::*;
 
     #[test]
@@ -55,6 +55,6 @@ mod tests {
             at(3, 12.1, PERSON),
             at(4, 12.1, CAR),
         ];
-        assert_eq!(instances(&DepthClustering::default(), 5, &points), [1, 1, 2, 3, 4]);
+        assert_eq!(instances_of_a_beam(&DepthClustering::default(), &points), [1, 1, 2, 3, 4]);
     }
 }

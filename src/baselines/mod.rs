@@ -153,6 +153,16 @@ mod tests {
         method.instances(View { cloud: &cloud, image: &image, mask: &mask })
     }
 
+    /// The instances of one beam's points; a beam below sees the road.
+    pub(super) fn instances_of_a_beam(
+        method: &dyn Baseline,
+        points: &[([f32; 3], u16)],
+    ) -> Vec<u32> {
+        let below = points.iter().map(|&([x, y, z], _)| ([x, y, z - 1.0], ROAD));
+        let both: Vec<([f32; 3], u16)> = points.iter().copied().chain(below).collect();
+        instances(method, points.len(), &both)[..points.len()].to_vec()
+    }
+
     #[test]
     fn one_per_class() {
         let at = |x: f32, class| ([x, 1.0, 0.0], class);

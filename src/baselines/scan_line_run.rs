@@ -19,6 +19,8 @@ pub struct ScanLineRun {
     pub within: f64,
     /// Between points of neighbouring beams, metres. Default 1 (the paper's th_merge).
     pub between: f64,
+    /// Beams above that are looked at, the next only if nothing is near in those before. Default 1.
+    pub beams: usize,
     /// Where shadowed points look for an instance. Default: as preset `best`.
     pub back_projection: BackProjection,
 }
@@ -26,7 +28,7 @@ pub struct ScanLineRun {
 impl Default for ScanLineRun {
     fn default() -> Self {
         let back_projection = ClusterParams::best().back_projection;
-        ScanLineRun { within: 0.5, between: 1.0, back_projection }
+        ScanLineRun { within: 0.5, between: 1.0, beams: 1, back_projection }
     }
 }
 
@@ -41,7 +43,9 @@ impl Baseline for ScanLineRun {
         {
             join_runs(&objects, row, view.image.wraps, self.within, &mut sets);
             for &pixel in row {
-                if let Some(above) = nearest_above(&objects, view.image, pixel, self.between) {
+                let mut above = (1..=self.beams)
+                    .filter_map(|up| nearest_above(&objects, view.image, pixel, up, self.between));
+                if let Some(above) = above.next() {
                     sets.join(pixel, above);
                 }
             }
@@ -75,16 +79,17 @@ fn join_runs(
     }
 }
 
-/// The nearest pixel of the same class in the row above, if it is nearer than `reach` metres.
+/// The nearest pixel of the same class so many rows above, if it is nearer than `reach` metres.
 fn nearest_above(
     objects: &ObjectPixels,
     image: &RangeImage,
     object: usize,
+    up: usize,
     reach: f64,
 ) -> Option<usize> {
     let columns = image.columns();
     let pixel = objects.pixel[object] as usize;
-    let row = (pixel / columns).checked_sub(1)?;
+    let row = (pixel / columns).checked_sub(up)?;
     let [x, y, _] = objects.position[object].map(f64::from);
     // What is farther aside than the reach seen from the sensor is farther away than the reach.
     let angle = (reach / x.hypot(y)).min(1.0).asin();
@@ -111,7 +116,7 @@ fn distance(objects: &ObjectPixels, a: usize, b: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{CAR, PERSON, instances};
+    use super::super::tests::{CAR, PERSON, instances, instances_of_a_beam};
     use super::*;
 
     /// Pixels of a wall-like image: column to y, row to z, at 10 m.
@@ -139,6 +144,22 @@ mod tests {
     fn other_classes_are_stepped_over() {
         let points =
             [at(0.0, 0.0, CAR), at(0.2, 0.0, PERSON), at(0.4, 0.0, CAR), at(1.0, 0.0, CAR)];
-        assert_eq!(instances(&ScanLineRun::default(), 4, &points), [1, 2, 1, 3]);
+        assert_eq!(instances_of_a_beam(&ScanLineRun::default(), &points), [1, 2, 1, 3]);
+    }
+
+    #[test]
+    fn a_beam_that_misses_parts_unless_more_beams_are_looked_at() {
+        // Three beams 0.4 m apart; the middle one sees only the road.
+        let points = [
+            at(0.0, 0.8, CAR),
+            at(0.2, 0.8, CAR),
+            at(0.0, 0.4, 40),
+            at(0.2, 0.4, 40),
+            at(0.0, 0.0, CAR),
+            at(0.2, 0.0, CAR),
+        ];
+        assert_eq!(instances(&ScanLineRun::default(), 2, &points), [1, 1, 0, 0, 2, 2]);
+        let two = ScanLineRun { beams: 2, ..ScanLineRun::default() };
+        assert_eq!(instances(&two, 2, &points), [1, 1, 0, 0, 1, 1]);
     }
 }

@@ -9,18 +9,21 @@
 //! 2. **Border flips**: a share of the points of the border band gets the class of the nearest point of
 //!    another class. The band is every point near another class where one of the two is a thing: object
 //!    points beside another object or the ground, and what lies beside objects. Near is within 0.3 m or a
-//!    hundredth of the range, about the step from beam to beam, whichever is more.
+//!    hundredth of the range, about the step from beam to beam, whichever is more. Points flip each on
+//!    its own, or patch by patch: cubes of the frame in which all points of the band flip together, as the
+//!    errors of networks do.
 //! 3. **Lost people**: a share of the points of people gets the class of the nearest point that is no
 //!    thing.
 //! 4. **Dropped returns**: a share of all returns is not there.
 //!
-//! Every point and every object draws once for each of these, whatever the shares: what is spoiled at 5 %
+//! Every point, patch and object draws once for each of these, whatever the shares: what is spoiled at 5 %
 //! is spoiled at 10 % too.
 
 use std::collections::BTreeMap;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg32;
+use rustc_hash::FxHashMap;
 use serde::Serialize;
 
 use crate::cloud::PointCloud;
@@ -38,6 +41,8 @@ const BORDER_BY_RANGE: f64 = 0.01;
 pub struct Corruption {
     /// Of the points of the border band: flipped to the class beyond the border.
     pub border_flips: f64,
+    /// Side of the cubes whose points flip together, metres; 0: each point on its own.
+    pub patch: f64,
     /// Of the points of people: given to what is behind or below them.
     pub lost_people: f64,
     /// Of the objects: taken for something similar, wholly or in part.
@@ -104,29 +109,52 @@ pub fn corrupt(
     let truth = cloud.class.as_deref().unwrap_or_default();
     let mut class = truth.to_vec();
     flicker(cloud, object, taxonomy, corruption.flicker, seed, &mut class);
-    let flips = [
-        (Purpose::Border, corruption.border_flips, &surroundings.beyond),
-        (Purpose::People, corruption.lost_people, &surroundings.background),
-    ];
-    for (purpose, share, source) in flips {
-        let mut draw = stream(seed, purpose);
-        for (class, source) in class.iter_mut().zip(source) {
-            let is_hit = draw.random::<f64>() < share;
-            if let Some(source) = source.filter(|_| is_hit) {
-                *class = truth[source as usize];
-            }
-        }
-    }
-    let mut draw = stream(seed, Purpose::Dropped);
-    for point in 0..cloud.len() {
-        if draw.random::<f64>() < corruption.dropped {
-            spoiled.x[point] = f32::NAN;
-            spoiled.y[point] = f32::NAN;
-            spoiled.z[point] = f32::NAN;
-        }
+    let chance = match corruption.patch > 0.0 {
+        true => patch_draws(cloud, corruption.patch, seed),
+        false => draws(cloud.len(), seed, Purpose::Border),
+    };
+    flip(&mut class, truth, &surroundings.beyond, &chance, corruption.border_flips);
+    let chance = draws(cloud.len(), seed, Purpose::People);
+    flip(&mut class, truth, &surroundings.background, &chance, corruption.lost_people);
+    let chance = draws(cloud.len(), seed, Purpose::Dropped);
+    for point in (0..cloud.len()).filter(|&point| chance[point] < corruption.dropped) {
+        spoiled.x[point] = f32::NAN;
+        spoiled.y[point] = f32::NAN;
+        spoiled.z[point] = f32::NAN;
     }
     spoiled.class = cloud.class.is_some().then_some(class);
     spoiled
+}
+
+/// Points whose draw is below a share get the true class of their source, where they have one.
+fn flip(class: &mut [u16], truth: &[u16], source: &[Option<u32>], chance: &[f64], share: f64) {
+    for ((class, source), chance) in class.iter_mut().zip(source).zip(chance) {
+        if let Some(source) = source.filter(|_| *chance < share) {
+            *class = truth[source as usize];
+        }
+    }
+}
+
+/// A draw from 0 to 1 for each of N points.
+fn draws(count: usize, seed: u64, purpose: Purpose) -> Vec<f64> {
+    let mut draw = stream(seed, purpose);
+    (0..count).map(|_| draw.random()).collect()
+}
+
+/// A draw for each of N points that is the same for all points of a cube of that side in metres.
+fn patch_draws(cloud: &PointCloud, side: f64, seed: u64) -> Vec<f64> {
+    let cube =
+        |point: usize| cloud.position(point).map(|along| (f64::from(along) / side).floor() as i32);
+    let draw = |[x, y, z]: [i32; 3]| {
+        let place = [x, y, z].iter().fold(seed, |mixed, &along| {
+            mixed.wrapping_mul(APART).rotate_left(23) ^ u64::from(along as u32)
+        });
+        stream(place, Purpose::Border).random()
+    };
+    let mut known: FxHashMap<[i32; 3], f64> = FxHashMap::default();
+    (0..cloud.len())
+        .map(|point| *known.entry(cube(point)).or_insert_with_key(|at| draw(*at)))
+        .collect()
 }
 
 /// What a stream of random numbers is drawn for.
@@ -138,8 +166,10 @@ enum Purpose {
     Dropped = 4,
 }
 
+/// An odd number that spreads bits (2^64 over the golden ratio).
+const APART: u64 = 0x9E37_79B9_7F4A_7C15;
+
 fn stream(seed: u64, purpose: Purpose) -> Pcg32 {
-    const APART: u64 = 0x9E37_79B9_7F4A_7C15;
     Pcg32::seed_from_u64(seed ^ APART.wrapping_mul(purpose as u64))
 }
 
@@ -286,7 +316,8 @@ mod tests {
 
     const CAR: u16 = 10;
     const TRUCK: u16 = 18;
-    const OTHER_VEHICLE: u16 = 20;
+    /// The lowest id of other-vehicle.
+    const BUS: u16 = 13;
     const PERSON: u16 = 30;
     const ROAD: u16 = 40;
     const WALL: u16 = 50;
@@ -303,7 +334,9 @@ mod tests {
         let mut object = Vec::new();
         for person in 0..count {
             for point in 0..50 {
-                let (y, z) = (person as f32 * 2.0, point as f32 * 0.01);
+                // Ten in a row and ten rows, all within 30 m.
+                let y = (person % 10) as f32 * 2.0;
+                let z = (person / 10) as f32 * 2.0 + point as f32 * 0.01;
                 let beside = if point % 2 == 0 { 0.2 } else { 0.8 };
                 points.push(([9.0 - beside, y, z], PERSON));
                 points.push(([9.0, y, z], WALL));
@@ -392,6 +425,25 @@ mod tests {
     }
 
     #[test]
+    fn patches_flip_together() {
+        let (cloud, spoiled, around) =
+            spoiled(Corruption { border_flips: 0.3, patch: 0.5, ..Corruption::default() }, 1);
+        let hit = changed(&cloud, &spoiled);
+        // A person's points and the wall behind lie in one cube of half a metre each.
+        let mut by_person = [0; 100];
+        for point in hit.iter().filter(|&&point| cloud.x[point] < 9.0) {
+            by_person[point / 100] += 1;
+        }
+        let of_band = |person: usize| {
+            let own = (person * 100..person * 100 + 100).filter(|&point| cloud.x[point] < 9.0);
+            own.filter(|&point| around.beyond[point].is_some()).count()
+        };
+        assert!((0..100).all(|person| [0, of_band(person)].contains(&by_person[person])));
+        let people = by_person.iter().filter(|&&hits| hits > 0).count();
+        assert!(is_likely(people, 100, 0.3), "{people} of 100");
+    }
+
+    #[test]
     fn people_lose_the_stated_share_to_the_wall() {
         let (cloud, spoiled, _) =
             spoiled(Corruption { lost_people: 0.2, ..Corruption::default() }, 2);
@@ -428,13 +480,18 @@ mod tests {
         assert!(is_likely(hits.len(), 400, 0.3), "{}", hits.len());
         let whole = hits.iter().filter(|&&hits| hits == 10).count();
         assert!(is_likely(whole, hits.len(), 0.5), "{whole} of {}", hits.len());
-        assert!(class.iter().all(|class| [CAR, TRUCK, OTHER_VEHICLE].contains(class)));
-        assert!(class.contains(&TRUCK) && class.contains(&OTHER_VEHICLE));
+        assert!(class.iter().all(|class| [CAR, TRUCK, BUS].contains(class)));
+        assert!(class.contains(&TRUCK) && class.contains(&BUS));
     }
 
     #[test]
     fn the_seed_decides() {
-        let all = Corruption { border_flips: 0.3, lost_people: 0.2, flicker: 0.3, dropped: 0.0 };
+        let all = Corruption {
+            border_flips: 0.3,
+            lost_people: 0.2,
+            flicker: 0.3,
+            ..Corruption::default()
+        };
         let [first, again, other] = [4, 4, 5].map(|seed| spoiled(all, seed).1);
         assert_eq!(first, again);
         assert_ne!(first.class, other.class);

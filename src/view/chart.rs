@@ -34,8 +34,16 @@ const NAME_STEP: f64 = 15.0;
 const RULE: Colour = [226, 228, 232, 255];
 
 /// Okabe and Ito's colours that are dark enough for a white page.
-const COLOURS: [[u8; 3]; 6] =
-    [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [110, 110, 110], [176, 131, 0]];
+const COLOURS: [[u8; 3]; 8] = [
+    [0, 114, 178],
+    [213, 94, 0],
+    [0, 158, 115],
+    [204, 121, 167],
+    [110, 110, 110],
+    [176, 131, 0],
+    [45, 45, 45],
+    [150, 110, 220],
+];
 
 fn colour(line: usize) -> Colour {
     opaque(COLOURS[line % COLOURS.len()])

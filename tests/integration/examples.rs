@@ -43,3 +43,20 @@ fn merge_six_components() {
     let svg = std::fs::read_to_string(output).expect("the figure");
     assert!(svg.contains("5 asks 6: 6 &gt; 1, joins"), "{}", svg.len());
 }
+
+#[test]
+fn methods() {
+    let refused = example("07_methods", &["no-such-table"]);
+    assert!(!refused.status.success());
+    let Some(data) = shared_data() else { return };
+    let root = data.join("semantickitti");
+    let output =
+        example("07_methods", &["real", "--data", &root.to_string_lossy(), "--drive", "01"]);
+    assert!(output.status.success(), "{output:?}");
+    let text = String::from_utf8_lossy(&output.stdout);
+    let row = |name: &str| text.lines().find(|line| line.starts_with(&format!("| {name} |")));
+    assert!(["`best`", "ALPINE", "one per class"].iter().all(|name| row(name).is_some()), "{text}");
+    // The same drive is the only one, so it is all there is.
+    let cells: Vec<&str> = row("`best`").expect("a row").split(" | ").collect();
+    assert_eq!(cells[1], cells[2], "{text}");
+}
