@@ -25,6 +25,7 @@
 //! A column of one return is judged by the plane alone. An image of one row has no slopes and no ground.
 
 mod height_map;
+mod level;
 mod plane;
 mod profile;
 mod slopes;
@@ -36,6 +37,7 @@ use crate::cloud::PointCloud;
 use crate::range_image::RangeImage;
 
 use height_map::HeightMap;
+use level::Level;
 use plane::Plane;
 use profile::Profile;
 use slopes::column_slopes;
@@ -90,7 +92,9 @@ impl Default for GroundParams {
 
 /// N: whether each point is ground.
 pub fn ground(cloud: &PointCloud, image: &RangeImage, params: &GroundParams) -> Vec<bool> {
-    let profile = Profile::new(cloud, image);
+    let level = Level::of_ground(cloud, image, params);
+    let cloud = &level.turned(cloud);
+    let profile = Profile::new(cloud, image, level.is_upside_down);
     let Some(plane) = Plane::of_low_flat_returns(&profile, cloud, params) else {
         return vec![false; cloud.len()];
     };

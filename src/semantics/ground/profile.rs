@@ -45,14 +45,15 @@ pub(super) struct Profile {
 }
 
 impl Profile {
-    /// The profile of an image over `cloud`.
-    pub fn new(cloud: &PointCloud, image: &RangeImage) -> Self {
+    /// The profile of an image over `cloud`, whose positions may have been turned since: `is_upside_down`
+    /// says whether the image's highest row has become the lowest.
+    pub fn new(cloud: &PointCloud, image: &RangeImage, is_upside_down: bool) -> Self {
         let mut profile = Profile {
             rows: image.rows(),
             columns: image.columns(),
             wraps: image.wraps,
             returns: vec![Return::NONE; image.point_of_pixel.len()],
-            top_row_first: image.top_row_first,
+            top_row_first: image.top_row_first != is_upside_down,
         };
         for row in 0..profile.rows {
             let up = profile.up(row);
