@@ -41,7 +41,7 @@ pub fn object_mask(cloud: &PointCloud, image: &RangeImage, source: MaskSource) -
     match source {
         MaskSource::Classes(taxonomy) => by_class(cloud, taxonomy),
         MaskSource::NotGround(params) => {
-            let is_ground = ground::ground(cloud, image, params);
+            let is_ground = ground::ground(cloud, image, params).is_ground;
             without_classes(cloud, |point| is_ground[point])
         }
         MaskSource::All => without_classes(cloud, |_| false),

@@ -8,16 +8,16 @@ use crate::grid::Grid;
 /// Mean heights of the ground on square grids around the sensor, each twice as coarse as the one before.
 #[derive(Debug)]
 pub(super) struct HeightMap {
-    cell: f32,
+    pub cell: f32,
     band: f32,
     /// NaN where there is no ground.
-    levels: Vec<Grid<f32>>,
+    pub levels: Vec<Grid<f32>>,
 }
 
 impl HeightMap {
     /// Cells along each side of the finest grid: 128 m to either side in cells of 1 m, beyond which
     /// rings of ground are too far apart to say anything about their surroundings.
-    const SIDE: usize = 256;
+    pub const SIDE: usize = 256;
     /// Grids, the coarsest of cells four times as wide as the finest: as far as ground can be guessed
     /// to a third of a metre on a 10 % road.
     const LEVELS: usize = 3;

@@ -40,16 +40,20 @@ const SAMPLES: u32 = 192;
 /// Distance from a plane in metres at which a cell no longer supports it: a kerb and some bend.
 const BAND: f32 = 0.3;
 /// A plane above the sensor is the ground only with this many times the support of the one below.
-const UPSIDE_DOWN_SUPPORT: f32 = 4.0;
+const UPSIDE_DOWN_SUPPORT: f32 = 2.5;
+/// Distance beyond a plane in metres from which on a cell speaks against it: nothing is seen through the
+/// ground, but for a dip.
+const BEYOND: f32 = 3.0 * BAND;
 
 impl Level {
     /// The level of the ground around the sensor; the sensor's own where no plane is found.
     pub fn of_ground(cloud: &PointCloud, image: &RangeImage, params: &GroundParams) -> Level {
         let [below, above] = flat_cells(cloud, image, params);
-        let floor = Consensus::of(&below);
+        let floor = Consensus::of(&below, Side::Below);
         let most_above = above.len() as f32;
-        let least_above = UPSIDE_DOWN_SUPPORT * floor.map_or(1.0, |floor| floor.support);
-        let ceiling = if most_above > least_above { Consensus::of(&above) } else { None };
+        let least_above = UPSIDE_DOWN_SUPPORT * floor.map_or(1.0, |floor| floor.support.max(1.0));
+        let ceiling =
+            if most_above > least_above { Consensus::of(&above, Side::Above) } else { None };
         match (floor, ceiling) {
             (_, Some(ceiling)) if ceiling.support > least_above => {
                 Level::from_normal(-ceiling.refined(&above), true)
@@ -154,26 +158,33 @@ impl Extremes {
     }
 }
 
+/// A side of the sensor, along its z.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Side {
+    Below,
+    Above,
+}
+
 /// A plane through three positions and how well the others agree.
 #[derive(Debug, Clone, Copy)]
 struct Consensus {
     /// Unit normal with positive z.
     normal: Vector3<f32>,
     offset: f32,
-    /// Positions on the plane, less for those off it; at most their number.
+    /// Positions on the plane, less for those off it, less one for each beyond it.
     support: f32,
 }
 
 impl Consensus {
     /// The plane that most positions agree with, if there is one below or above the sensor.
-    fn of(positions: &[Vector3<f32>]) -> Option<Consensus> {
+    fn of(positions: &[Vector3<f32>], side: Side) -> Option<Consensus> {
         if positions.len() < 3 {
             return None;
         }
         let mut draw = Draws(0);
         let planes = (0..SAMPLES).filter_map(|_| {
             let sample = [(); 3].map(|()| positions[draw.below(positions.len())]);
-            Consensus::through(sample)
+            Consensus::through(sample).filter(|plane| (plane.offset > 0.0) == (side == Side::Above))
         });
         let scored = planes.map(|plane| plane.supported_by(positions));
         scored.reduce(|best, next| if next.support > best.support { next } else { best })
@@ -194,8 +205,9 @@ impl Consensus {
 
     fn supported_by(self, positions: &[Vector3<f32>]) -> Consensus {
         let agreement = |at: &Vector3<f32>| {
-            let share = (self.normal.dot(at) - self.offset) / BAND;
-            (1.0 - share * share).max(0.0)
+            let beyond = (self.normal.dot(at) - self.offset) * self.offset.signum();
+            let share = beyond / BAND;
+            if beyond > BEYOND { -1.0 } else { (1.0 - share * share).max(0.0) }
         };
         Consensus { support: positions.iter().map(agreement).sum(), ..self }
     }

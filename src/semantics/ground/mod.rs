@@ -25,11 +25,13 @@
 //! A column of one return is judged by the plane alone. An image of one row has no slopes and no ground.
 
 mod height_map;
+mod judge;
 mod level;
 mod plane;
 mod profile;
 mod slopes;
 mod spread;
+mod surface;
 #[cfg(test)]
 mod tests;
 
@@ -37,6 +39,7 @@ use crate::cloud::PointCloud;
 use crate::range_image::RangeImage;
 
 use height_map::HeightMap;
+use judge::judge;
 use level::Level;
 use plane::Plane;
 use profile::Profile;
@@ -90,28 +93,34 @@ impl Default for GroundParams {
     }
 }
 
-/// N: whether each point is ground.
-pub fn ground(cloud: &PointCloud, image: &RangeImage, params: &GroundParams) -> Vec<bool> {
+/// The ground among N points.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Ground {
+    /// N: whether each point is ground.
+    pub is_ground: Vec<bool>,
+    /// N: how likely that is, 0 to 1: at least one half where it is ground, less where it is not, 0 where
+    /// there is no return.
+    pub confidence: Vec<f32>,
+}
+
+impl Ground {
+    fn from_confidence(confidence: Vec<f32>) -> Self {
+        Ground { is_ground: confidence.iter().map(|&share| share >= 0.5).collect(), confidence }
+    }
+}
+
+/// The ground of a cloud, by geometry alone.
+pub fn ground(cloud: &PointCloud, image: &RangeImage, params: &GroundParams) -> Ground {
     let level = Level::of_ground(cloud, image, params);
     let cloud = &level.turned(cloud);
     let profile = Profile::new(cloud, image, level.is_upside_down);
     let Some(plane) = Plane::of_low_flat_returns(&profile, cloud, params) else {
-        return vec![false; cloud.len()];
+        return Ground::from_confidence(vec![0.0; cloud.len()]);
     };
     let slopes = column_slopes(&profile, &plane, cloud, params);
     let mut spread = Spread::new(&profile, &slopes, params);
     spread.start(|seen| plane.is_start(cloud.position(seen), params));
     let near = HeightMap::new(cloud, spread.ground_points(), params);
     spread.start(|seen| near.is_near(cloud.position(seen)));
-    let heights = HeightMap::new(cloud, spread.ground_points(), params);
-    let verdict = |point| {
-        image.pixel_of(point).is_some_and(|pixel| {
-            if image.is_shadowed(point) {
-                heights.is_near(cloud.position(point))
-            } else {
-                spread.is_ground(profile.index(pixel)) || heights.is_on(cloud.position(point))
-            }
-        })
-    };
-    (0..cloud.len()).map(verdict).collect()
+    judge(cloud, image, &spread, params)
 }

@@ -66,12 +66,29 @@ impl Profile {
         profile
     }
 
-    /// Where an image's pixel is in [`Profile::returns`].
-    pub fn index(&self, pixel: usize) -> usize {
-        (pixel % self.columns) * self.rows + self.up(pixel / self.columns)
+    /// By row from the bottom up: how much steeper its returns look up than those of the row below, as the
+    /// difference of the tangents; the lowest row as the one above it.
+    pub fn row_steps(&self) -> Vec<f32> {
+        const SAMPLES: usize = 64;
+        let mut sums = vec![(0.0_f32, 0_u32); self.rows];
+        let stride = self.columns.div_ceil(SAMPLES);
+        for column in self.returns.chunks_exact(self.rows).step_by(stride) {
+            for pair in 1..self.rows {
+                let [below, here] = [column[pair - 1], column[pair]];
+                if below.exists() && here.exists() {
+                    let step = here.height / here.distance - below.height / below.distance;
+                    sums[pair] = (sums[pair].0 + step, sums[pair].1 + 1);
+                }
+            }
+        }
+        if self.rows > 1 {
+            sums[0] = sums[1];
+        }
+        sums.into_iter().map(|(sum, count)| sum / count as f32).collect()
     }
 
-    fn up(&self, row: usize) -> usize {
+    /// How many rows above the bottom a row of the image is.
+    pub fn up(&self, row: usize) -> usize {
         if self.top_row_first { self.rows - 1 - row } else { row }
     }
 }

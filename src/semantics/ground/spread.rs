@@ -46,6 +46,16 @@ impl<'a> Spread<'a> {
         self.is_ground[index]
     }
 
+    /// The profile that ground spreads over.
+    pub fn profile(&self) -> &'a Profile {
+        self.profile
+    }
+
+    /// Whether a return of the profile is flat.
+    pub fn is_flat(&self, index: usize) -> bool {
+        self.is_flat[index]
+    }
+
     /// The points found to be ground, column by column.
     pub fn ground_points(&self) -> impl Iterator<Item = usize> {
         let returns = self.profile.returns.iter().zip(&self.is_ground);
