@@ -2,7 +2,6 @@
 //! gaps.
 
 use super::GroundParams;
-use crate::cloud::PointCloud;
 use crate::grid::Grid;
 
 /// Mean heights of the ground on square grids around the sensor, each twice as coarse as the one before.
@@ -24,19 +23,15 @@ impl HeightMap {
     /// How much the band widens with the side of coarser cells, m/m: a 10 % road over half of it.
     const BAND_GROWTH: f32 = 0.05;
 
-    /// The heights of the given points of `cloud`.
-    pub fn new(
-        cloud: &PointCloud,
-        points: impl Iterator<Item = usize>,
-        params: &GroundParams,
-    ) -> Self {
+    /// The heights of some positions.
+    pub fn new(positions: impl Iterator<Item = [f32; 3]>, params: &GroundParams) -> Self {
         let mut map = HeightMap {
             cell: params.cell as f32,
             band: params.height_band as f32,
             levels: Vec::with_capacity(Self::LEVELS),
         };
         let mut sums = Grid::filled(Self::SIDE, Self::SIDE, (0.0_f32, 0_u32));
-        for [x, y, z] in points.map(|point| cloud.position(point)) {
+        for [x, y, z] in positions {
             if let Some(cell) = map.cell_at(x, y) {
                 let (sum, count) = &mut sums[cell];
                 (*sum, *count) = (*sum + z, *count + 1);

@@ -8,11 +8,11 @@
 
 use super::GroundParams;
 use super::height_map::HeightMap;
+use super::level::Level;
 use super::profile::Profile;
 use super::spread::Spread;
 use super::surface::Surface;
 use super::{Ground, PointCloud, RangeImage};
-use crate::range_image::NOWHERE;
 
 /// How a point came to be ground or not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -107,36 +107,33 @@ impl Steps {
 pub(super) fn judge(
     cloud: &PointCloud,
     image: &RangeImage,
+    level: &Level,
     spread: &Spread,
     params: &GroundParams,
 ) -> Ground {
     let profile = spread.profile();
-    let heights = HeightMap::new(cloud, spread.ground_points(), params);
+    let heights = HeightMap::new(spread.positions(), params);
     let surface = Surface::new(&heights);
     let sparse_from = sparse_from(profile, params);
     let steps = Steps::new();
     let mut confidence = vec![0.0; cloud.len()];
-    for row in 0..image.rows() {
-        let up = profile.up(row);
-        for (column, &point) in image.point_of_pixel.row(row).iter().enumerate() {
-            if point == NOWHERE {
-                continue;
-            }
-            let index = column * profile.rows + up;
-            let at = cloud.position(point as usize);
-            let is_sparse = profile.returns[index].distance > sparse_from[up];
-            let kind = match () {
-                () if spread.is_ground(index) && is_sparse => Kind::ReachedFarOff,
-                () if spread.is_ground(index) => Kind::Reached,
-                () if heights.is_on(at) => Kind::Level,
-                () if spread.is_flat(index) => Kind::Apart,
-                () => Kind::Steep,
+    let rows = (0..profile.rows).cycle();
+    for ((index, seen), up) in profile.returns.iter().enumerate().zip(rows) {
+        if seen.exists() {
+            let is_sparse = seen.distance > sparse_from[up];
+            let kind = match spread.is_ground(index) {
+                true if is_sparse => Kind::ReachedFarOff,
+                true => Kind::Reached,
+                false if heights.is_on(seen.position()) => Kind::Level,
+                false if spread.is_flat(index) => Kind::Apart,
+                false => Kind::Steep,
             };
-            confidence[point as usize] = steps.confidence(kind, surface.over(at, is_sparse));
+            let over = surface.over(seen.position(), is_sparse);
+            confidence[seen.point as usize] = steps.confidence(kind, over);
         }
     }
     for point in (0..cloud.len()).filter(|&point| image.is_shadowed(point)) {
-        let over = surface.over(cloud.position(point), false);
+        let over = surface.over(level.turn(cloud.position(point)), false);
         confidence[point] = steps.confidence(Kind::Shadowed, over);
     }
     Ground::from_confidence(confidence)

@@ -37,6 +37,8 @@ const COLUMN_STRIDE: usize = 8;
 /// Planes tried. With a third of the cells on the ground, the chance that none of so many samples of three
 /// lies wholly on it is below one in a thousand.
 const SAMPLES: u32 = 192;
+/// Cells, spread over all of them, that choose among the planes.
+const JUDGES: usize = 256;
 /// Distance from a plane in metres at which a cell no longer supports it: a kerb and some bend.
 const BAND: f32 = 0.3;
 /// A plane above the sensor is the ground only with this many times the support of the one below.
@@ -74,23 +76,9 @@ impl Level {
         Level { rotation: turn * half_turn, is_upside_down }
     }
 
-    /// The cloud's positions in the level frame. What is no return stays none.
-    pub fn turned(&self, cloud: &PointCloud) -> PointCloud {
-        let m = &self.rotation;
-        let positions = || cloud.x.iter().zip(&cloud.y).zip(&cloud.z);
-        let along = |row: usize| {
-            let [a, b, c] = [m[(row, 0)], m[(row, 1)], m[(row, 2)]];
-            positions().map(|((x, y), z)| a * x + b * y + c * z).collect()
-        };
-        PointCloud {
-            x: along(0),
-            y: along(1),
-            z: along(2),
-            ring: None,
-            class: None,
-            height: cloud.height,
-            width: cloud.width,
-        }
+    /// A position of the sensor's frame in the level frame, metres.
+    pub fn turn(&self, position: [f32; 3]) -> [f32; 3] {
+        (self.rotation * Vector3::from(position)).into()
     }
 }
 
@@ -186,8 +174,12 @@ impl Consensus {
             let sample = [(); 3].map(|()| positions[draw.below(positions.len())]);
             Consensus::through(sample).filter(|plane| (plane.offset > 0.0) == (side == Side::Above))
         });
-        let scored = planes.map(|plane| plane.supported_by(positions));
-        scored.reduce(|best, next| if next.support > best.support { next } else { best })
+        let judges = positions.iter().step_by(positions.len().div_ceil(JUDGES));
+        let judges: Vec<Vector3<f32>> = judges.copied().collect();
+        let scored = planes.map(|plane| plane.supported_by(&judges));
+        let best =
+            scored.reduce(|best, next| if next.support > best.support { next } else { best });
+        Some(best?.supported_by(positions))
     }
 
     fn through([a, b, c]: [Vector3<f32>; 3]) -> Option<Consensus> {

@@ -112,15 +112,14 @@ impl Ground {
 /// The ground of a cloud, by geometry alone.
 pub fn ground(cloud: &PointCloud, image: &RangeImage, params: &GroundParams) -> Ground {
     let level = Level::of_ground(cloud, image, params);
-    let cloud = &level.turned(cloud);
-    let profile = Profile::new(cloud, image, level.is_upside_down);
-    let Some(plane) = Plane::of_low_flat_returns(&profile, cloud, params) else {
+    let profile = Profile::new(cloud, image, &level);
+    let Some(plane) = Plane::of_low_flat_returns(&profile, params) else {
         return Ground::from_confidence(vec![0.0; cloud.len()]);
     };
-    let slopes = column_slopes(&profile, &plane, cloud, params);
+    let slopes = column_slopes(&profile, &plane, params);
     let mut spread = Spread::new(&profile, &slopes, params);
-    spread.start(|seen| plane.is_start(cloud.position(seen), params));
-    let near = HeightMap::new(cloud, spread.ground_points(), params);
-    spread.start(|seen| near.is_near(cloud.position(seen)));
-    judge(cloud, image, &spread, params)
+    spread.start(|seen| plane.is_start(seen, params));
+    let near = HeightMap::new(spread.positions(), params);
+    spread.start(|seen| near.is_near(seen));
+    judge(cloud, image, &level, &spread, params)
 }

@@ -1,25 +1,34 @@
 //! A range image as columns read from the bottom up.
 
+use super::level::Level;
 use crate::cloud::PointCloud;
 use crate::range_image::{NOWHERE, RangeImage};
 
 /// One return of a column.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Return {
+    /// Horizontal place in metres, level frame; NaN without a return.
+    pub place: [f32; 2],
     /// Horizontal distance from the sensor in metres; NaN without a return.
     pub distance: f32,
-    /// z in metres, sensor frame; NaN without a return.
+    /// z in metres, level frame; NaN without a return.
     pub height: f32,
     /// The point, or [`NOWHERE`].
     pub point: u32,
 }
 
 impl Return {
-    const NONE: Return = Return { distance: f32::NAN, height: f32::NAN, point: NOWHERE };
+    const NONE: Return =
+        Return { place: [f32::NAN; 2], distance: f32::NAN, height: f32::NAN, point: NOWHERE };
 
-    fn new(cloud: &PointCloud, point: u32) -> Self {
-        let [x, y, z] = cloud.position(point as usize);
-        Return { distance: (x * x + y * y).sqrt(), height: z, point }
+    /// A point at a position of the level frame.
+    pub fn new([x, y, z]: [f32; 3], point: u32) -> Self {
+        Return { place: [x, y], distance: (x * x + y * y).sqrt(), height: z, point }
+    }
+
+    /// x, y and z in metres, level frame.
+    pub fn position(&self) -> [f32; 3] {
+        [self.place[0], self.place[1], self.height]
     }
 
     /// Whether there is a return at all.
@@ -45,21 +54,21 @@ pub(super) struct Profile {
 }
 
 impl Profile {
-    /// The profile of an image over `cloud`, whose positions may have been turned since: `is_upside_down`
-    /// says whether the image's highest row has become the lowest.
-    pub fn new(cloud: &PointCloud, image: &RangeImage, is_upside_down: bool) -> Self {
+    /// The profile of an image over `cloud`, turned level.
+    pub fn new(cloud: &PointCloud, image: &RangeImage, level: &Level) -> Self {
         let mut profile = Profile {
             rows: image.rows(),
             columns: image.columns(),
             wraps: image.wraps,
             returns: vec![Return::NONE; image.point_of_pixel.len()],
-            top_row_first: image.top_row_first != is_upside_down,
+            top_row_first: image.top_row_first != level.is_upside_down,
         };
         for row in 0..profile.rows {
             let up = profile.up(row);
             for (column, &point) in image.point_of_pixel.row(row).iter().enumerate() {
                 if point != NOWHERE {
-                    profile.returns[column * profile.rows + up] = Return::new(cloud, point);
+                    profile.returns[column * profile.rows + up] =
+                        Return::new(level.turn(cloud.position(point as usize)), point);
                 }
             }
         }
@@ -87,8 +96,7 @@ impl Profile {
         sums.into_iter().map(|(sum, count)| sum / count as f32).collect()
     }
 
-    /// How many rows above the bottom a row of the image is.
-    pub fn up(&self, row: usize) -> usize {
+    fn up(&self, row: usize) -> usize {
         if self.top_row_first { self.rows - 1 - row } else { row }
     }
 }

@@ -28,11 +28,12 @@ impl<'a> Spread<'a> {
         }
     }
 
-    /// Makes ground of the flat returns whose point `is_start` picks, and of all that follows from them.
-    pub fn start(&mut self, is_start: impl Fn(usize) -> bool) {
+    /// Makes ground of the flat returns that `is_start` picks by their position, and of all that follows
+    /// from them.
+    pub fn start(&mut self, is_start: impl Fn([f32; 3]) -> bool) {
         for index in 0..self.is_flat.len() {
-            let point = self.profile.returns[index].point as usize;
-            if self.is_flat[index] && !self.is_ground[index] && is_start(point) {
+            let is_open = self.is_flat[index] && !self.is_ground[index];
+            if is_open && is_start(self.profile.returns[index].position()) {
                 self.mark(index);
             }
         }
@@ -56,10 +57,10 @@ impl<'a> Spread<'a> {
         self.is_flat[index]
     }
 
-    /// The points found to be ground, column by column.
-    pub fn ground_points(&self) -> impl Iterator<Item = usize> {
+    /// The positions of the ground found, column by column.
+    pub fn positions(&self) -> impl Iterator<Item = [f32; 3]> {
         let returns = self.profile.returns.iter().zip(&self.is_ground);
-        returns.filter_map(|(seen, &is_ground)| is_ground.then_some(seen.point as usize))
+        returns.filter_map(|(seen, &is_ground)| is_ground.then(|| seen.position()))
     }
 
     fn mark(&mut self, index: usize) {

@@ -83,20 +83,20 @@ impl Surface {
         (z - height - along_x * (x - cx) - along_y * (y - cy), spread)
     }
 
+    /// Planes for the tiles with ground in or beside them.
     fn fit(&mut self, moments: &Grid<Moments>) {
         let side = moments.rows();
+        let around = |along: usize| along.saturating_sub(1)..(along + 2).min(side);
         for row in 0..side {
-            for column in 0..side {
+            let has_ground =
+                |column: usize| around(row).any(|r| moments[(r, column)].count() > 0.0);
+            let known: Vec<bool> = (0..side).map(has_ground).collect();
+            for column in (0..side).filter(|&column| around(column).any(|c| known[c])) {
                 let mut sum = Moments::default();
-                for r in row.saturating_sub(1)..(row + 2).min(side) {
-                    for c in column.saturating_sub(1)..(column + 2).min(side) {
-                        sum.join(&moments[(r, c)]);
-                    }
+                for r in around(row) {
+                    around(column).for_each(|c| sum.join(&moments[(r, c)]));
                 }
-                self.planes[(row, column)] = match sum.sums[0] > 0.0 {
-                    true => sum.plane(self.centre((row, column))),
-                    false => [f32::NAN; 4],
-                };
+                self.planes[(row, column)] = sum.plane(self.centre((row, column)));
             }
         }
     }
@@ -132,6 +132,10 @@ fn known_cells(map: &HeightMap) -> Vec<[f32; 3]> {
 }
 
 impl Moments {
+    fn count(&self) -> f64 {
+        self.sums[0]
+    }
+
     fn add(&mut self, at: [f32; 3]) {
         let [x, y, z] = at.map(f64::from);
         let terms = [1.0, x, y, x * x, x * y, y * y, z, x * z, y * z, z * z];
