@@ -93,11 +93,10 @@ impl Steps {
     }
 
     fn confidence(&self, kind: Kind, height: f32) -> f32 {
-        let step = if height.is_nan() {
-            Self::COUNT
-        } else {
-            // Casting saturates: far below is step 0.
-            (((height - Self::LOWEST) * Self::PER_UNIT + 1.0) as usize).min(Self::COUNT - 1)
+        let step = (height - Self::LOWEST) * Self::PER_UNIT + 1.0;
+        let step = match step.is_nan() {
+            true => Self::COUNT,
+            false => step.clamp(0.0, (Self::COUNT - 1) as f32) as i32 as usize,
         };
         self.0[kind as usize][step]
     }
@@ -112,7 +111,7 @@ pub(super) fn judge(
     params: &GroundParams,
 ) -> Ground {
     let profile = spread.profile();
-    let heights = HeightMap::new(spread.positions(), params);
+    let heights = HeightMap::finest(spread.positions(), params);
     let surface = Surface::new(&heights);
     let sparse_from = sparse_from(profile, params);
     let steps = Steps::new();

@@ -6,14 +6,28 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::height_map::HeightMap;
+use super::height_map::{HeightMap, place};
 use crate::grid::Grid;
 
-/// A plane per tile: `[height at the tile's centre, dz/dx, dz/dy, spread]`, NaN where no ground is near.
+/// The surface around the sensor.
 #[derive(Debug)]
 pub(super) struct Surface {
-    tile: f32,
-    planes: Grid<[f32; 4]>,
+    /// Tiles to a metre.
+    per_metre: f32,
+    planes: Grid<Plane>,
+}
+
+/// The surface over a tile; all NaN where no ground is near.
+#[derive(Debug, Clone, Copy)]
+struct Plane {
+    /// Height at the sensor's place, metres.
+    base: f32,
+    along_x: f32,
+    along_y: f32,
+    /// Root mean square of the residuals of the ground around, metres.
+    spread: f32,
+    /// One over the heights from which on a return is no ground where rows are dense and sparse.
+    per_limit: [f32; 2],
 }
 
 /// Sums of least squares.
@@ -29,6 +43,8 @@ impl Surface {
     /// Metres over the plane of the fit before from which on cells no longer count, fit by fit: objects stand on the
     /// ground, so that what lies higher is dropped and what lies lower is kept.
     const BANDS: [f32; 4] = [f32::INFINITY, 0.3, 0.2, 0.15];
+    /// The same in spreads of the fit before, where that is less.
+    const SPREADS: f32 = 2.0;
     /// Metres below the plane from which on cells no longer count: ditches, and returns that wet ground mirrors.
     const DEPTH: f32 = 1.0;
     /// Pull of the slopes towards the level, as so many square metres of ground: settles what a single
@@ -45,20 +61,21 @@ impl Surface {
     pub fn new(map: &HeightMap) -> Self {
         let side = HeightMap::SIDE / Self::CELLS;
         let tile = map.cell * Self::CELLS as f32;
-        let nowhere = [f32::NAN; 4];
-        let mut surface = Surface { tile, planes: Grid::filled(side, side, nowhere) };
+        let mut surface =
+            Surface { per_metre: tile.recip(), planes: Grid::filled(side, side, Plane::NOWHERE) };
         let cells = known_cells(map);
         for (round, band) in Self::BANDS.into_iter().enumerate() {
             let mut moments = Grid::filled(side, side, Moments::default());
             for &at in &cells {
-                let (over, spread) = surface.height_and_spread(at);
-                let is_near = over < (2.0 * spread).clamp(0.1, band) && over > -Self::DEPTH;
-                if round == 0 || is_near {
-                    let tile = surface.tile_at(at[0], at[1]).map(|tile| &mut moments[tile]);
-                    tile.into_iter().for_each(|tile| tile.add(at));
+                let Some(tile) = surface.tile_at(at) else { continue };
+                let plane = &surface.planes[tile];
+                let over = plane.height_under(at);
+                let highest = (Self::SPREADS * plane.spread).clamp(Self::SPARSE[0], band);
+                if round == 0 || (over < highest && over > -Self::DEPTH) {
+                    moments[tile].add(at);
                 }
             }
-            surface.fit(&moments);
+            surface.fit(&moments, tile);
         }
         surface
     }
@@ -69,22 +86,14 @@ impl Surface {
     /// Where rows are dense, a face is steep and seen to be; where they are sparse, only its height tells,
     /// and it is held to less.
     pub fn over(&self, at: [f32; 3], is_sparse: bool) -> f32 {
-        let (height, spread) = self.height_and_spread(at);
-        let [least, spreads] = if is_sparse { Self::SPARSE } else { Self::DENSE };
-        height / (spreads * spread).max(least)
-    }
-
-    /// Height of a position over the ground, and the spread of the ground around it, in metres; NaN where
-    /// no ground is known.
-    fn height_and_spread(&self, [x, y, z]: [f32; 3]) -> (f32, f32) {
-        let Some(tile) = self.tile_at(x, y) else { return (f32::NAN, f32::NAN) };
-        let [cx, cy] = self.centre(tile);
-        let [height, along_x, along_y, spread] = self.planes[tile];
-        (z - height - along_x * (x - cx) - along_y * (y - cy), spread)
+        self.tile_at(at).map_or(f32::NAN, |tile| {
+            let plane = &self.planes[tile];
+            plane.height_under(at) * plane.per_limit[usize::from(is_sparse)]
+        })
     }
 
     /// Planes for the tiles with ground in or beside them.
-    fn fit(&mut self, moments: &Grid<Moments>) {
+    fn fit(&mut self, moments: &Grid<Moments>, tile: f32) {
         let side = moments.rows();
         let around = |along: usize| along.saturating_sub(1)..(along + 2).min(side);
         for row in 0..side {
@@ -96,35 +105,49 @@ impl Surface {
                 for r in around(row) {
                     around(column).for_each(|c| sum.join(&moments[(r, c)]));
                 }
-                self.planes[(row, column)] = sum.plane(self.centre((row, column)));
+                let half = (side / 2) as f32;
+                let centre = [row, column].map(|along| (along as f32 - half + 0.5) * tile);
+                self.planes[(row, column)] = sum.plane(centre);
             }
         }
     }
 
-    fn tile_at(&self, x: f32, y: f32) -> Option<(usize, usize)> {
-        let side = self.planes.rows();
-        let along = |metres: f32| {
-            let tiles = metres / self.tile + (side / 2) as f32;
-            (tiles >= 0.0 && tiles < side as f32).then_some(tiles as usize)
-        };
-        Some((along(x)?, along(y)?))
+    fn tile_at(&self, [x, y, _]: [f32; 3]) -> Option<(usize, usize)> {
+        place([x, y], self.per_metre, self.planes.rows())
+    }
+}
+
+impl Plane {
+    const NOWHERE: Plane = Plane {
+        base: f32::NAN,
+        along_x: f32::NAN,
+        along_y: f32::NAN,
+        spread: f32::NAN,
+        per_limit: [f32::NAN; 2],
+    };
+
+    fn new(base: f64, along_x: f64, along_y: f64, spread: f64) -> Self {
+        let [base, along_x, along_y, spread] = [base, along_x, along_y, spread].map(|v| v as f32);
+        let per_limit = [Surface::DENSE, Surface::SPARSE]
+            .map(|[least, spreads]| (spreads * spread).max(least).recip());
+        Plane { base, along_x, along_y, spread, per_limit }
     }
 
-    fn centre(&self, (row, column): (usize, usize)) -> [f32; 2] {
-        let half = (self.planes.rows() / 2) as f32;
-        [row, column].map(|along| (along as f32 - half + 0.5) * self.tile)
+    /// Height of a position over the plane in metres.
+    fn height_under(&self, [x, y, z]: [f32; 3]) -> f32 {
+        z - self.base - self.along_x * x - self.along_y * y
     }
 }
 
 fn known_cells(map: &HeightMap) -> Vec<[f32; 3]> {
     let finest = &map.levels[0];
     let half = (HeightMap::SIDE / 2) as f32;
-    let place = |cell: usize| (cell as f32 - half + 0.5) * map.cell;
+    let middle = |cell: usize| (cell as f32 - half + 0.5) * map.cell;
     let mut cells = Vec::new();
     for row in 0..finest.rows() {
         for (column, &z) in finest.row(row).iter().enumerate() {
             if !z.is_nan() {
-                cells.push([place(row), place(column), z]);
+                cells.push([middle(row), middle(column), z]);
             }
         }
     }
@@ -146,8 +169,8 @@ impl Moments {
         self.sums.iter_mut().zip(other.sums).for_each(|(sum, other)| *sum += other);
     }
 
-    /// The plane about a centre.
-    fn plane(&self, centre: [f32; 2]) -> [f32; 4] {
+    /// The plane about a centre, metres.
+    fn plane(&self, centre: [f32; 2]) -> Plane {
         let [n, x, y, xx, xy, yy, z, xz, yz, zz] = self.sums;
         let [cx, cy] = centre.map(f64::from);
         let (dx, dy) = (x - n * cx, y - n * cy);
@@ -157,10 +180,10 @@ impl Moments {
         let normal = Matrix3::new(n, dx, dy, dx, dxx, dxy, dy, dxy, dyy);
         let right = Vector3::new(z, xz - cx * z, yz - cy * z);
         let Some(plane) = normal.cholesky().map(|solve| solve.solve(&right)) else {
-            return [f32::NAN; 4];
+            return Plane::NOWHERE;
         };
-        let squares = zz - plane.dot(&right);
-        let spread = (squares.max(0.0) / n).sqrt();
-        [plane.x, plane.y, plane.z, spread].map(|value| value as f32)
+        let squares = (zz - plane.dot(&right)).max(0.0);
+        let base = plane.x - plane.y * cx - plane.z * cy;
+        Plane::new(base, plane.y, plane.z, (squares / n).sqrt())
     }
 }
