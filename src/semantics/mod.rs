@@ -34,6 +34,9 @@ pub struct ObjectMask {
     pub unknown_ids: u64,
     /// By class number: usual size of its objects.
     pub sizes: Vec<Option<ClassSize>>,
+    /// N: how likely the point is ground, 0 to 1 ([`ground::Ground::confidence`]); `None` where the mask does not come
+    /// from ground removal.
+    pub ground: Option<Vec<f32>>,
 }
 
 /// The object mask of a cloud. A cloud without a class column has no objects by class.
@@ -41,8 +44,9 @@ pub fn object_mask(cloud: &PointCloud, image: &RangeImage, source: MaskSource) -
     match source {
         MaskSource::Classes(taxonomy) => by_class(cloud, taxonomy),
         MaskSource::NotGround(params) => {
-            let is_ground = ground::ground(cloud, image, params).is_ground;
-            without_classes(cloud, |point| is_ground[point])
+            let found = ground::ground(cloud, image, params);
+            let mask = without_classes(cloud, |point| found.is_ground[point]);
+            ObjectMask { ground: Some(found.confidence), ..mask }
         }
         MaskSource::All => without_classes(cloud, |_| false),
     }
@@ -87,5 +91,6 @@ fn without_classes(cloud: &PointCloud, is_ground: impl Fn(usize) -> bool) -> Obj
         reason,
         unknown_ids: 0,
         sizes: vec![None],
+        ground: None,
     }
 }
