@@ -141,7 +141,8 @@ fn ground_f1(drive: &Drive, is_z_down: bool) -> f64 {
 /// (docs/results.md), so they are held to what is lost when all low walls are taken for ground.
 #[test]
 fn ground_is_found_on_hills_by_any_mount() {
-    let mounts: [(&str, fn(&mut Drive), bool); 6] = [
+    type Mounted = (&'static str, fn(&mut Drive), bool);
+    let mounts: [Mounted; 6] = [
         ("as usual", |_| {}, false),
         ("tilted", |d| (d.mount.pitch, d.mount.roll) = (-0.17, 0.26), false),
         ("z down", |d| d.mount.pitch = 0.17, true),

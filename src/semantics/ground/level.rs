@@ -107,15 +107,15 @@ fn flat_cells(
             let here = Vector3::from(cloud.position(point as usize));
             let step = here - *last;
             let run = step.xy().norm();
-            if run >= baseline {
-                let is_flat = step.z.abs() <= STEEPEST * run;
-                for at in [here, *last].into_iter().filter(|at| is_flat && at.z.abs() > CLEARANCE) {
-                    extremes[usize::from(at.z > 0.0)].keep(at, reach);
-                }
+            if run < baseline {
+                continue;
             }
-            if !(run < baseline) {
-                *last = here;
+            // The first return of a column has no step: not a number, and not flat.
+            let is_flat = step.z.abs() <= STEEPEST * run;
+            for at in [here, *last].into_iter().filter(|at| is_flat && at.z.abs() > CLEARANCE) {
+                extremes[usize::from(at.z > 0.0)].keep(at, reach);
             }
+            *last = here;
         }
     }
     extremes.map(|extremes| extremes.positions.into_iter().flatten().collect())

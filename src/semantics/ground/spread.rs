@@ -60,7 +60,7 @@ impl<'a> Spread<'a> {
     /// The positions of the ground found, column by column.
     pub fn positions(&self) -> impl Iterator<Item = [f32; 3]> {
         let returns = self.profile.returns.iter().zip(&self.is_ground);
-        returns.filter_map(|(seen, &is_ground)| is_ground.then(|| seen.position()))
+        returns.filter(|&(_, &is_ground)| is_ground).map(|(seen, _)| seen.position())
     }
 
     fn mark(&mut self, index: usize) {
