@@ -383,17 +383,20 @@ fn nothing_below_the_floor_is_ground() {
     let (mut cloud, over_floor) = Scene { rows: 64, columns: 720, ..Scene::with([CAR]) }.scan();
     let floor: Vec<usize> = (0..cloud.len()).filter(|&i| over_floor[i].abs() < 1e-6).collect();
     // One return in thirty comes back from farther along its beam, as from a mirror.
-    let ghosts: Vec<usize> = floor.iter().copied().filter(|&i| jitter(i) > 0.933).collect();
+    let mut ghosts: Vec<usize> = floor.iter().copied().filter(|&i| jitter(i) > 0.933).collect();
     for &ghost in &ghosts {
         for along in [&mut cloud.x[ghost], &mut cloud.y[ghost], &mut cloud.z[ghost]] {
             *along *= 1.6;
         }
     }
     let found = verdicts(&cloud);
+    // From 20 m on a drop of a metre lies on a slope as gentle as a road's.
+    ghosts.retain(|&ghost| cloud.squared_range(ghost) < 20.0 * 20.0);
     let taken = ghosts.iter().filter(|&&ghost| found[ghost]).count();
-    let kept = floor.iter().filter(|&&point| found[point]).count();
+    let untouched: Vec<usize> = floor.into_iter().filter(|&i| jitter(i) <= 0.933).collect();
+    let kept = untouched.iter().filter(|&&point| found[point]).count();
     assert!(ghosts.len() > 500 && taken * 20 < ghosts.len(), "{taken} of {}", ghosts.len());
-    assert!(kept * 100 > (floor.len() - ghosts.len()) * 98, "{kept} of {}", floor.len());
+    assert!(kept * 100 > untouched.len() * 98, "{kept} of {}", untouched.len());
 }
 
 #[test]
