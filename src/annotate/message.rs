@@ -132,11 +132,13 @@ pub fn annotate_message(
     let started = Instant::now();
     let stages = &clustered.stages;
     let reason: Vec<u8> = stages.labels.reason.iter().map(|&reason| reason as u8).collect();
+    let ground = stages.mask.ground.as_deref().map(bytes);
     let annotation = PointAnnotation {
         instance: &stages.labels.instance,
         component: &stages.labels.component,
         semantic: &stages.labels.semantic,
         reason: &reason,
+        ground: ground.as_deref(),
     };
     io::annotated_cloud(&wire, &annotation, &mut annotated.cloud)?;
     let boxes: Vec<MarkerBox> = stages.instances.iter().map(marker).collect();
@@ -152,6 +154,11 @@ pub fn annotate_message(
         encode_ms: started.elapsed().as_secs_f64() * 1e3,
     };
     Ok(clustered)
+}
+
+/// Shares of 0 to 1 as 0 to 255.
+fn bytes(shares: &[f32]) -> Vec<u8> {
+    shares.iter().map(|share| (share * 255.0).round() as u8).collect()
 }
 
 fn marker(instance: &Instance) -> MarkerBox {

@@ -11,15 +11,20 @@ pub const ANNOTATION_LEN: u32 = 20;
 /// What is put in front of a field name that the input already has.
 pub const CLASH_PREFIX: &str = "divmerge_";
 
-/// The appended fields: name, bytes behind the original point, type. Byte 11 is padding.
-const FIELDS: [(&str, u32, Datatype); 6] = [
+/// The appended fields: name, bytes behind the original point, type. Byte 11 is padding where there is no
+/// `ground`.
+const FIELDS: [(&str, u32, Datatype); 7] = [
     ("instance", 0, Datatype::UInt32),
     ("component", 4, Datatype::UInt32),
     ("semantic", 8, Datatype::UInt16),
     ("reason", 10, Datatype::UInt8),
+    (GROUND, 11, Datatype::UInt8),
     ("rgb", 12, Datatype::Float32),
     ("colors", 16, Datatype::UInt32),
 ];
+
+/// The field that only clouds without classes have.
+const GROUND: &str = "ground";
 
 /// Labels of every point of a cloud, in its order.
 #[derive(Debug, Clone, Copy)]
@@ -32,13 +37,15 @@ pub struct PointAnnotation<'a> {
     pub semantic: &'a [u16],
     /// Why the point has no instance; see [`reason_colour`].
     pub reason: &'a [u8],
+    /// How likely the point is ground, 255 for certain; only where ground removal told objects apart.
+    pub ground: Option<&'a [u8]>,
 }
 
 /// Writes `cloud` with its annotation as a PointCloud2 message, replacing what is in `out`.
 ///
 /// The rows are packed; everything else of the message, and every byte of every point, is the
 /// input's. Each point grows by [`ANNOTATION_LEN`] bytes: `instance` UINT32, `component` UINT32,
-/// `semantic` UINT16, `reason` UINT8, a zero, `rgb` FLOAT32 holding 0xFFRRGGBB as PCL does, and
+/// `semantic` UINT16, `reason` UINT8, `ground` UINT8 (without it a zero), `rgb` FLOAT32 holding 0xFFRRGGBB as PCL does, and
 /// `colors` UINT32 0xRRGGBBFF. A name that the cloud already has is written with
 /// [`CLASH_PREFIX`].
 ///
@@ -52,7 +59,7 @@ pub fn annotated_cloud(
 ) -> Result<()> {
     check(cloud, annotation)?;
     let (point_step, row_step, length) = sizes(cloud)?;
-    let fields = fields(cloud);
+    let fields = fields(cloud, annotation.ground.is_some());
     out.clear();
     out.reserve_exact(head_bound(cloud, &fields) + length);
     cloud.encode_head(&fields, point_step, row_step, out);
@@ -64,10 +71,13 @@ fn append_points(cloud: &PointCloud2, annotation: &PointAnnotation, out: &mut Ve
     let labels = (annotation.instance.iter().zip(annotation.component))
         .zip(annotation.semantic.iter().zip(annotation.reason));
     let order = cloud.data_order();
-    cloud.points().zip(labels).for_each(
-        |(point, ((&instance, &component), (&semantic, &reason)))| {
+    let ground = |point: usize| annotation.ground.map_or(0, |ground| ground[point]);
+    cloud.points().zip(labels).enumerate().for_each(
+        |(number, (point, ((&instance, &component), (&semantic, &reason))))| {
+            let mut tail = tail(order, instance, component, semantic, reason);
+            tail[11] = ground(number);
             out.extend_from_slice(point);
-            out.extend_from_slice(&tail(order, instance, component, semantic, reason));
+            out.extend_from_slice(&tail);
         },
     );
 }
@@ -102,6 +112,7 @@ fn check(cloud: &PointCloud2, annotation: &PointAnnotation) -> Result<()> {
         ("component", annotation.component.len()),
         ("semantic", annotation.semantic.len()),
         ("reason", annotation.reason.len()),
+        (GROUND, annotation.ground.map_or(expected, <[u8]>::len)),
     ];
     match columns.into_iter().find(|&(_, found)| found != expected) {
         None => Ok(()),
@@ -125,9 +136,11 @@ fn sizes(cloud: &PointCloud2) -> Result<(u32, u32, usize)> {
     })
 }
 
-fn fields(cloud: &PointCloud2) -> Vec<PointField> {
+fn fields(cloud: &PointCloud2, has_ground: bool) -> Vec<PointField> {
     let mut fields = cloud.fields.clone();
-    for (name, behind, datatype) in FIELDS {
+    for (name, behind, datatype) in
+        FIELDS.into_iter().filter(|field| has_ground || field.0 != GROUND)
+    {
         let mut name = name.to_owned();
         while fields.iter().any(|field| field.name == name) {
             name.insert_str(0, CLASH_PREFIX);
@@ -153,6 +166,7 @@ mod tests {
         component: &[0, 9, 8, 7],
         semantic: &[40, 10, 65_535, 0],
         reason: &[3, 0, 0, 6],
+        ground: None,
     };
 
     /// 4 points of 13 bytes in 2 rows with 3 bytes behind each.
@@ -216,6 +230,26 @@ mod tests {
     }
 
     #[test]
+    fn ground_takes_the_padding_and_only_where_it_is_known() {
+        let data = data();
+        let mut cdr = Vec::new();
+        let known = PointAnnotation { ground: Some(&[255, 0, 127, 3]), ..ANNOTATION };
+        annotated_cloud(&input(&data), &known, &mut cdr).unwrap();
+        let output = PointCloud2::parse(&cdr).unwrap();
+        assert_eq!(output.point_step, 33);
+        assert_eq!(output.column_u32("ground").unwrap(), [255, 0, 127, 3]);
+        assert_eq!(output.column_u32("reason").unwrap(), [3, 0, 0, 6]);
+        annotated_cloud(&input(&data), &ANNOTATION, &mut cdr).unwrap();
+        let output = PointCloud2::parse(&cdr).unwrap();
+        assert!(output.fields.iter().all(|field| field.name != "ground"));
+        let short = PointAnnotation { ground: Some(&[0; 3]), ..ANNOTATION };
+        assert!(matches!(
+            annotated_cloud(&input(&data), &short, &mut Vec::new()),
+            Err(Error::ColumnLength { column: "ground", expected: 4, found: 3 })
+        ));
+    }
+
+    #[test]
     fn names_that_clash_get_a_prefix() {
         let data = data();
         let mut input = input(&data);
@@ -260,7 +294,13 @@ mod tests {
         ));
         let mut huge = input(&[]);
         (huge.height, huge.width, huge.point_step) = (0, 1 << 20, 1 << 20);
-        let nothing = PointAnnotation { instance: &[], component: &[], semantic: &[], reason: &[] };
+        let nothing = PointAnnotation {
+            instance: &[],
+            component: &[],
+            semantic: &[],
+            reason: &[],
+            ground: None,
+        };
         assert!(matches!(
             annotated_cloud(&huge, &nothing, &mut Vec::new()),
             Err(Error::Malformed { .. })

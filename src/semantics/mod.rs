@@ -41,6 +41,9 @@ pub struct ObjectMask {
     pub families: Vec<u16>,
     /// Points whose class was corrected, ascending, with the raw ids they have now.
     pub corrected: Vec<(u32, u16)>,
+    /// N: how likely the point is ground, 0 to 1 ([`ground::Ground::confidence`]); `None` where the mask does not come
+    /// from ground removal.
+    pub ground: Option<Vec<f32>>,
 }
 
 /// The object mask of a cloud. A cloud without a class column has no objects by class.
@@ -59,8 +62,9 @@ pub fn object_mask(
             mask
         }
         MaskSource::NotGround(params) => {
-            let is_ground = ground::ground(cloud, image, params);
-            without_classes(cloud, |point| is_ground[point])
+            let found = ground::ground(cloud, image, params);
+            let mask = without_classes(cloud, |point| found.is_ground[point]);
+            ObjectMask { ground: Some(found.confidence), ..mask }
         }
         MaskSource::All => without_classes(cloud, |_| false),
     }
@@ -108,5 +112,6 @@ fn without_classes(cloud: &PointCloud, is_ground: impl Fn(usize) -> bool) -> Obj
         sizes: vec![None],
         families: vec![0],
         corrected: Vec::new(),
+        ground: None,
     }
 }

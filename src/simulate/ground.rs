@@ -10,8 +10,29 @@ use super::shapes::Ray;
 /// Height of a kerb in metres.
 pub(super) const KERB: f64 = 0.14;
 
-/// No slope of the ground is steeper than this, along and across together.
-pub(super) const STEEPEST: f64 = 0.07;
+/// How steep the ground is.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Relief {
+    /// Steepest slope and length in metres of the two waves of the profile along x.
+    profile: [(f64, f64); 2],
+    /// Steepest crossfall and the length in metres over which it comes and goes.
+    crossfall: (f64, f64),
+    /// No slope is steeper than this, along and across together, as far as a sensor sees.
+    steepest: f64,
+}
+
+impl Relief {
+    /// A plain: no more than 3 % along a road, 2 % across.
+    pub const GENTLE: Relief = Relief {
+        profile: [(0.022, 230.0), (0.008, 90.0)],
+        crossfall: (0.02, 310.0),
+        steepest: 0.07,
+    };
+
+    /// Hills: up to 15 % along a road, 5 % across, crests and dips of 140 m radius.
+    pub const HILLY: Relief =
+        Relief { profile: [(0.12, 180.0), (0.03, 60.0)], crossfall: (0.05, 250.0), steepest: 0.32 };
+}
 
 /// A strip of ground along x.
 #[derive(Debug, Clone, Copy)]
@@ -48,6 +69,7 @@ impl Wave {
 pub(super) struct Ground {
     profile: [Wave; 2],
     crossfall: Wave,
+    steepest: f64,
     /// From the rightmost (-y) to the leftmost; the last has no end.
     strips: Vec<Strip>,
 }
@@ -64,7 +86,7 @@ pub(super) struct GroundHit {
 
 impl Ground {
     /// The slopes of `seed` under the given strips, rightmost first.
-    pub fn new(seed: u64, strips: Vec<Strip>) -> Self {
+    pub fn new(seed: u64, relief: Relief, strips: Vec<Strip>) -> Self {
         let mut rng = stream(seed, Purpose::Ground, 0, 0);
         let mut wave = |steepness: f64, length: f64| {
             let per_metre = std::f64::consts::TAU / length;
@@ -74,9 +96,10 @@ impl Ground {
                 phase: rng.random_range(0.0..std::f64::consts::TAU),
             }
         };
-        let profile = [wave(0.022, 230.0), wave(0.008, 90.0)];
-        let crossfall = Wave { amplitude: 0.02, ..wave(1.0, 310.0) };
-        Ground { profile, crossfall, strips }
+        let profile = relief.profile.map(|(steepness, length)| wave(steepness, length));
+        let (amplitude, length) = relief.crossfall;
+        let crossfall = Wave { amplitude, ..wave(1.0, length) };
+        Ground { profile, crossfall, steepest: relief.steepest, strips }
     }
 
     /// The strip at y, metres.
@@ -154,7 +177,7 @@ impl Ground {
     /// ray cannot come down faster than over the steepest slope.
     fn descend(&self, ray: &Ray, from: f64, lift: f64, limit: f64) -> Option<f64> {
         let across = ray.direction.xy().norm();
-        let fastest = STEEPEST * across - ray.direction.z;
+        let fastest = self.steepest * across - ray.direction.z;
         if fastest <= 0.0 {
             return None;
         }
@@ -215,7 +238,7 @@ mod tests {
     fn road_and_sidewalk() -> Ground {
         let strip =
             |to_y, class, is_raised| Strip { to_y, class, material: Material::Asphalt, is_raised };
-        Ground::new(3, vec![strip(4.0, 40, false), strip(f64::INFINITY, 48, true)])
+        Ground::new(3, Relief::GENTLE, vec![strip(4.0, 40, false), strip(f64::INFINITY, 48, true)])
     }
 
     fn is_near(ground: &Ground, at: Point3<f64>, margin: f64) -> bool {

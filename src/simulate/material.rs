@@ -30,6 +30,8 @@ pub(super) enum Material {
     Asphalt,
     Paving,
     Grass,
+    /// Drops in the air and mirroring puddles.
+    Water,
 }
 
 /// A material's answer to a pulse.
@@ -67,6 +69,7 @@ impl Material {
             Material::Asphalt => (0.24, 0.0, 0.0),
             Material::Paving => (0.32, 0.0, 0.0),
             Material::Grass => (0.45, 0.0, 0.02),
+            Material::Water => (0.15, 0.0, 0.0),
         };
         Optics { reflectivity, transmission, loss }
     }

@@ -5,11 +5,12 @@
 //! own stream of random numbers.
 //!
 //! Frames: the world has x along the drive, y to the left and z up; a sensor's frame has x ahead, y left
-//! and z along the normal of the ground that the ego vehicle stands on. A sweep is taken at the instant
+//! and z along the normal of the ground that the ego vehicle stands on, but for a mount that turns it. A sweep is taken at the instant
 //! of its stamp, as if motion had been compensated already; `time_offset_ns` says when each beam fires.
 
 mod ground;
 mod material;
+mod mount;
 mod objects;
 mod random;
 mod render;
@@ -20,9 +21,10 @@ mod shapes;
 #[cfg(test)]
 mod tests;
 
-use nalgebra::{Isometry3, Translation3};
+use nalgebra::Isometry3;
 
 use crate::cloud::PointCloud;
+pub use mount::{Clutter, Mount};
 use render::{Return, View};
 pub use scene::Scene;
 use scene::World;
@@ -48,6 +50,10 @@ pub struct Drive {
     pub scene: Scene,
     /// Chooses the scene's objects and all noise.
     pub seed: u64,
+    /// How the sensor sits on the ego vehicle: level and at [`Sensor::height`] unless changed.
+    pub mount: Mount,
+    /// Rain and mirroring ground: none unless changed.
+    pub clutter: Clutter,
     world: World,
 }
 
@@ -73,7 +79,14 @@ pub struct Frame {
 impl Drive {
     /// The drive of a sensor, a scene and a seed.
     pub fn new(sensor: Sensor, scene: Scene, seed: u64) -> Self {
-        Drive { sensor, scene, seed, world: World::new(scene, seed) }
+        Drive {
+            sensor,
+            scene,
+            seed,
+            mount: Mount::level(sensor.height()),
+            clutter: Clutter::default(),
+            world: World::new(scene, seed),
+        }
     }
 
     /// Frame `number`, 100 ms after the one before; independent of which frames were made earlier.
@@ -87,12 +100,13 @@ impl Drive {
     /// What surrounds the sensor in frame `number`.
     fn view(&self, number: usize) -> View<'_> {
         let time = seconds(number);
-        let mast = Translation3::new(0.0, 0.0, self.sensor.height());
-        let world_from_sensor = self.world.ego(time) * mast;
+        let world_from_sensor = self.world.ego(time) * self.mount.vehicle_from_sensor();
         let objects = self.world.objects(time, self.sensor.max_range());
         let ground = &self.world.ground;
         let key = (self.seed, number);
-        View::new(self.sensor, ground, world_from_sensor, key, objects)
+        let mut view = View::new(self.sensor, ground, world_from_sensor, key, objects);
+        (view.mount, view.clutter) = (self.mount, self.clutter);
+        view
     }
 }
 

@@ -6,7 +6,8 @@ use rand_pcg::Pcg32;
 
 use super::ground::Ground;
 use super::material::Material;
-use super::objects::{Model, Placed};
+use super::mount::{Clutter, Mount};
+use super::objects::{Model, Placed, class};
 use super::random::{Purpose, normal, stream};
 use super::sensor::Sensor;
 use super::shapes::Ray;
@@ -36,6 +37,9 @@ pub(super) struct View<'a> {
     pub world_from_sensor: Isometry3<f64>,
     pub seed: u64,
     pub frame: usize,
+    /// Only its field of view is used: the pose is in `world_from_sensor`.
+    pub mount: Mount,
+    pub clutter: Clutter,
     targets: Vec<Target>,
     /// Targets that a column may meet, nearest first.
     columns: Vec<Vec<u32>>,
@@ -64,6 +68,12 @@ struct Surface {
     cosine: f64,
 }
 
+impl Surface {
+    fn is_ground(&self) -> bool {
+        matches!(self.material, Material::Asphalt | Material::Paving | Material::Grass)
+    }
+}
+
 impl<'a> View<'a> {
     /// The objects around a sensor at `world_from_sensor`, sorted into its columns.
     pub fn new(
@@ -79,6 +89,8 @@ impl<'a> View<'a> {
             world_from_sensor,
             seed,
             frame,
+            mount: Mount::level(sensor.height()),
+            clutter: Clutter::default(),
             targets: Vec::with_capacity(objects.len()),
             columns: vec![Vec::new(); sensor.columns()],
         };
@@ -102,9 +114,10 @@ impl<'a> View<'a> {
         let (low, high) = (object.model.low, object.model.high);
         let half = (high - low) * 0.5;
         let centre = sensor_from_object * (low + half);
-        // The sensor leans against the object by less than a tenth.
-        let spread = half.xy().norm() + 0.1 * half.z;
-        let rise = half.z + 0.1 * half.xy().norm();
+        // The sine by which the sensor leans against the object, a tenth at least.
+        let lean = (sensor_from_object.rotation * Vector3::z()).xy().norm().max(0.1);
+        let spread = half.xy().norm() + lean * half.z;
+        let rise = half.z + lean * half.xy().norm();
         let distance = centre.coords.xy().norm();
         let nearest = distance - spread;
         if nearest > self.sensor.max_range() {
@@ -154,7 +167,7 @@ impl<'a> View<'a> {
     pub fn cast(&self) -> Vec<Option<Return>> {
         let (rows, columns) = (self.sensor.beams(), self.sensor.columns());
         let mut returns = vec![None; rows * columns];
-        for column in 0..columns {
+        for column in (0..columns).filter(|&column| self.mount.sees(self.sensor.azimuth(column))) {
             let mut rng = stream(self.seed, Purpose::Column, self.frame as u64, column as u64);
             for row in 0..rows {
                 returns[row * columns + column] = self.fire(row, column, &mut rng);
@@ -170,7 +183,8 @@ impl<'a> View<'a> {
         let ((sin, cos), elevation) = (azimuth.sin_cos(), sensor.elevation(row));
         let level = elevation.cos();
         let direction = Vector3::new(level * cos, level * sin, elevation.sin());
-        let surface = self.first_surface(&direction, &self.columns[column], rng)?;
+        let surface = self.first_surface(&direction, &self.columns[column], rng);
+        let surface = self.or_clutter(surface, rng)?;
         let noise = sensor.range_noise() * normal(rng);
         let [comes_back, glitter] = [rng.random::<f64>(), rng.random::<f64>()];
         if comes_back > self.chance_of_return(&surface) {
@@ -185,6 +199,24 @@ impl<'a> View<'a> {
             material: surface.material,
             intensity: (brightness * (0.85 + 0.3 * glitter)).clamp(0.01, 1.0),
         })
+    }
+
+    /// A drop before the surface or what a mirroring ground shows instead of it, if either comes back.
+    fn or_clutter(&self, surface: Option<Surface>, rng: &mut Pcg32) -> Option<Surface> {
+        let clutter = |range| Surface {
+            range,
+            class: class::OUTLIER,
+            id: 0,
+            material: Material::Water,
+            cosine: 1.0,
+        };
+        let free = surface.as_ref().map_or(self.sensor.max_range(), |surface| surface.range);
+        if let Some(range) = self.clutter.drop(MIN_RANGE, rng).filter(|&range| range < free) {
+            return Some(clutter(range));
+        }
+        let surface = surface?;
+        let detour = surface.is_ground().then(|| self.clutter.detour(rng)).flatten();
+        Some(detour.map_or(surface, |detour| clutter(free + detour)))
     }
 
     /// Dropouts, losses at the surface, and the echo's weakening with range and incidence.

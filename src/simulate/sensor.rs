@@ -10,6 +10,9 @@ pub(super) const TURN_NS: u64 = 100_000_000;
 /// Time between two lasers of one VLP-16 firing, in nanoseconds.
 const VLP16_LASER_NS: u64 = 2_304;
 
+/// Time between two lasers of one HDL-32E firing, in nanoseconds.
+const HDL32E_LASER_NS: u64 = 1_152;
+
 /// A spinning multi-beam LiDAR at 10 Hz, turning clockwise seen from above: azimuth starts at the rear
 /// (+pi) and decreases with the column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -20,6 +23,9 @@ pub enum Sensor {
     /// Velodyne VLP-16: 16 beams, 1800 columns; returns only, stored firing by firing with the lasers
     /// in their firing order; ring 0 is the lowest beam.
     Vlp16,
+    /// Velodyne HDL-32E: 32 beams from +10.67 to -30.67 degrees, 2170 columns; returns only, stored firing
+    /// by firing from the lowest beam, ring 0.
+    Hdl32e,
     /// Ouster OS1-128: 128 x 1024, organised, destaggered; row and ring 0 are the highest beam, and a
     /// pixel without a return is the origin.
     #[allow(non_camel_case_types)]
@@ -28,13 +34,14 @@ pub enum Sensor {
 
 impl Sensor {
     /// All of them.
-    pub const ALL: [Sensor; 3] = [Sensor::Hdl64e, Sensor::Vlp16, Sensor::Os1_128];
+    pub const ALL: [Sensor; 4] = [Sensor::Hdl64e, Sensor::Vlp16, Sensor::Hdl32e, Sensor::Os1_128];
 
     /// Number of beams.
     pub fn beams(self) -> usize {
         match self {
             Sensor::Hdl64e => 64,
             Sensor::Vlp16 => 16,
+            Sensor::Hdl32e => 32,
             Sensor::Os1_128 => 128,
         }
     }
@@ -44,6 +51,7 @@ impl Sensor {
         match self {
             Sensor::Hdl64e => 2083,
             Sensor::Vlp16 => 1800,
+            Sensor::Hdl32e => 2170,
             Sensor::Os1_128 => 1024,
         }
     }
@@ -55,6 +63,7 @@ impl Sensor {
             Sensor::Hdl64e if row < 32.0 => 2.0 - row / 3.0,
             Sensor::Hdl64e => -8.83 - 0.5 * (row - 32.0),
             Sensor::Vlp16 => 15.0 - 2.0 * row,
+            Sensor::Hdl32e => 10.67 - 41.34 * row / 31.0,
             Sensor::Os1_128 => 22.5 - 45.0 * row / 127.0,
         };
         degrees.to_radians()
@@ -71,7 +80,7 @@ impl Sensor {
     pub fn height(self) -> f64 {
         match self {
             Sensor::Hdl64e => 1.73,
-            Sensor::Vlp16 | Sensor::Os1_128 => 1.80,
+            Sensor::Vlp16 | Sensor::Hdl32e | Sensor::Os1_128 => 1.80,
         }
     }
 
@@ -79,14 +88,14 @@ impl Sensor {
     pub fn max_range(self) -> f64 {
         match self {
             Sensor::Hdl64e | Sensor::Os1_128 => 120.0,
-            Sensor::Vlp16 => 100.0,
+            Sensor::Vlp16 | Sensor::Hdl32e => 100.0,
         }
     }
 
     /// Step that ranges are rounded to, in metres.
     pub fn range_step(self) -> f64 {
         match self {
-            Sensor::Hdl64e | Sensor::Vlp16 => 0.002,
+            Sensor::Hdl64e | Sensor::Vlp16 | Sensor::Hdl32e => 0.002,
             Sensor::Os1_128 => 0.001,
         }
     }
@@ -96,6 +105,7 @@ impl Sensor {
         match self {
             Sensor::Hdl64e => 0.017,
             Sensor::Vlp16 | Sensor::Os1_128 => 0.015,
+            Sensor::Hdl32e => 0.02,
         }
     }
 
@@ -103,7 +113,7 @@ impl Sensor {
     pub(super) fn azimuth_noise(self) -> f64 {
         match self {
             Sensor::Hdl64e => 3e-4,
-            Sensor::Vlp16 => 2e-4,
+            Sensor::Vlp16 | Sensor::Hdl32e => 2e-4,
             Sensor::Os1_128 => 1e-4,
         }
     }
@@ -112,7 +122,7 @@ impl Sensor {
     pub(super) fn reach(self) -> f64 {
         match self {
             Sensor::Hdl64e => 240.0,
-            Sensor::Vlp16 => 200.0,
+            Sensor::Vlp16 | Sensor::Hdl32e => 200.0,
             Sensor::Os1_128 => 220.0,
         }
     }
@@ -121,7 +131,7 @@ impl Sensor {
     pub fn ring(self, row: usize) -> u16 {
         match self {
             Sensor::Hdl64e | Sensor::Os1_128 => row as u16,
-            Sensor::Vlp16 => (self.beams() - 1 - row) as u16,
+            Sensor::Vlp16 | Sensor::Hdl32e => (self.beams() - 1 - row) as u16,
         }
     }
 
@@ -130,6 +140,7 @@ impl Sensor {
         let firing = TURN_NS * column as u64 / self.columns() as u64;
         let laser = match self {
             Sensor::Vlp16 => VLP16_LASER_NS * vlp16_laser(row) as u64,
+            Sensor::Hdl32e => HDL32E_LASER_NS * (self.beams() - 1 - row) as u64,
             Sensor::Hdl64e | Sensor::Os1_128 => 0,
         };
         (firing + laser) as u32
@@ -148,6 +159,9 @@ impl Sensor {
                 (0..columns)
                     .flat_map(move |column| (0..rows).map(move |laser| (vlp16_row(laser), column))),
             ),
+            Sensor::Hdl32e => Box::new(
+                (0..columns).flat_map(move |column| (0..rows).rev().map(move |row| (row, column))),
+            ),
             Sensor::Os1_128 => Box::new(
                 (0..rows).flat_map(move |row| (0..columns).map(move |column| (row, column))),
             ),
@@ -158,6 +172,7 @@ impl Sensor {
         match self {
             Sensor::Hdl64e => "hdl-64e",
             Sensor::Vlp16 => "vlp-16",
+            Sensor::Hdl32e => "hdl-32e",
             Sensor::Os1_128 => "os1-128",
         }
     }
@@ -185,7 +200,7 @@ impl FromStr for Sensor {
 
     fn from_str(name: &str) -> Result<Self, String> {
         let found = Self::ALL.into_iter().find(|sensor| sensor.name() == name);
-        found.ok_or_else(|| format!("`{name}` is no sensor: hdl-64e, vlp-16 or os1-128"))
+        found.ok_or_else(|| format!("`{name}` is no sensor: hdl-64e, vlp-16, hdl-32e or os1-128"))
     }
 }
 
@@ -206,6 +221,7 @@ mod tests {
         for (sensor, first, last) in [
             (Sensor::Hdl64e, 2.0, -24.33),
             (Sensor::Vlp16, 15.0, -15.0),
+            (Sensor::Hdl32e, 10.67, -30.67),
             (Sensor::Os1_128, 22.5, -22.5),
         ] {
             let degrees: Vec<f64> =

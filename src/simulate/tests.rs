@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use nalgebra::{Point2, Point3, Vector2};
+use nalgebra::{Point2, Point3, Translation3, Vector2};
 
 use super::material::Material;
 use super::objects::vehicle::{Body, Vehicle};
@@ -430,4 +430,59 @@ fn neighbours_are_as_close_as_promised() {
     let end_to_end = gaps(&kerbside, class::CAR, 0);
     let close = end_to_end.iter().filter(|gap| (0.55..1.25).contains(*gap));
     assert!(close.count() > 8);
+}
+
+#[test]
+fn a_turned_sensor_sees_the_same_place() {
+    let level = Drive::new(Sensor::Os1_128, Scene::Yard, 1);
+    let mut turned = level.clone();
+    (turned.mount.pitch, turned.mount.roll) = (0.2, std::f64::consts::PI - 0.1);
+    let frame = turned.frame(0);
+    let mut seen = 0;
+    for index in (0..frame.cloud.len()).filter(|&index| classes(&frame)[index] == class::ROAD) {
+        let at = in_world(&frame, index);
+        // Noise puts a return at the kerb on its other side.
+        if at.y.abs() < 3.9 {
+            assert!((at.z - level.world.ground.height(at.x, at.y)).abs() < 0.1, "{at}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 5000, "{seen}");
+}
+
+#[test]
+fn a_limited_field_of_view_is_a_part_of_the_whole() {
+    let mut drive = Drive::new(Sensor::Hdl32e, Scene::Street, 1);
+    let whole = drive.frame(0);
+    drive.mount.field_of_view = FRAC_PI_2;
+    let part = drive.frame(0);
+    let inside = |frame: &Frame| {
+        let inside =
+            (0..frame.cloud.len()).filter(|&i| azimuth(frame, i).abs() < 0.5 * FRAC_PI_2 - 0.01);
+        inside.map(|i| frame.cloud.position(i)).collect::<Vec<_>>()
+    };
+    assert_eq!(inside(&part), inside(&whole));
+    assert!((0..part.cloud.len()).all(|i| azimuth(&part, i).abs() < 0.5 * FRAC_PI_2 + 0.01));
+}
+
+#[test]
+fn clutter_comes_as_often_as_it_is_asked_for() {
+    let mut drive = Drive::new(Sensor::Hdl32e, Scene::Street, 1);
+    drive.clutter.mirrored = 0.05;
+    let frame = drive.frame(0);
+    let ground = counts(classes(&frame)).into_iter().filter(|(class, _)| (40..50).contains(class));
+    let ground: usize = ground.map(|(_, count)| count).sum();
+    let below: Vec<usize> =
+        (0..frame.cloud.len()).filter(|&i| classes(&frame)[i] == class::OUTLIER).collect();
+    let share = below.len() as f64 / (ground + below.len()) as f64;
+    assert!((0.03..0.08).contains(&share), "{share}");
+    for &index in &below {
+        let at = in_world(&frame, index);
+        assert!(at.z < drive.world.ground.height(at.x, at.y), "{at}");
+    }
+    drive.clutter = Clutter { drops: 0.1, mirrored: 0.0 };
+    let rain = counts(classes(&drive.frame(0)))[&class::OUTLIER];
+    // A tenth of the beams meets a drop, most of them before any surface.
+    let beams = Sensor::Hdl32e.beams() * Sensor::Hdl32e.columns();
+    assert!((0.04..0.1).contains(&(rain as f64 / beams as f64)), "{rain}");
 }

@@ -112,3 +112,51 @@ fn best_beats_paper_on_simulated_scenes() {
     let (paper, best) = (quality(&Config::paper()), quality(&Config::best()));
     assert!(best > paper, "best {best:.3}, paper {paper:.3}");
 }
+
+/// F1 of the ground of a sweep, vegetation left out, outliers no ground.
+fn ground_f1(drive: &Drive, is_z_down: bool) -> f64 {
+    use divmerge::range_image::{ProjectionParams, RangeImage};
+    use divmerge::semantics::ground::ground;
+    let mut cloud = drive.frame(3).cloud;
+    let truth = cloud.class.take().expect("classes");
+    if is_z_down {
+        cloud.y.iter_mut().chain(&mut cloud.z).for_each(|along| *along = -*along);
+    }
+    let image = RangeImage::new(&cloud, &ProjectionParams::default());
+    let found = ground(&cloud, &image, &GroundParams::default()).is_ground;
+    let (mut hits, mut errors) = (0.0, 0.0);
+    for (class, found) in truth.into_iter().zip(found) {
+        let is_ground = [40, 44, 48, 49, 60, 72].contains(&class);
+        match (is_ground, found) {
+            _ if [0, 70].contains(&class) => {}
+            (true, true) => hits += 1.0,
+            (false, false) => {}
+            _ => errors += 1.0,
+        }
+    }
+    hits / (hits + 0.5 * errors)
+}
+
+/// The goal for ground removal is an F1 of 0.94 everywhere; sparse beams among low walls miss it
+/// (docs/results.md), so they are held to what is lost when all low walls are taken for ground.
+#[test]
+fn ground_is_found_on_hills_by_any_mount() {
+    type Mounted = (&'static str, fn(&mut Drive), bool);
+    let mounts: [Mounted; 6] = [
+        ("as usual", |_| {}, false),
+        ("tilted", |d| (d.mount.pitch, d.mount.roll) = (-0.17, 0.26), false),
+        ("z down", |d| d.mount.pitch = 0.17, true),
+        ("low", |d| d.mount.height = 0.4, false),
+        ("high", |d| d.mount.height = 3.0, false),
+        ("wet", |d| (d.clutter.drops, d.clutter.mirrored) = (0.02, 0.02), false),
+    ];
+    for sensor in [Sensor::Hdl32e, Sensor::Os1_128, Sensor::Vlp16] {
+        for (name, change, is_z_down) in mounts {
+            let mut drive = Drive::new(sensor, Scene::Hills, 301);
+            change(&mut drive);
+            let f1 = ground_f1(&drive, is_z_down);
+            let least = if sensor == Sensor::Vlp16 { 0.88 } else { 0.94 };
+            assert!(f1 >= least, "{sensor}, {name}: {f1:.3}");
+        }
+    }
+}

@@ -22,11 +22,11 @@ pub struct Arguments {
     #[arg(short, long, value_name = "OUT", default_value = "simulated.mcap")]
     output: PathBuf,
 
-    /// The sensor: hdl-64e, vlp-16 or os1-128
+    /// The sensor: hdl-64e, vlp-16, hdl-32e or os1-128
     #[arg(long, default_value = "hdl-64e")]
     sensor: Sensor,
 
-    /// Where it drives: street, parking or crowd
+    /// Where it drives: street, parking, crowd, hills or yard
     #[arg(long, default_value = "street")]
     scene: Scene,
 

@@ -2,33 +2,39 @@
 //! segmentation of sparse 3D laser scans for online operation".
 //!
 //! As in the paper, slopes come from each column read from the bottom up, and ground spreads from pixel to
-//! neighbouring pixel. No sensor height is asked for; z must point up within a few degrees.
+//! neighbouring pixel. No sensor height or mount is asked for: the sensor may be tilted by 30 degrees, and z may point down.
 //!
 //! Steps:
-//! 1. `Profile`: every column as distances and heights, bottom up.
-//! 2. `Plane`: a plane through the lowest flat returns around the sensor says where the ground starts.
-//! 3. `column_slopes`: the slope of each return against the last ground below it in its column.
-//! 4. `Spread`: flat returns on the plane are ground, and so are flat returns continuous with them.
-//! 5. `HeightMap`: the ground heights seen from above; flat returns at the height of the ground around
+//! 1. `Level`: which way is up; all that follows reads the cloud turned until the ground lies level.
+//! 2. `Profile`: every column as distances and heights, bottom up.
+//! 3. `Plane`: a plane through the lowest flat returns around the sensor says where the ground starts.
+//! 4. `column_slopes`: the slope of each return against the last ground below it in its column.
+//! 5. `Spread`: flat returns on the plane are ground, and so are flat returns continuous with them.
+//! 6. `HeightMap`: the ground heights seen from above; flat returns at the height of the ground around
 //!    them start to spread anew, which finds the ground behind occluders.
-//! 6. The verdict for each point: a seen one is ground if its pixel is, or if it is as high as the ground
-//!    in its own cell, such as the face of a kerb; a shadowed one is judged by the ground's height alone.
+//! 7. `Surface`: planes through that ground, what stands on it left out.
+//! 8. `judge`: how likely each point is ground, by how it came to be taken for it or not and by its height
+//!    over the surface; a shadowed one by its height alone.
 //!
 //! Departures from the paper: slopes are measured over a baseline rather than between successive rows
 //! and then smoothed by a Savitzky-Golay filter (one row spans centimetres near the sensor and metres
 //! far off, so that no one filter width fits both); they are taken against the last ground below, not the
 //! last return; a face that rises higher than a kerb is rejected down to its foot; ground spreads
-//! upwards and sideways, never down the image; steps 2, 5 and 6 are additions.
+//! upwards and sideways, never down the image; steps 1, 3, 6, 7 and 8 are additions.
 //!
-//! Time O(H W + N) and memory O(H W) plus the height map, at most 256 x 256 cells and their pyramid.
+//! Time O(H W + N) and memory O(H W) plus the height map, at most 256 x 256 cells and their pyramid, and
+//! 64 x 64 tiles.
 //!
 //! A column of one return is judged by the plane alone. An image of one row has no slopes and no ground.
 
 mod height_map;
+mod judge;
+mod level;
 mod plane;
 mod profile;
 mod slopes;
 mod spread;
+mod surface;
 #[cfg(test)]
 mod tests;
 
@@ -36,6 +42,8 @@ use crate::cloud::PointCloud;
 use crate::range_image::RangeImage;
 
 use height_map::HeightMap;
+use judge::judge;
+use level::Level;
 use plane::Plane;
 use profile::Profile;
 use slopes::column_slopes;
@@ -88,26 +96,33 @@ impl Default for GroundParams {
     }
 }
 
-/// N: whether each point is ground.
-pub fn ground(cloud: &PointCloud, image: &RangeImage, params: &GroundParams) -> Vec<bool> {
-    let profile = Profile::new(cloud, image);
-    let Some(plane) = Plane::of_low_flat_returns(&profile, cloud, params) else {
-        return vec![false; cloud.len()];
+/// The ground among N points.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Ground {
+    /// N: whether each point is ground.
+    pub is_ground: Vec<bool>,
+    /// N: how likely that is, 0 to 1: at least one half where it is ground, less where it is not, 0 where
+    /// there is no return.
+    pub confidence: Vec<f32>,
+}
+
+impl Ground {
+    fn from_confidence(confidence: Vec<f32>) -> Self {
+        Ground { is_ground: confidence.iter().map(|&share| share >= 0.5).collect(), confidence }
+    }
+}
+
+/// The ground of a cloud, by geometry alone.
+pub fn ground(cloud: &PointCloud, image: &RangeImage, params: &GroundParams) -> Ground {
+    let level = Level::of_ground(cloud, image, params);
+    let profile = Profile::new(cloud, image, &level);
+    let Some(plane) = Plane::of_low_flat_returns(&profile, params) else {
+        return Ground::from_confidence(vec![0.0; cloud.len()]);
     };
-    let slopes = column_slopes(&profile, &plane, cloud, params);
+    let slopes = column_slopes(&profile, &plane, params);
     let mut spread = Spread::new(&profile, &slopes, params);
-    spread.start(|seen| plane.is_start(cloud.position(seen), params));
-    let near = HeightMap::new(cloud, spread.ground_points(), params);
-    spread.start(|seen| near.is_near(cloud.position(seen)));
-    let heights = HeightMap::new(cloud, spread.ground_points(), params);
-    let verdict = |point| {
-        image.pixel_of(point).is_some_and(|pixel| {
-            if image.is_shadowed(point) {
-                heights.is_near(cloud.position(point))
-            } else {
-                spread.is_ground(profile.index(pixel)) || heights.is_on(cloud.position(point))
-            }
-        })
-    };
-    (0..cloud.len()).map(verdict).collect()
+    spread.start(|seen| plane.is_start(seen, params));
+    let near = HeightMap::new(spread.positions(), params);
+    spread.start(|seen| near.is_near(seen));
+    judge(cloud, image, &level, &spread, params)
 }

@@ -5,10 +5,9 @@ use nalgebra::{Matrix3, Vector3};
 use super::GroundParams;
 use super::profile::{Profile, Return};
 use super::slopes::{Limits, climb};
-use crate::cloud::PointCloud;
 use crate::range_image::NOWHERE;
 
-/// Height over the sensor's horizontal plane: `[z at the origin, dz/dx, dz/dy]`.
+/// Height over the level frame's horizontal plane: `[z at the origin, dz/dx, dz/dy]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Plane([f32; 3]);
 
@@ -32,12 +31,8 @@ impl Plane {
     /// Trimmed least squares through flat returns below the sensor, begun at several heights of their lower
     /// half; the plane that most of them lie on (ties: the lower start). `None` if there is no such
     /// return, or if the plane passes through the sensor.
-    pub fn of_low_flat_returns(
-        profile: &Profile,
-        cloud: &PointCloud,
-        params: &GroundParams,
-    ) -> Option<Plane> {
-        let mut low = low_flat_returns(profile, cloud, params);
+    pub fn of_low_flat_returns(profile: &Profile, params: &GroundParams) -> Option<Plane> {
+        let mut low = low_flat_returns(profile, params);
         low.sort_unstable_by(|a, b| a[2].total_cmp(&b[2]));
         let starts = Self::STARTS.iter().filter_map(|share| {
             let rank = (share * low.len() as f64) as usize;
@@ -81,6 +76,7 @@ impl Plane {
         let share = (Self::REACH / distance).min(1.0);
         let [x, y, _] = position.map(|along| along * share);
         Return {
+            place: [x, y],
             distance: distance * share,
             height: -self.height_over([x, y, 0.0]),
             point: NOWHERE,
@@ -92,7 +88,7 @@ impl Plane {
 ///
 /// By cells, since the sensor's own vehicle or a table under it fills much of the image but little of the
 /// floor. A column starts at its first return, which counts for nothing by itself: one return has no slope.
-fn low_flat_returns(profile: &Profile, cloud: &PointCloud, params: &GroundParams) -> Vec<[f32; 3]> {
+fn low_flat_returns(profile: &Profile, params: &GroundParams) -> Vec<[f32; 3]> {
     let limits = Limits::new(params);
     let mut lowest = Cells::new(params);
     let mut slopes = vec![f32::NAN; profile.rows];
@@ -105,7 +101,7 @@ fn low_flat_returns(profile: &Profile, cloud: &PointCloud, params: &GroundParams
         for (seen, slope) in column.iter().zip(&slopes) {
             let is_confirmed = seen.exists() && seen.point != first.point;
             if is_confirmed && seen.height < -Plane::CLEARANCE && slope.abs() <= limits.max_slope {
-                lowest.keep(cloud.position(seen.point as usize));
+                lowest.keep(seen.position());
             }
         }
     }

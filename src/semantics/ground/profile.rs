@@ -1,25 +1,34 @@
 //! A range image as columns read from the bottom up.
 
+use super::level::Level;
 use crate::cloud::PointCloud;
 use crate::range_image::{NOWHERE, RangeImage};
 
 /// One return of a column.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Return {
+    /// Horizontal place in metres, level frame; NaN without a return.
+    pub place: [f32; 2],
     /// Horizontal distance from the sensor in metres; NaN without a return.
     pub distance: f32,
-    /// z in metres, sensor frame; NaN without a return.
+    /// z in metres, level frame; NaN without a return.
     pub height: f32,
     /// The point, or [`NOWHERE`].
     pub point: u32,
 }
 
 impl Return {
-    const NONE: Return = Return { distance: f32::NAN, height: f32::NAN, point: NOWHERE };
+    const NONE: Return =
+        Return { place: [f32::NAN; 2], distance: f32::NAN, height: f32::NAN, point: NOWHERE };
 
-    fn new(cloud: &PointCloud, point: u32) -> Self {
-        let [x, y, z] = cloud.position(point as usize);
-        Return { distance: (x * x + y * y).sqrt(), height: z, point }
+    /// A point at a position of the level frame.
+    pub fn new([x, y, z]: [f32; 3], point: u32) -> Self {
+        Return { place: [x, y], distance: (x * x + y * y).sqrt(), height: z, point }
+    }
+
+    /// x, y and z in metres, level frame.
+    pub fn position(&self) -> [f32; 3] {
+        [self.place[0], self.place[1], self.height]
     }
 
     /// Whether there is a return at all.
@@ -45,29 +54,46 @@ pub(super) struct Profile {
 }
 
 impl Profile {
-    /// The profile of an image over `cloud`.
-    pub fn new(cloud: &PointCloud, image: &RangeImage) -> Self {
+    /// The profile of an image over `cloud`, turned level.
+    pub fn new(cloud: &PointCloud, image: &RangeImage, level: &Level) -> Self {
         let mut profile = Profile {
             rows: image.rows(),
             columns: image.columns(),
             wraps: image.wraps,
             returns: vec![Return::NONE; image.point_of_pixel.len()],
-            top_row_first: image.top_row_first,
+            top_row_first: image.top_row_first != level.is_upside_down,
         };
         for row in 0..profile.rows {
             let up = profile.up(row);
             for (column, &point) in image.point_of_pixel.row(row).iter().enumerate() {
                 if point != NOWHERE {
-                    profile.returns[column * profile.rows + up] = Return::new(cloud, point);
+                    profile.returns[column * profile.rows + up] =
+                        Return::new(level.turn(cloud.position(point as usize)), point);
                 }
             }
         }
         profile
     }
 
-    /// Where an image's pixel is in [`Profile::returns`].
-    pub fn index(&self, pixel: usize) -> usize {
-        (pixel % self.columns) * self.rows + self.up(pixel / self.columns)
+    /// By row from the bottom up: how much steeper its returns look up than those of the row below, as the
+    /// difference of the tangents; the lowest row as the one above it.
+    pub fn row_steps(&self) -> Vec<f32> {
+        const SAMPLES: usize = 64;
+        let mut sums = vec![(0.0_f32, 0_u32); self.rows];
+        let stride = self.columns.div_ceil(SAMPLES);
+        for column in self.returns.chunks_exact(self.rows).step_by(stride) {
+            for pair in 1..self.rows {
+                let [below, here] = [column[pair - 1], column[pair]];
+                if below.exists() && here.exists() {
+                    let step = here.height / here.distance - below.height / below.distance;
+                    sums[pair] = (sums[pair].0 + step, sums[pair].1 + 1);
+                }
+            }
+        }
+        if self.rows > 1 {
+            sums[0] = sums[1];
+        }
+        sums.into_iter().map(|(sum, count)| sum / count as f32).collect()
     }
 
     fn up(&self, row: usize) -> usize {

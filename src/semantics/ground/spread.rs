@@ -28,11 +28,12 @@ impl<'a> Spread<'a> {
         }
     }
 
-    /// Makes ground of the flat returns whose point `is_start` picks, and of all that follows from them.
-    pub fn start(&mut self, is_start: impl Fn(usize) -> bool) {
+    /// Makes ground of the flat returns that `is_start` picks by their position, and of all that follows
+    /// from them.
+    pub fn start(&mut self, is_start: impl Fn([f32; 3]) -> bool) {
         for index in 0..self.is_flat.len() {
-            let point = self.profile.returns[index].point as usize;
-            if self.is_flat[index] && !self.is_ground[index] && is_start(point) {
+            let is_open = self.is_flat[index] && !self.is_ground[index];
+            if is_open && is_start(self.profile.returns[index].position()) {
                 self.mark(index);
             }
         }
@@ -46,10 +47,20 @@ impl<'a> Spread<'a> {
         self.is_ground[index]
     }
 
-    /// The points found to be ground, column by column.
-    pub fn ground_points(&self) -> impl Iterator<Item = usize> {
+    /// The profile that ground spreads over.
+    pub fn profile(&self) -> &'a Profile {
+        self.profile
+    }
+
+    /// Whether a return of the profile is flat.
+    pub fn is_flat(&self, index: usize) -> bool {
+        self.is_flat[index]
+    }
+
+    /// The positions of the ground found, column by column.
+    pub fn positions(&self) -> impl Iterator<Item = [f32; 3]> {
         let returns = self.profile.returns.iter().zip(&self.is_ground);
-        returns.filter_map(|(seen, &is_ground)| is_ground.then_some(seen.point as usize))
+        returns.filter(|&(_, &is_ground)| is_ground).map(|(seen, _)| seen.position())
     }
 
     fn mark(&mut self, index: usize) {

@@ -107,7 +107,7 @@ fn jitter(seed: usize) -> f64 {
 
 fn verdicts(cloud: &PointCloud) -> Vec<bool> {
     let image = RangeImage::new(cloud, &ProjectionParams::default());
-    ground(cloud, &image, &GroundParams::default())
+    ground(cloud, &image, &GroundParams::default()).is_ground
 }
 
 /// Share of ground among the returns `above` to `below` metres over the floor.
@@ -169,9 +169,8 @@ fn wall_is_rejected_down_to_its_foot() {
 
 #[test]
 fn height_map_knows_heights_where_ground_is_near() {
-    let (x, z) = (vec![10.2, 10.4, 10.6], vec![-1.75, -1.7, -1.65]);
-    let cloud = PointCloud::new(x, vec![0.5; 3], z).unwrap();
-    let heights = HeightMap::new(&cloud, 0..3, &GroundParams::default());
+    let positions = [[10.2, 0.5, -1.75], [10.4, 0.5, -1.7], [10.6, 0.5, -1.65]];
+    let heights = HeightMap::new(positions.into_iter(), &GroundParams::default());
     let near = |x, z| heights.is_near([x, 0.5, z]);
     assert!(near(10.9, -1.65) && !near(10.9, -1.55), "its own cell");
     assert!(near(11.5, -1.6) && !near(11.5, -1.5), "a coarser one, of a wider band");
@@ -182,7 +181,7 @@ fn height_map_knows_heights_where_ground_is_near() {
 fn ground_hidden_from_the_rest_is_found_by_its_height() {
     let (cloud, _) = Scene::default().scan();
     let image = RangeImage::new(&cloud, &ProjectionParams::default());
-    let profile = Profile::new(&cloud, &image);
+    let profile = Profile::new(&cloud, &image, &Level::IDENTITY);
     let params = GroundParams::default();
     let level = |seen: &profile::Return| if seen.exists() { 0.0 } else { f32::NAN };
     let mut slopes: Vec<f32> = profile.returns.iter().map(level).collect();
@@ -190,10 +189,10 @@ fn ground_hidden_from_the_rest_is_found_by_its_height() {
     let parted = (0..slopes.len()).filter(|index| index % profile.rows == 4);
     parted.for_each(|index| slopes[index] = f32::NAN);
     let mut spread = Spread::new(&profile, &slopes, &params);
-    spread.start(|point| cloud.squared_range(point) < 17.0);
+    spread.start(|[x, y, z]| x * x + y * y + z * z < 17.0);
     assert!(!spread.is_ground(5));
-    let heights = HeightMap::new(&cloud, spread.ground_points(), &params);
-    spread.start(|point| heights.is_near(cloud.position(point)));
+    let heights = HeightMap::new(spread.positions(), &params);
+    spread.start(|position| heights.is_near(position));
     assert!(spread.is_ground(5));
 }
 
@@ -277,13 +276,13 @@ fn spread_crosses_the_seam_only_where_the_image_wraps() {
     let mut image = RangeImage::new(&cloud, &ProjectionParams::default());
     for wraps in [true, false] {
         image.wraps = wraps;
-        let profile = Profile::new(&cloud, &image);
+        let profile = Profile::new(&cloud, &image, &Level::IDENTITY);
         let mut slopes = vec![f32::NAN; profile.returns.len()];
         let (first, last) = (0, (profile.columns - 1) * profile.rows);
         (slopes[first], slopes[last]) = (0.0, 0.0);
         let mut spread = Spread::new(&profile, &slopes, &GroundParams::default());
-        let seed = profile.returns[first].point as usize;
-        spread.start(|point| point == seed);
+        let seed = profile.returns[first].position();
+        spread.start(|position| position == seed);
         assert_eq!(spread.is_ground(last), wraps);
     }
 }
@@ -304,7 +303,7 @@ fn shadowed_points_get_their_own_verdict() {
     let face = (0..cloud.len()).find(|&point| over_floor[point] > 1.0).unwrap();
     // Each falls into the other's pixel.
     image.pixel_of_point.swap(floor, face);
-    let is_ground = ground(&cloud, &image, &GroundParams::default());
+    let is_ground = ground(&cloud, &image, &GroundParams::default()).is_ground;
     assert!(is_ground[floor] && !is_ground[face]);
 }
 
@@ -336,5 +335,104 @@ fn one_row_shows_no_slope_and_no_ground() {
         pixel_of_point: every.collect(),
     };
     let found = ground(&cloud, &image, &GroundParams::default());
-    assert_eq!(found, vec![false; cloud.len()]);
+    assert_eq!(found.is_ground, vec![false; cloud.len()]);
+    assert_eq!(found.confidence, vec![0.0; cloud.len()]);
+}
+
+/// The same cloud seen by a sensor that is turned about x (roll) and then y (pitch), degrees.
+fn turned(cloud: &PointCloud, roll: f32, pitch: f32) -> PointCloud {
+    let turn = nalgebra::Rotation3::from_euler_angles(roll.to_radians(), pitch.to_radians(), 0.0);
+    let positions = (0..cloud.len()).map(|point| {
+        let turned = turn.inverse() * nalgebra::Point3::from(cloud.position(point));
+        [turned.x, turned.y, turned.z]
+    });
+    let positions: Vec<[f32; 3]> = positions.collect();
+    let along = |axis: usize| positions.iter().map(|position| position[axis]).collect();
+    let turned = PointCloud::new(along(0), along(1), along(2)).unwrap();
+    turned.organised(cloud.height, cloud.width).unwrap()
+}
+
+#[test]
+fn verdicts_do_not_depend_on_the_sensors_attitude() {
+    let (cloud, over_floor) = Scene::with([CAR]).scan();
+    let expected = verdicts(&cloud);
+    for (roll, pitch) in [(10.0, 0.0), (-15.0, 10.0), (180.0, 0.0), (165.0, 10.0)] {
+        let found = verdicts(&turned(&cloud, roll, pitch));
+        let seen = (0..cloud.len()).filter(|&point| over_floor[point].is_finite());
+        let moved = seen.filter(|&point| found[point] != expected[point]).count();
+        // The cells that choose the plane lie elsewhere, which may move the edge of an object by a pixel.
+        assert!(moved * 200 < cloud.len(), "{roll} {pitch}: {moved} of {}", cloud.len());
+    }
+}
+
+#[test]
+fn floor_under_a_ceiling_is_the_floor() {
+    let room = [[[-30.0, -30.0, 3.0], [30.0, 30.0, 3.2]], CAR];
+    let scene = Scene { beams: (25.0, -25.0), ..Scene::with(room) };
+    let (cloud, over_floor) = scene.scan();
+    let found = verdicts(&cloud);
+    let count = |is_there: &dyn Fn(f64) -> bool| {
+        (0..cloud.len()).filter(|&i| found[i] && is_there(over_floor[i])).count()
+    };
+    assert_eq!(count(&|height| height > 2.0), 0);
+    assert!(count(&|height| height < 0.1) > 2000);
+}
+
+#[test]
+fn nothing_below_the_floor_is_ground() {
+    let (mut cloud, over_floor) = Scene { rows: 64, columns: 720, ..Scene::with([CAR]) }.scan();
+    let floor: Vec<usize> = (0..cloud.len()).filter(|&i| over_floor[i].abs() < 1e-6).collect();
+    // One return in thirty comes back from farther along its beam, as from a mirror.
+    let mut ghosts: Vec<usize> = floor.iter().copied().filter(|&i| jitter(i) > 0.933).collect();
+    for &ghost in &ghosts {
+        for along in [&mut cloud.x[ghost], &mut cloud.y[ghost], &mut cloud.z[ghost]] {
+            *along *= 1.6;
+        }
+    }
+    let found = verdicts(&cloud);
+    // From 20 m on a drop of a metre lies on a slope as gentle as a road's.
+    ghosts.retain(|&ghost| cloud.squared_range(ghost) < 20.0 * 20.0);
+    let taken = ghosts.iter().filter(|&&ghost| found[ghost]).count();
+    let untouched: Vec<usize> = floor.into_iter().filter(|&i| jitter(i) <= 0.933).collect();
+    let kept = untouched.iter().filter(|&&point| found[point]).count();
+    assert!(ghosts.len() > 500 && taken * 20 < ghosts.len(), "{taken} of {}", ghosts.len());
+    assert!(kept * 100 > untouched.len() * 98, "{kept} of {}", untouched.len());
+}
+
+#[test]
+fn confidence_agrees_with_the_verdict_and_falls_with_height() {
+    let (cloud, over_floor) = Scene::with([CAR]).scan();
+    let image = RangeImage::new(&cloud, &ProjectionParams::default());
+    let found = ground(&cloud, &image, &GroundParams::default());
+    let mean = |above: f64, below: f64| {
+        let inside = (0..cloud.len()).filter(|&i| (above..below).contains(&over_floor[i]));
+        let (sum, count) =
+            inside.fold((0.0, 0), |(sum, count), i| (sum + found.confidence[i], count + 1));
+        assert!(count > 20, "{count} returns {above} to {below} m over the floor");
+        sum / count as f32
+    };
+    for (point, &share) in found.confidence.iter().enumerate() {
+        assert!((0.0..=1.0).contains(&share));
+        assert_eq!(share >= 0.5, found.is_ground[point]);
+        assert!(cloud.is_return(point) || share == 0.0);
+    }
+    assert!(mean(-0.01, 0.01) > 0.95);
+    assert!(mean(0.5, 1.6) < 0.05);
+}
+
+#[test]
+fn surface_follows_a_slope_and_leaves_out_what_stands_on_it() {
+    let slope = |x: f32, y: f32| 0.1 * x - 0.05 * y - 1.7;
+    let floor = (0..40).flat_map(|i| (0..40).map(move |j| [i as f32 - 19.5, j as f32 - 19.5]));
+    let positions = floor.map(|[x, y]| {
+        let is_box = (4.0..7.0).contains(&x) && (4.0..7.0).contains(&y);
+        [x, y, slope(x, y) + if is_box { 0.4 } else { 0.0 }]
+    });
+    let params = GroundParams::default();
+    let surface = surface::Surface::new(&HeightMap::finest(positions, &params));
+    for (x, y) in [(0.3, 0.3), (5.5, 5.5), (-12.0, 9.0)] {
+        let over = |above: f32| surface.over([x, y, slope(x, y) + above], true);
+        assert!(over(0.0).abs() < 0.3 && over(0.4) > 1.5, "{x} {y}: {} {}", over(0.0), over(0.4));
+    }
+    assert!(surface.over([90.0, 0.0, -1.7], true).is_nan());
 }

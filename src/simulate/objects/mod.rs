@@ -12,6 +12,7 @@ use super::shapes::Shape;
 
 /// SemanticKITTI's raw ids.
 pub(super) mod class {
+    pub const OUTLIER: u16 = 1;
     pub const CAR: u16 = 10;
     pub const BICYCLE: u16 = 11;
     pub const MOTORCYCLE: u16 = 15;

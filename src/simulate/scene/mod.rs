@@ -2,10 +2,12 @@
 //! drive has no end and any of its frames can be made without the others.
 
 mod crowd;
+mod hills;
 mod parking;
 mod rows;
 mod street;
 mod walkers;
+mod yard;
 
 use std::fmt;
 use std::str::FromStr;
@@ -13,7 +15,7 @@ use std::str::FromStr;
 use nalgebra::Isometry3;
 use rand_pcg::Pcg32;
 
-use super::ground::{Ground, Strip};
+use super::ground::{Ground, Relief, Strip};
 use super::material::Material;
 use super::objects::{Model, Placed};
 use super::random::{Purpose, stream};
@@ -37,17 +39,25 @@ pub enum Scene {
     Parking,
     /// A pedestrian street full of people.
     Crowd,
+    /// A street over steep hills: slopes of 15 %, crests, dips and crossfall, parked cars on one side, a
+    /// low wall and hedges on the other.
+    Hills,
+    /// A yard of low walls (0.3 to 0.6 m), kerbs, hedges and fences along and across.
+    Yard,
 }
 
 impl Scene {
     /// All of them.
-    pub const ALL: [Scene; 3] = [Scene::Street, Scene::Parking, Scene::Crowd];
+    pub const ALL: [Scene; 5] =
+        [Scene::Street, Scene::Parking, Scene::Crowd, Scene::Hills, Scene::Yard];
 
     fn name(self) -> &'static str {
         match self {
             Scene::Street => "street",
             Scene::Parking => "parking",
             Scene::Crowd => "crowd",
+            Scene::Hills => "hills",
+            Scene::Yard => "yard",
         }
     }
 }
@@ -63,7 +73,7 @@ impl FromStr for Scene {
 
     fn from_str(name: &str) -> Result<Self, String> {
         let found = Self::ALL.into_iter().find(|scene| scene.name() == name);
-        found.ok_or_else(|| format!("`{name}` is no scene: street, parking or crowd"))
+        found.ok_or_else(|| format!("`{name}` is no scene: street, parking, crowd, hills or yard"))
     }
 }
 
@@ -100,8 +110,11 @@ impl World {
             Scene::Street => street::plan(),
             Scene::Parking => parking::plan(),
             Scene::Crowd => crowd::plan(),
+            Scene::Hills => hills::plan(),
+            Scene::Yard => yard::plan(),
         };
-        World { seed, ground: Ground::new(seed, strips), layers, ego }
+        let relief = if scene == Scene::Hills { Relief::HILLY } else { Relief::GENTLE };
+        World { seed, ground: Ground::new(seed, relief, strips), layers, ego }
     }
 
     /// The foot of the ego vehicle after `time` seconds: on the ground, x ahead, z along its normal.

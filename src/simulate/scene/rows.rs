@@ -134,6 +134,33 @@ fn bicycle_stand(tile: &mut Tile<'_>, along: f64, y: f64) {
     }
 }
 
+/// A low boundary along the line y = const, metres: a wall of 0.3 to 0.6 m or a hedge, in pieces short
+/// enough to follow the ground, with gaps to walk through.
+pub(super) fn low_boundary(tile: &mut Tile<'_>, y: f64) {
+    const PIECE: f64 = 2.0;
+    let wall = tile.rng.random_range(0.3..0.6);
+    let is_hedge = tile.rng.random_bool(0.25);
+    for piece in 0..(TILE / PIECE) as usize {
+        if tile.rng.random_bool(0.1) {
+            continue;
+        }
+        let model = match is_hedge {
+            true => surroundings::hedge(PIECE, wall + 0.4),
+            false => surroundings::wall(PIECE, wall),
+        };
+        tile.place(model, (piece as f64 + 0.5) * PIECE, y, 0.0);
+    }
+}
+
+/// Houses wall to wall along the line y = `front`, on its side `side` (+-1), `height` metres high.
+pub(super) fn houses(tile: &mut Tile<'_>, front: f64, side: f64, height: f64) {
+    let plot = 0.25 * TILE;
+    for number in 0..4 {
+        let house = surroundings::building(plot, side * 9.0, height);
+        tile.place(house, (number as f64 + 0.5) * plot, front, 0.0);
+    }
+}
+
 /// Houses and gardens along the line y = `front`, on its side `side` (+-1).
 pub(super) fn frontage(tile: &mut Tile<'_>, front: f64, side: f64) {
     let plot = 0.25 * TILE;
