@@ -15,7 +15,8 @@ pub(super) fn azimuths(cloud: &PointCloud) -> Vec<f32> {
 /// instructions and gives the same bits everywhere.
 fn atan2(y: f32, x: f32) -> f32 {
     let (long, short) = (x.abs().max(y.abs()), x.abs().min(y.abs()));
-    let t = short / long;
+    // A point on the vertical axis has azimuth 0 (or pi), not 0 / 0.
+    let t = short / long.max(f32::MIN_POSITIVE);
     let s = t * t;
     let mut p = 0.002_866_225_7;
     for coefficient in [
@@ -49,6 +50,7 @@ mod tests {
             let found = f64::from(atan2(y, x));
             assert!((found - expected).abs() < 4e-7, "{x} {y}: {found} for {expected}");
         }
+        assert_eq!(atan2(0.0, 0.0), 0.0);
         assert_eq!(atan2(0.0, 1.0), 0.0);
         assert_eq!(atan2(2.0, 0.0), FRAC_PI_2);
         assert_eq!(atan2(0.0, -1.0), PI);
