@@ -12,6 +12,7 @@ mod columns;
 mod neighbours;
 mod organised;
 mod project;
+mod sweep;
 
 use serde::Serialize;
 
@@ -180,14 +181,6 @@ fn elevation(cloud: &PointCloud, point: usize) -> f64 {
 /// Azimuth of a point in radians, counter-clockwise from the x axis.
 fn azimuth(cloud: &PointCloud, point: usize) -> f64 {
     f64::from(cloud.y[point]).atan2(f64::from(cloud.x[point]))
-}
-
-/// Whether a point belongs to a sample of about one in eight, which is the same whatever the order of the
-/// points.
-fn is_sampled(cloud: &PointCloud, point: usize) -> bool {
-    const MIX: u32 = 0x9E37_79B9;
-    let bits = cloud.x[point].to_bits() ^ cloud.y[point].to_bits().rotate_left(16);
-    bits.wrapping_mul(MIX) >> 29 == 0
 }
 
 /// The median of a list, reordering it; `None` of an empty one.
