@@ -56,7 +56,7 @@ impl Columns {
             }
             let places = azimuth.iter().zip(shift.iter().zip(&first));
             for (pixel, (&azimuth, (&shift, &first))) in pixels.iter_mut().zip(places) {
-                let in_row = first + self.shifted(azimuth, shift) as u32;
+                let in_row = first + self.shifted(azimuth, shift);
                 *pixel = if azimuth.is_nan() { NOWHERE } else { in_row };
             }
         }
@@ -64,14 +64,16 @@ impl Columns {
     }
 
     /// The column of an azimuth (radians) in a row that is shifted by at most a column.
-    fn shifted(&self, azimuth: f32, shift: f64) -> i32 {
-        let count = self.count as i32;
+    #[inline]
+    fn shifted(&self, azimuth: f32, shift: f64) -> u32 {
+        let count = self.count as u32;
         // One turn up, so that a shift to the left of column 0 wraps.
-        let column = (self.coordinate(azimuth) + shift + self.count as f64) as i32;
-        let column = column - if column >= count { count } else { 0 };
-        column - if column >= count { count } else { 0 }
+        let column = floor(self.coordinate(azimuth) + shift + self.count as f64);
+        let column = if column >= count { column - count } else { column };
+        if column >= count { column - count } else { column }
     }
 
+    #[inline]
     fn coordinate(&self, azimuth: f32) -> f64 {
         (PI - f64::from(azimuth)) / TAU * self.count as f64
     }
@@ -85,7 +87,8 @@ fn count(sweep: &Sweep, row: &[u16], rows: usize) -> Option<usize> {
     const SAME_SHOT: f64 = 2e-5;
     let mut steps = Vec::new();
     for sample in &mut sampled_beams(sweep, row, rows) {
-        sample.sort_unstable_by(f32::total_cmp);
+        // Most are stored almost in order, which a stable sort makes use of.
+        sample.sort_by(f32::total_cmp);
         let gaps = sample.windows(2).map(|pair| f64::from(pair[1]) - f64::from(pair[0]));
         steps.extend(gaps.filter(|&gap| gap > SAME_SHOT));
     }
@@ -137,6 +140,16 @@ fn directions(sweep: &Sweep, columns: &Columns) -> Vec<[f64; 2]> {
     azimuths.into_iter().map(|azimuth| sin_cos_of_turns(columns.coordinate(azimuth))).collect()
 }
 
+/// The largest integer not above a number from 0 to 2^31, in vector instructions of every processor.
+#[inline]
+fn floor(x: f64) -> u32 {
+    // Adding this rounds to an integer, which the lowest bits of the sum then hold.
+    const ROUNDS: f64 = (1_u64 << 52) as f64;
+    let rounded = x + ROUNDS;
+    let down = if rounded - ROUNDS > x { rounded - 1.0 } else { rounded };
+    down.to_bits() as u32
+}
+
 /// Sine and cosine of an angle in turns, of less than 2^49 turns, by their Taylor series within an eighth
 /// of a turn: to 4e-16, the same bits everywhere, and in vector instructions.
 fn sin_cos_of_turns(turns: f64) -> [f64; 2] {
@@ -170,6 +183,16 @@ mod tests {
             let expected = (turns.rem_euclid(1.0) * TAU).sin_cos();
             let error = (sin - expected.0).abs().max((cos - expected.1).abs());
             assert!(error < 2e-15, "{turns}: {sin} {cos} for {expected:?}");
+        }
+    }
+
+    #[test]
+    fn floor_is_the_library_s() {
+        for step in 0..100_000_u32 {
+            let x = f64::from(step) / 16.0;
+            for x in [x, x.next_up(), x.next_down().max(0.0), x * 7919.0] {
+                assert_eq!(f64::from(floor(x)), x.floor());
+            }
         }
     }
 

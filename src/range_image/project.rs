@@ -45,10 +45,10 @@ fn nearest_points(
     let mut nearest = Grid::filled(rows, columns, NOWHERE);
     let pixels = nearest.values_mut();
     for (point, &pixel) in (0_u32..).zip(pixel_of_point) {
-        if pixel == NOWHERE {
+        // No pixel is numbered `NOWHERE`.
+        let Some(seen) = pixels.get_mut(pixel as usize) else {
             continue;
-        }
-        let seen = &mut pixels[pixel as usize];
+        };
         let range = |point: u32| cloud.squared_range(point as usize);
         if *seen == NOWHERE || range(point) < range(*seen) {
             *seen = point;

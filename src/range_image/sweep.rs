@@ -26,13 +26,17 @@ impl<'a> Sweep<'a> {
 fn sample(cloud: &PointCloud, azimuth: &[f32]) -> Vec<u32> {
     const BLOCK: usize = 256;
     let mut sample = Vec::with_capacity(cloud.len() / 6);
+    let (mut is_found, mut found) = ([false; BLOCK], [0; BLOCK]);
     let columns = (cloud.x.chunks(BLOCK).zip(cloud.y.chunks(BLOCK))).zip(azimuth.chunks(BLOCK));
     for (block, ((x, y), azimuth)) in (0_u32..).step_by(BLOCK).zip(columns) {
-        let mut found = [0; BLOCK];
+        let points = x.iter().zip(y).zip(azimuth);
+        for (is_found, ((&x, &y), azimuth)) in is_found.iter_mut().zip(points) {
+            *is_found = is_sampled(x, y) & !azimuth.is_nan();
+        }
         let mut count = 0;
-        for (point, ((&x, &y), azimuth)) in (block..).zip(x.iter().zip(y).zip(azimuth)) {
+        for (point, &is_found) in (block..).zip(&is_found[..azimuth.len()]) {
             found[count % BLOCK] = point;
-            count += usize::from(is_sampled(x, y) & !azimuth.is_nan());
+            count += usize::from(is_found);
         }
         sample.extend_from_slice(&found[..count]);
     }
