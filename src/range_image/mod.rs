@@ -11,6 +11,7 @@ mod beams;
 mod columns;
 mod neighbours;
 mod organised;
+mod pixel_set;
 mod project;
 mod sweep;
 
@@ -20,6 +21,7 @@ use crate::cloud::PointCloud;
 use crate::grid::Grid;
 
 pub use neighbours::{NEIGHBOURS, NO_NEIGHBOUR, Reach, neighbours};
+pub use pixel_set::PixelSet;
 
 /// Marks a pixel without a point, or a point without a pixel.
 pub const NOWHERE: u32 = u32::MAX;
@@ -138,18 +140,21 @@ impl RangeImage {
     }
 
     /// The point seen in a pixel.
+    #[inline]
     pub fn point_at(&self, pixel: usize) -> Option<usize> {
         let point = self.point_of_pixel.values()[pixel];
         (point != NOWHERE).then_some(point as usize)
     }
 
     /// The pixel that a point falls into.
+    #[inline]
     pub fn pixel_of(&self, point: usize) -> Option<usize> {
         let pixel = self.pixel_of_point[point];
         (pixel != NOWHERE).then_some(pixel as usize)
     }
 
     /// Whether a nearer point occupies the point's pixel.
+    #[inline]
     pub fn is_shadowed(&self, point: usize) -> bool {
         self.pixel_of(point)
             .is_some_and(|pixel| self.point_of_pixel.values()[pixel] != point as u32)

@@ -36,6 +36,21 @@ pub struct ObjectMask {
     pub sizes: Vec<Option<ClassSize>>,
 }
 
+impl ObjectMask {
+    /// The points of objects, ascending.
+    pub fn object_points(&self) -> Vec<u32> {
+        const BLOCK: usize = 64;
+        let mut points = Vec::new();
+        for (first, block) in (0_u32..).step_by(BLOCK).zip(self.is_object.chunks(BLOCK)) {
+            if block.iter().fold(false, |any, &is_object| any | is_object) {
+                let found = (first..).zip(block).filter(|&(_, &is_object)| is_object);
+                points.extend(found.map(|(point, _)| point));
+            }
+        }
+        points
+    }
+}
+
 /// The object mask of a cloud. A cloud without a class column has no objects by class.
 pub fn object_mask(cloud: &PointCloud, image: &RangeImage, source: MaskSource) -> ObjectMask {
     match source {
