@@ -19,31 +19,29 @@ pub fn label_source(
     if !mask.is_object[point] {
         return None;
     }
-    let pixel = if image.is_shadowed(point) {
-        nearest_pixel(cloud, image, point, window, |pixel| {
-            objects.at(pixel).is_some_and(|object| objects.class[object] == mask.class[point])
-        })
+    if image.is_shadowed(point) {
+        nearest_object(cloud, image, objects, point, mask.class[point], window)
     } else {
-        image.pixel_of(point)
-    };
-    pixel.and_then(|pixel| objects.at(pixel))
+        image.pixel_of(point).and_then(|pixel| objects.at(pixel))
+    }
 }
 
-/// The pixel nearest to a point among the pixels of the window around the point's own pixel that
-/// `accepts` allows. Columns wrap where the image does. Ties go to the nearer column, then to the left,
-/// then upwards.
-fn nearest_pixel(
+/// The object pixel of a class nearest to a point in the window around the point's own pixel. Columns wrap
+/// where the image does. Ties go to the nearer column, then to the left, then upwards.
+fn nearest_object(
     cloud: &PointCloud,
     image: &RangeImage,
+    objects: &ObjectPixels,
     point: usize,
+    class: u16,
     window: BackProjection,
-    accepts: impl Fn(usize) -> bool,
 ) -> Option<usize> {
     let own = image.pixel_of(point)?;
     let columns = image.columns();
     let (row, column) = (own / columns, own % columns);
     let rows = row.saturating_sub(window.rows)..=(row + window.rows).min(image.rows() - 1);
     let half = window.columns.min((columns - 1) / 2) as isize;
+    let position = cloud.position(point);
     let mut best: Option<(f64, usize)> = None;
     for offset in (0..=half).flat_map(|o| [-o, o]).skip(1) {
         if best
@@ -57,17 +55,17 @@ fn nearest_pixel(
             continue;
         }
         for row in rows.clone() {
-            let pixel = row * columns + column as usize;
-            let Some(other) = image.point_at(pixel).filter(|_| accepts(pixel)) else {
+            let object = objects.at(row * columns + column as usize);
+            let Some(object) = object.filter(|&object| objects.class[object] == class) else {
                 continue;
             };
-            let distance = distance(cloud, point, other, window.nearest);
+            let distance = distance(position, objects.position[object], window.nearest);
             if best.is_none_or(|(least, _)| distance < least) {
-                best = Some((distance, pixel));
+                best = Some((distance, object));
             }
         }
     }
-    best.map(|(_, pixel)| pixel)
+    best.map(|(_, object)| object)
 }
 
 /// No point so many columns away, or farther, is nearer than this: its ray leaves in another direction.
@@ -87,14 +85,12 @@ fn least_distance(
     (x * x + y * y) * angle.sin().powi(2)
 }
 
-/// Anything that orders as the distance does.
-fn distance(cloud: &PointCloud, a: usize, b: usize, nearest: Nearest) -> f64 {
+/// Anything that orders as the distance of two positions (metres) does.
+fn distance(a: [f32; 3], b: [f32; 3], nearest: Nearest) -> f64 {
+    let (a, b) = (a.map(f64::from), b.map(f64::from));
+    let squared = |[x, y, z]: [f64; 3]| x * x + y * y + z * z;
     match nearest {
-        Nearest::Range => (cloud.squared_range(a).sqrt() - cloud.squared_range(b).sqrt()).abs(),
-        Nearest::Space => {
-            let (a, b) = (cloud.position(a), cloud.position(b));
-            let along = |axis: usize| f64::from(a[axis]) - f64::from(b[axis]);
-            (0..3).map(|axis| along(axis) * along(axis)).sum()
-        }
+        Nearest::Range => (squared(a).sqrt() - squared(b).sqrt()).abs(),
+        Nearest::Space => squared([a[0] - b[0], a[1] - b[1], a[2] - b[2]]),
     }
 }

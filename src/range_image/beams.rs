@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::sweep::Sweep;
+use super::sweep::{BLOCK, Sweep, common_row};
 use super::{elevation, median};
 use crate::cloud::PointCloud;
 
@@ -64,19 +64,20 @@ fn median_slopes(sweep: &Sweep, ring: &[u16]) -> Option<Vec<Option<f64>>> {
     Some(slopes.iter_mut().map(|beam| median(beam)).collect())
 }
 
-/// Number of returns of each ring, run by run: in most clouds a ring's points lie together.
+/// Number of returns of each ring.
 fn returns_of_rings(sweep: &Sweep, ring: &[u16]) -> Vec<usize> {
     let highest = ring.iter().copied().max().map_or(0, usize::from);
     let mut counts = vec![0; highest + 1];
-    let (mut current, mut returns) = (0, 0);
-    for (&ring, azimuth) in ring.iter().zip(&sweep.azimuth) {
-        if ring != current {
-            counts[usize::from(current)] += returns;
-            (current, returns) = (ring, 0);
+    for (rings, azimuths) in ring.chunks(BLOCK).zip(sweep.azimuth.chunks(BLOCK)) {
+        if let Some(ring) = common_row(rings) {
+            let returns: u32 = azimuths.iter().map(|azimuth| u32::from(!azimuth.is_nan())).sum();
+            counts[usize::from(ring)] += returns as usize;
+            continue;
         }
-        returns += usize::from(!azimuth.is_nan());
+        for (&ring, azimuth) in rings.iter().zip(azimuths) {
+            counts[usize::from(ring)] += usize::from(!azimuth.is_nan());
+        }
     }
-    counts[usize::from(current)] += returns;
     counts
 }
 
@@ -107,19 +108,15 @@ pub(super) fn rows_of_turns(sweep: &Sweep) -> Option<(Vec<u16>, usize)> {
 fn turns(azimuth: &[f32], seam: f64) -> Option<Vec<u16>> {
     const FEWEST_BEAMS: u16 = 4;
     const MOST_TURNS: u16 = 256;
-    const BLOCK: usize = 64;
     let angle = |azimuth: f32| turned(f64::from(azimuth) - seam);
     let mut turns = Vec::with_capacity(azimuth.len());
     let mut turn = 0_u16;
     let mut previous = None;
     for start in (0..azimuth.len()).step_by(BLOCK) {
         let end = (start + BLOCK).min(azimuth.len());
-        // All but a few blocks have returns only and no jump, not even from the point before.
-        let pairs = azimuth[start.saturating_sub(1)..end].array_windows();
-        let is_calm = |[a, b]: &[f32; 2]| (angle(*a) - angle(*b)).abs() <= JUMP;
-        if start > 0 && pairs.fold(true, |calm, pair| calm & is_calm(pair)) {
+        if start > 0 && is_calm(&azimuth[start - 1..end]) {
             turns.resize(end, turn);
-            previous = azimuth.get(end - 1).map(|&azimuth| angle(azimuth));
+            previous = Some(angle(azimuth[end - 1]));
             continue;
         }
         for &azimuth in &azimuth[start..end] {
@@ -141,6 +138,18 @@ fn turns(azimuth: &[f32], seam: f64) -> Option<Vec<u16>> {
 
 /// Neighbouring returns of a beam are nearer than this, radians, but for those on either side of the seam.
 const JUMP: f64 = 0.9 * PI;
+
+/// Whether azimuths (radians) are those of returns, do not jump and stay clear of both seams, 0 and pi. All
+/// but a few blocks of a cloud stored beam after beam are calm.
+fn is_calm(azimuths: &[f32]) -> bool {
+    const SURELY_NO_JUMP: f32 = 2.8;
+    const CLEAR_OF_PI: f32 = 3.14;
+    azimuths.array_windows().fold(true, |is_calm, &[a, b]| {
+        let is_one_side = a.is_sign_negative() == b.is_sign_negative();
+        let is_clear = (a.abs() < CLEAR_OF_PI) & (b.abs() < CLEAR_OF_PI);
+        is_calm & is_one_side & is_clear & ((a - b).abs() < SURELY_NO_JUMP)
+    })
+}
 
 /// An angle between -2 turns and 1 turn, brought into [0, turn].
 fn turned(angle: f64) -> f64 {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::sweep::Sweep;
+use super::sweep::{BLOCK, Sweep, common_row};
 use super::{NOWHERE, median};
 
 /// From azimuths to columns. Columns run clockwise seen from above, column 0 beginning behind the sensor
@@ -41,9 +41,8 @@ impl Columns {
     /// N: the pixel of every point of an azimuth (radians, NaN for no return) and a row below `rows`, or
     /// [`NOWHERE`].
     ///
-    /// Block by block, what hangs on the row is looked up first; the rest is arithmetic.
+    /// Block by block, what depends on the row is looked up first; the rest is arithmetic.
     pub fn pixels(&self, azimuth: &[f32], row: &[u16], rows: usize) -> Vec<u32> {
-        const BLOCK: usize = 256;
         let shift = |row: usize| self.shift.get(row).copied().unwrap_or(0.0);
         let of_row: Vec<(f64, u32)> =
             (0..rows).map(|row| (shift(row), (row * self.count) as u32)).collect();
@@ -51,8 +50,14 @@ impl Columns {
         let blocks = azimuth.chunks(BLOCK).zip(row.chunks(BLOCK)).zip(pixels.chunks_mut(BLOCK));
         for ((azimuth, row), pixels) in blocks {
             let (mut shift, mut first) = ([0.0; BLOCK], [0; BLOCK]);
-            for ((shift, first), &row) in shift.iter_mut().zip(&mut first).zip(row) {
-                (*shift, *first) = of_row[usize::from(row)];
+            if let Some(row) = common_row(row) {
+                let (of_row, first_of_row) = of_row[usize::from(row)];
+                shift.fill(of_row);
+                first.fill(first_of_row);
+            } else {
+                for ((shift, first), &row) in shift.iter_mut().zip(&mut first).zip(row) {
+                    (*shift, *first) = of_row[usize::from(row)];
+                }
             }
             let places = azimuth.iter().zip(shift.iter().zip(&first));
             for (pixel, (&azimuth, (&shift, &first))) in pixels.iter_mut().zip(places) {
@@ -89,8 +94,13 @@ fn count(sweep: &Sweep, row: &[u16], rows: usize) -> Option<usize> {
     for sample in &mut sampled_beams(sweep, row, rows) {
         // Most are stored almost in order, which a stable sort makes use of.
         sample.sort_by(f32::total_cmp);
-        let gaps = sample.windows(2).map(|pair| f64::from(pair[1]) - f64::from(pair[0]));
-        steps.extend(gaps.filter(|&gap| gap > SAME_SHOT));
+        steps.reserve(sample.len());
+        for &[before, after] in sample.array_windows() {
+            let gap = f64::from(after) - f64::from(before);
+            if gap > SAME_SHOT {
+                steps.push(gap);
+            }
+        }
     }
     if steps.len() < FEWEST_STEPS {
         return None;
@@ -107,10 +117,15 @@ fn sampled_beams(sweep: &Sweep, row: &[u16], rows: usize) -> Vec<Vec<f32>> {
     let stride = rows.div_ceil(SAMPLED_BEAMS);
     let mut samples: Vec<Vec<f32>> = vec![Vec::new(); rows.div_ceil(stride)];
     let is_chosen: Vec<bool> = (0..rows).map(|row| row.is_multiple_of(stride)).collect();
-    for (&azimuth, &row) in sweep.azimuth.iter().zip(row) {
-        let row = usize::from(row);
-        if is_chosen[row] && !azimuth.is_nan() {
-            samples[row / stride].push(azimuth);
+    for (rows, azimuths) in row.chunks(BLOCK).zip(sweep.azimuth.chunks(BLOCK)) {
+        if common_row(rows).is_some_and(|row| !is_chosen[usize::from(row)]) {
+            continue;
+        }
+        for (&azimuth, &row) in azimuths.iter().zip(rows) {
+            let row = usize::from(row);
+            if is_chosen[row] && !azimuth.is_nan() {
+                samples[row / stride].push(azimuth);
+            }
         }
     }
     samples

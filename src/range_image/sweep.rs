@@ -24,7 +24,6 @@ impl<'a> Sweep<'a> {
 /// The returns whose hashed coordinates end in three zeros. Which points those are cannot be foreseen, so
 /// each is written down and most are written over, without a branch.
 fn sample(cloud: &PointCloud, azimuth: &[f32]) -> Vec<u32> {
-    const BLOCK: usize = 256;
     let mut sample = Vec::with_capacity(cloud.len() / 6);
     let (mut is_found, mut found) = ([false; BLOCK], [0; BLOCK]);
     let columns = (cloud.x.chunks(BLOCK).zip(cloud.y.chunks(BLOCK))).zip(azimuth.chunks(BLOCK));
@@ -41,6 +40,15 @@ fn sample(cloud: &PointCloud, azimuth: &[f32]) -> Vec<u32> {
         sample.extend_from_slice(&found[..count]);
     }
     sample
+}
+
+/// Points that lie one behind the other and, in most blocks of most clouds, in one row.
+pub(super) const BLOCK: usize = 128;
+
+/// The row that all of a block lie in, if it is one.
+pub(super) fn common_row(rows: &[u16]) -> Option<u16> {
+    let first = *rows.first()?;
+    rows.iter().fold(true, |is_common, &row| is_common & (row == first)).then_some(first)
 }
 
 fn is_sampled(x: f32, y: f32) -> bool {
