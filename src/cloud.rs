@@ -114,7 +114,7 @@ impl PointCloud {
     #[inline]
     pub fn is_return(&self, index: usize) -> bool {
         let [x, y, z] = self.position(index);
-        is_return(x, y, z)
+        x.is_finite() && y.is_finite() && z.is_finite() && (x != 0.0 || y != 0.0 || z != 0.0)
     }
 
     /// Squared range of point `index` in square metres.
@@ -123,13 +123,6 @@ impl PointCloud {
         let [x, y, z] = self.position(index).map(f64::from);
         x * x + y * y + z * z
     }
-}
-
-/// Whether a point at (x, y, z) is a return; see [`PointCloud::is_return`]. Without branches, so that loops
-/// over the columns become vector instructions.
-#[inline]
-pub(crate) fn is_return(x: f32, y: f32, z: f32) -> bool {
-    (x.is_finite() & y.is_finite() & z.is_finite()) & ((x != 0.0) | (y != 0.0) | (z != 0.0))
 }
 
 #[cfg(test)]

@@ -75,13 +75,12 @@ fn append_points(cloud: &PointCloud2, annotation: &PointAnnotation, out: &mut Ve
         for points in row.chunks(BLOCK * step) {
             let count = points.len() / step;
             let labels = annotation.range(first..first + count);
-            let records = buffer[..count * record].chunks_exact_mut(record);
-            copy_points(points, step, records);
-            let records = buffer[..count * record].chunks_exact_mut(record);
-            for (record, labels) in records.zip(labels) {
+            let records = &mut buffer[..count * record];
+            copy_points(points, step, records.chunks_exact_mut(record));
+            for (record, labels) in records.chunks_exact_mut(record).zip(labels) {
                 record[step..].copy_from_slice(&tail.of(labels));
             }
-            out.extend_from_slice(&buffer[..count * record]);
+            out.extend_from_slice(records);
             first += count;
         }
     }

@@ -40,42 +40,48 @@ impl Columns {
 
     /// N: the pixel of every point of an azimuth (radians, NaN for no return) and a row below `rows`, or
     /// [`NOWHERE`].
-    ///
-    /// Block by block, what depends on the row is looked up first; the rest is arithmetic.
     pub fn pixels(&self, azimuth: &[f32], row: &[u16], rows: usize) -> Vec<u32> {
         let shift = |row: usize| self.shift.get(row).copied().unwrap_or(0.0);
-        let of_row: Vec<(f64, u32)> =
-            (0..rows).map(|row| (shift(row), (row * self.count) as u32)).collect();
+        let of_row: Vec<(f64, i32)> =
+            (0..rows).map(|row| (shift(row), (row * self.count) as i32)).collect();
         let mut pixels = vec![NOWHERE; azimuth.len()];
         let blocks = azimuth.chunks(BLOCK).zip(row.chunks(BLOCK)).zip(pixels.chunks_mut(BLOCK));
         for ((azimuth, row), pixels) in blocks {
-            let (mut shift, mut first) = ([0.0; BLOCK], [0; BLOCK]);
-            if let Some(row) = common_row(row) {
-                let (of_row, first_of_row) = of_row[usize::from(row)];
-                shift.fill(of_row);
-                first.fill(first_of_row);
-            } else {
-                for ((shift, first), &row) in shift.iter_mut().zip(&mut first).zip(row) {
-                    (*shift, *first) = of_row[usize::from(row)];
-                }
-            }
-            let places = azimuth.iter().zip(shift.iter().zip(&first));
-            for (pixel, (&azimuth, (&shift, &first))) in pixels.iter_mut().zip(places) {
-                let in_row = first + self.shifted(azimuth, shift);
-                *pixel = if azimuth.is_nan() { NOWHERE } else { in_row };
-            }
+            self.pixels_of_block(azimuth, row, &of_row, pixels);
         }
         pixels
     }
 
-    /// The column of an azimuth (radians) in a row that is shifted by at most a column.
-    #[inline]
-    fn shifted(&self, azimuth: f32, shift: f64) -> u32 {
-        let count = self.count as u32;
-        // One turn up, so that a shift to the left of column 0 wraps.
-        let column = floor(self.coordinate(azimuth) + shift + self.count as f64);
-        let column = if column >= count { column - count } else { column };
-        if column >= count { column - count } else { column }
+    /// First what depends on the row is looked up, then all columns are found, then wrapped: each a loop of
+    /// vector instructions. `of_row` holds the shift and the first pixel of each row.
+    fn pixels_of_block(
+        &self,
+        azimuth: &[f32],
+        row: &[u16],
+        of_row: &[(f64, i32)],
+        pixels: &mut [u32],
+    ) {
+        let (mut shift, mut first, mut column) = ([0.0; BLOCK], [0; BLOCK], [0; BLOCK]);
+        if let Some(row) = common_row(row) {
+            let (shift_of_row, first_of_row) = of_row[usize::from(row)];
+            shift.fill(shift_of_row);
+            first.fill(first_of_row);
+        } else {
+            for ((shift, first), &row) in shift.iter_mut().zip(&mut first).zip(row) {
+                (*shift, *first) = of_row[usize::from(row)];
+            }
+        }
+        for (column, (&azimuth, &shift)) in column.iter_mut().zip(azimuth.iter().zip(&shift)) {
+            // One turn up, so that a shift to the left of column 0 wraps.
+            *column = floor(self.coordinate(azimuth) + shift + self.count as f64);
+        }
+        let count = self.count as i32;
+        let places = azimuth.iter().zip(column.iter().zip(&first));
+        for (pixel, (azimuth, (&column, &first))) in pixels.iter_mut().zip(places) {
+            let column = column - if column >= count { count } else { 0 };
+            let column = column - if column >= count { count } else { 0 };
+            *pixel = if azimuth.is_nan() { NOWHERE } else { (first + column) as u32 };
+        }
     }
 
     #[inline]
@@ -157,12 +163,12 @@ fn directions(sweep: &Sweep, columns: &Columns) -> Vec<[f64; 2]> {
 
 /// The largest integer not above a number from 0 to 2^31, in vector instructions of every processor.
 #[inline]
-fn floor(x: f64) -> u32 {
+fn floor(x: f64) -> i32 {
     // Adding this rounds to an integer, which the lowest bits of the sum then hold.
     const ROUNDS: f64 = (1_u64 << 52) as f64;
     let rounded = x + ROUNDS;
-    let down = if rounded - ROUNDS > x { rounded - 1.0 } else { rounded };
-    down.to_bits() as u32
+    let is_above = rounded - ROUNDS > x;
+    (rounded - if is_above { 1.0 } else { 0.0 }).to_bits() as i32
 }
 
 /// Sine and cosine of an angle in turns, of less than 2^49 turns, by their Taylor series within an eighth
