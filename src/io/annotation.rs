@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::cdr::ByteOrder;
 use super::point_cloud2::{Datatype, PointCloud2, PointField, malformed};
 use crate::error::{Error, Result};
-use crate::palette::{instance_colour, reason_colour};
+use crate::palette::{INSTANCE_COLOURS, instance_colour, reason_colour};
 
 /// Bytes appended to each point.
 pub const ANNOTATION_LEN: u32 = 20;
@@ -68,7 +68,7 @@ fn append_points(cloud: &PointCloud2, annotation: &PointAnnotation, out: &mut Ve
     const BLOCK: usize = 256;
     let step = (cloud.point_step as usize).max(1);
     let record = step + ANNOTATION_LEN as usize;
-    let tail = Tail::new(cloud.data_order());
+    let colours = Colours::new(cloud.data_order());
     let mut buffer = vec![0; BLOCK * record];
     let mut first = 0;
     for row in cloud.rows() {
@@ -77,8 +77,12 @@ fn append_points(cloud: &PointCloud2, annotation: &PointAnnotation, out: &mut Ve
             let labels = annotation.range(first..first + count);
             let records = &mut buffer[..count * record];
             copy_points(points, step, records.chunks_exact_mut(record));
-            for (record, labels) in records.chunks_exact_mut(record).zip(labels) {
-                record[step..].copy_from_slice(&tail.of(labels));
+            let tails =
+                records.chunks_exact_mut(record).filter_map(|record| record.last_chunk_mut());
+            // The order of the bytes is known inside each loop.
+            match cloud.data_order() {
+                order @ ByteOrder::Little => write_tails(order, &colours, labels, tails),
+                order @ ByteOrder::Big => write_tails(order, &colours, labels, tails),
             }
             out.extend_from_slice(records);
             first += count;
@@ -116,34 +120,48 @@ impl PointAnnotation<'_> {
     }
 }
 
-/// Writes what is behind a point; the colours of the reasons are looked up once.
-struct Tail {
+#[inline(always)]
+fn write_tails<'a>(
     order: ByteOrder,
-    reason_colours: [[u8; 8]; REASONS],
+    colours: &Colours,
+    labels: impl Iterator<Item = Labels>,
+    tails: impl Iterator<Item = &'a mut [u8; ANNOTATION_LEN as usize]>,
+) {
+    for ((instance, component, semantic, reason), tail) in labels.zip(tails) {
+        tail[0..4].copy_from_slice(&order.put_u32(instance));
+        tail[4..8].copy_from_slice(&order.put_u32(component));
+        tail[8..10].copy_from_slice(&order.put_u16(semantic));
+        tail[10..12].copy_from_slice(&[reason, 0]);
+        tail[12..].copy_from_slice(colours.fields(instance, reason));
+    }
+}
+
+/// The fields `rgb` and `colors` of every colour that a point can have.
+struct Colours {
+    of_instance: Vec<[u8; 8]>,
+    of_reason: [[u8; 8]; REASONS],
 }
 
 /// Codes of reasons that have a colour of their own; all above have that of the last.
 const REASONS: usize = 8;
 
-impl Tail {
+impl Colours {
     fn new(order: ByteOrder) -> Self {
-        let colours = |reason| colour_fields(order, reason_colour(reason));
-        Tail { order, reason_colours: std::array::from_fn(|reason| colours(reason as u8)) }
+        let ids = 1..=INSTANCE_COLOURS as u32;
+        Colours {
+            of_instance: ids.map(|id| colour_fields(order, instance_colour(id))).collect(),
+            of_reason: std::array::from_fn(|reason| {
+                colour_fields(order, reason_colour(reason as u8))
+            }),
+        }
     }
 
     #[inline]
-    fn of(&self, (instance, component, semantic, reason): Labels) -> [u8; ANNOTATION_LEN as usize] {
-        let colours = match instance {
-            0 => self.reason_colours[usize::from(reason).min(REASONS - 1)],
-            id => colour_fields(self.order, instance_colour(id)),
-        };
-        let mut tail = [0; ANNOTATION_LEN as usize];
-        tail[0..4].copy_from_slice(&self.order.put_u32(instance));
-        tail[4..8].copy_from_slice(&self.order.put_u32(component));
-        tail[8..10].copy_from_slice(&self.order.put_u16(semantic));
-        tail[10] = reason;
-        tail[12..].copy_from_slice(&colours);
-        tail
+    fn fields(&self, instance: u32, reason: u8) -> &[u8; 8] {
+        match instance {
+            0 => &self.of_reason[usize::from(reason).min(REASONS - 1)],
+            id => &self.of_instance[(id - 1) as usize % INSTANCE_COLOURS],
+        }
     }
 }
 

@@ -98,7 +98,13 @@ pub(super) fn rows_of_turns(sweep: &Sweep) -> Option<(Vec<u16>, usize)> {
             return None;
         }
         let row_of_turn = rows_by_slope(&medians);
-        turns.iter_mut().for_each(|turn| *turn = row_of_turn[usize::from(*turn)]);
+        let row = |turn: u16| row_of_turn[usize::from(turn)];
+        for block in turns.chunks_mut(BLOCK) {
+            match common_row(block) {
+                Some(turn) => block.fill(row(turn)),
+                None => block.iter_mut().for_each(|turn| *turn = row(*turn)),
+            }
+        }
         Some((turns, row_of_turn.len()))
     })
 }

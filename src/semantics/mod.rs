@@ -75,16 +75,18 @@ fn by_class(cloud: &PointCloud, image: &RangeImage, taxonomy: &Taxonomy) -> Obje
         unknown_ids: 0,
         sizes: taxonomy.classes().iter().map(Class::size).collect(),
     };
+    let mut unknown = 0;
     let points = ids.iter().zip(&image.pixel_of_point);
     let columns = mask.is_object.iter_mut().zip(&mut mask.class).zip(&mut mask.reason);
     for ((&id, &pixel), ((is_object, class), reason)) in points.zip(columns) {
         let verdict = &verdicts[usize::from(id).min(last)];
         let is_return = pixel != NOWHERE;
         *class = verdict.class;
-        *is_object = is_return & (verdict.reason == Reason::None);
         *reason = if is_return { verdict.reason } else { Reason::NoReturn };
-        mask.unknown_ids += u64::from(is_return & verdict.is_unknown);
+        *is_object = *reason == Reason::None;
+        unknown += u32::from(is_return & verdict.is_unknown);
     }
+    mask.unknown_ids = u64::from(unknown);
     mask
 }
 
