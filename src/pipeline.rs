@@ -153,10 +153,9 @@ pub fn run(cloud: &PointCloud, mask: MaskSource, config: &Config) -> Stages {
     let merge_ms = clock.lap();
 
     let pixels = instance_pixels(&components, &merge, &birds_eye, params);
-    let points = mask.object_points();
-    let mut labels =
-        label_points(cloud, &image, &mask, &points, &objects, &components, &pixels, params);
-    let instances = describe(cloud, &mask, &points, &components, &pixels, mask_of, &mut labels);
+    let mut labels = label_points(cloud, &image, &mask, &objects, &components, &pixels, params);
+    let points = &objects.points;
+    let instances = describe(cloud, &mask, points, &components, &pixels, mask_of, &mut labels);
     let labels_ms = clock.lap();
 
     Stages {
@@ -240,7 +239,6 @@ fn label_points(
     cloud: &PointCloud,
     image: &RangeImage,
     mask: &ObjectMask,
-    points: &[u32],
     objects: &ObjectPixels,
     components: &Components,
     pixels: &InstancePixels,
@@ -252,7 +250,7 @@ fn label_points(
         semantic: cloud.class.clone().unwrap_or_else(|| vec![0; cloud.len()]),
         reason: mask.reason.clone(),
     };
-    for point in points.iter().map(|&point| point as usize) {
+    for point in objects.points.iter().map(|&point| point as usize) {
         let source = label_source(cloud, image, mask, objects, point, params.back_projection);
         let Some(object) = source else {
             labels.reason[point] = Reason::Shadowed;

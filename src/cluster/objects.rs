@@ -11,6 +11,8 @@ use crate::taxonomy::ClassSize;
 /// each.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ObjectPixels {
+    /// Points of objects, ascending; shadowed ones, which have no pixel of their own, included.
+    pub points: Vec<u32>,
     /// M: pixel number in the range image, ascending.
     pub pixel: Vec<u32>,
     /// The same pixels as a set, which gives the number of each.
@@ -34,16 +36,18 @@ impl ObjectPixels {
         mask: &ObjectMask,
         params: &ClusterParams,
     ) -> Self {
-        let points = mask.object_points().into_iter().map(|point| point as usize);
-        let seen = points.filter(|&point| !image.is_shadowed(point));
+        let points = mask.object_points();
+        let seen = points.iter().map(|&point| point as usize);
+        let seen = seen.filter(|&point| !image.is_shadowed(point));
         let pixels = seen.map(|point| image.pixel_of_point[point]);
         let set = PixelSet::new(image.rows(), image.columns(), pixels);
         let pixel = set.pixels();
-        let points =
+        let point =
             || pixel.iter().map(|&pixel| image.point_of_pixel.values()[pixel as usize] as usize);
         let mut objects = ObjectPixels {
-            position: points().map(|point| cloud.position(point)).collect(),
-            class: points().map(|point| mask.class[point]).collect(),
+            position: point().map(|point| cloud.position(point)).collect(),
+            class: point().map(|point| mask.class[point]).collect(),
+            points,
             set,
             pixel,
             ..ObjectPixels::default()

@@ -149,7 +149,7 @@ const JUMP: f64 = 0.9 * PI;
 /// but a few blocks of a cloud stored beam after beam are calm.
 fn is_calm(azimuths: &[f32]) -> bool {
     const SURELY_NO_JUMP: f32 = 2.8;
-    const CLEAR_OF_PI: f32 = 3.14;
+    const CLEAR_OF_PI: f32 = 3.1;
     azimuths.array_windows().fold(true, |is_calm, &[a, b]| {
         let is_one_side = a.is_sign_negative() == b.is_sign_negative();
         let is_clear = (a.abs() < CLEAR_OF_PI) & (b.abs() < CLEAR_OF_PI);
