@@ -1,25 +1,125 @@
-//! A whole frame, message bytes to annotated message bytes, on one core: milliseconds per stage, and the
-//! ratio to copying the annotated bytes once, measured in the same run.
+//! A whole frame on one core, milliseconds per stage.
 //!
-//! `cargo bench --bench frame` (`-- --quick` for a tenth of the frames). Simulated frames always; those
-//! of ../shared/data/recordings where it is there.
+//! First from the decoded cloud to a label per point, on the labelled scans of ../shared/data/semantickitti
+//! where they are: the scan that takes the median time and the one that takes the longest, and the ratio to
+//! copying the cloud's columns once, measured in the same run. Then from message bytes to annotated message
+//! bytes, on simulated frames and on those of ../shared/data/recordings where they are, and the ratio to
+//! copying the annotated bytes once.
+//!
+//! `cargo bench --bench frame` (`-- --quick` for a tenth of the rounds).
 
 use std::path::Path;
 use std::time::Instant;
 
 use divmerge::annotate::{Annotated, FrameTimes, Method, Semantics, annotate_message};
 use divmerge::io::drive::cloud_message;
+use divmerge::io::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
 use divmerge::io::{Record, RecordingReader};
-use divmerge::pipeline::Config;
+use divmerge::pipeline::{self, Config, StageTimes};
+use divmerge::semantics::MaskSource;
 use divmerge::simulate::{Drive, Scene, Sensor};
+use divmerge::{PointCloud, Taxonomy};
 
-/// The most that the median frame may take, in milliseconds.
+/// The most that the median frame may take from message to message, in milliseconds.
 const GOAL_MS: f64 = 25.0;
+/// The most that the median scan may take from cloud to labels with `best`, in milliseconds.
+const SCAN_GOAL_MS: f64 = 3.0;
+/// The same of the slowest scan.
+const SLOWEST_SCAN_GOAL_MS: f64 = 10.0;
 
 fn main() {
     let quick = std::env::args().any(|argument| argument == "--quick");
     let rounds = if quick { 2 } else { 20 };
-    println!("median of {rounds} rounds, ms per frame; goal: total at most {GOAL_MS} ms");
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
+    cloud_to_labels(&data.join("semantickitti"), rounds);
+    message_to_message(&data.join("recordings"), rounds);
+}
+
+/// Milliseconds of one scan: the fastest round, and the fastest copy.
+struct Scan {
+    points: usize,
+    objects: usize,
+    instances: usize,
+    times: StageTimes,
+    copy_ms: f64,
+}
+
+fn cloud_to_labels(data: &Path, rounds: usize) {
+    let scans = labelled_scans(data).unwrap_or_default();
+    if scans.is_empty() {
+        println!("(no {}: real scans skipped)", data.display());
+        return;
+    }
+    let clouds: Vec<PointCloud> = scans.iter().map(read_cloud).collect();
+    println!("decoded cloud to labels, {} scans, ms, best of {rounds} rounds each", scans.len());
+    println!(
+        "{:<34} {:>8} {:>8} {:>9} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7}",
+        "preset, scan",
+        "points",
+        "objects",
+        "instances",
+        "project",
+        "mask",
+        "divide",
+        "merge",
+        "label",
+        "total",
+        "/copy"
+    );
+    for config in [Config::best(), Config::paper()] {
+        let mut measured: Vec<Scan> =
+            clouds.iter().map(|cloud| measure(cloud, &config, rounds)).collect();
+        measured.sort_by(|a, b| a.times.total_ms().total_cmp(&b.times.total_ms()));
+        let is_best = config.preset == Config::best().preset;
+        let goals = [SCAN_GOAL_MS, SLOWEST_SCAN_GOAL_MS].map(|goal| is_best.then_some(goal));
+        print_scan(config.preset, "median", &measured[measured.len() / 2], goals[0]);
+        print_scan(config.preset, "slowest", &measured[measured.len() - 1], goals[1]);
+    }
+    println!();
+}
+
+fn read_cloud(scan: &LabelledScan) -> PointCloud {
+    let words = read_labels(&scan.labels).expect("labels");
+    let classes = words.iter().map(|&word| word as u16).collect();
+    read_scan(&scan.scan).expect("a scan").with_class(classes).expect("a label for each point")
+}
+
+fn measure(cloud: &PointCloud, config: &Config, rounds: usize) -> Scan {
+    let taxonomy = Taxonomy::semantic_kitti();
+    let (mut points, mut objects, mut instances) = (0, 0, 0);
+    let (mut times, mut copy_ms) = (None::<StageTimes>, f64::INFINITY);
+    for _ in 0..rounds {
+        let started = Instant::now();
+        let copy = std::hint::black_box(cloud).clone();
+        std::hint::black_box(&copy);
+        copy_ms = copy_ms.min(started.elapsed().as_secs_f64() * 1e3);
+        let stages = pipeline::run(&copy, MaskSource::Classes(&taxonomy), config);
+        (points, objects) = (stages.labels.reason.len(), stages.objects.len());
+        instances = stages.instances.len();
+        let faster = times.is_none_or(|best| stages.times.total_ms() < best.total_ms());
+        times = if faster { Some(stages.times) } else { times };
+    }
+    Scan { points, objects, instances, times: times.unwrap_or_default(), copy_ms }
+}
+
+fn print_scan(preset: &str, which: &str, scan: &Scan, goal_ms: Option<f64>) {
+    let Scan { points, objects, instances, times, copy_ms } = scan;
+    let total = times.total_ms();
+    println!(
+        "{:<34} {points:>8} {objects:>8} {instances:>9} {:>7.2} {:>7.2} {:>7.2} {:>7.2} {:>7.2} {total:>7.2} {:>7.1}{}",
+        format!("{preset}, {which}"),
+        times.projection_ms,
+        times.mask_ms,
+        times.divide_ms,
+        times.merge_ms,
+        times.labels_ms,
+        total / copy_ms,
+        if goal_ms.is_some_and(|goal| total > goal) { "  over the goal" } else { "" },
+    );
+}
+
+fn message_to_message(data: &Path, rounds: usize) {
+    println!("message to message, ms, median of {rounds} rounds; goal: total at most {GOAL_MS} ms");
     println!(
         "{:<34} {:>8} {:>8} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7}",
         "frames, mask, preset",
@@ -38,7 +138,6 @@ fn main() {
     let mut sets: Vec<(String, Vec<Vec<u8>>)> = [Scene::Street, Scene::Parking, Scene::Crowd]
         .map(|scene| (format!("simulated {scene}"), simulated(scene)))
         .into();
-    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/recordings");
     match recorded(&data.join("semantickitti_04_ros2.mcap")) {
         Some(messages) => sets.push(("SemanticKITTI 04".into(), messages)),
         None => println!("(no {}: real frames skipped)", data.display()),

@@ -104,18 +104,21 @@ impl PointCloud {
     }
 
     /// Position of point `index` in metres.
+    #[inline]
     pub fn position(&self, index: usize) -> [f32; 3] {
         [self.x[index], self.y[index], self.z[index]]
     }
 
     /// Whether point `index` is a return: finite and not at the origin, where drivers put beams that
     /// came back with nothing.
+    #[inline]
     pub fn is_return(&self, index: usize) -> bool {
         let [x, y, z] = self.position(index);
         x.is_finite() && y.is_finite() && z.is_finite() && (x != 0.0 || y != 0.0 || z != 0.0)
     }
 
     /// Squared range of point `index` in square metres.
+    #[inline]
     pub fn squared_range(&self, index: usize) -> f64 {
         let [x, y, z] = self.position(index).map(f64::from);
         x * x + y * y + z * z

@@ -3,8 +3,8 @@
 use std::ops::RangeInclusive;
 use std::sync::LazyLock;
 
-/// Colours before they repeat.
-const COLOURS: usize = 1024;
+/// Colours of instances before they repeat.
+pub const INSTANCE_COLOURS: usize = 1024;
 /// Degrees between the hues of neighbouring ids: the golden angle leaves no two early ids close.
 const GOLDEN_ANGLE: f64 = 137.507_764_050_037_85;
 /// OKLCH lightness of neighbouring ids, or the nearest at which sRGB has enough chroma.
@@ -13,12 +13,13 @@ const LIGHTNESS: [f64; 3] = [0.76, 0.64, 0.87];
 const CHROMA: RangeInclusive<f64> = 0.13..=0.19;
 const CHROMA_STEP: f64 = 0.0025;
 
-static TABLE: LazyLock<Vec<[u8; 3]>> = LazyLock::new(|| (0..COLOURS).map(colour).collect());
+static TABLE: LazyLock<Vec<[u8; 3]>> =
+    LazyLock::new(|| (0..INSTANCE_COLOURS).map(colour).collect());
 
 /// sRGB colour of instance `id`: bright, never grey, the same in every frame and recording,
 /// neighbouring ids far apart. Repeats after 1024.
 pub fn instance_colour(id: u32) -> [u8; 3] {
-    TABLE[id.wrapping_sub(1) as usize % COLOURS]
+    TABLE[id.wrapping_sub(1) as usize % INSTANCE_COLOURS]
 }
 
 /// sRGB colour of a point without an instance, by the code of the reason: greys, the last three
@@ -83,7 +84,7 @@ mod tests {
 
     #[test]
     fn instances_are_bright_and_never_grey() {
-        for id in 1..=COLOURS as u32 {
+        for id in 1..=INSTANCE_COLOURS as u32 {
             let colour = instance_colour(id);
             let (low, high) = (colour.iter().min().unwrap(), colour.iter().max().unwrap());
             assert!(*high >= 140 && high - low >= 70, "{id}: {colour:?}");
@@ -92,7 +93,7 @@ mod tests {
 
     #[test]
     fn neighbours_are_far_apart_and_hundreds_differ() {
-        for id in 1..COLOURS as u32 {
+        for id in 1..INSTANCE_COLOURS as u32 {
             let gap = distance(instance_colour(id), instance_colour(id + 1));
             assert!(gap > 80 * 80, "{id}: {gap}");
         }
@@ -104,7 +105,7 @@ mod tests {
 
     #[test]
     fn colours_are_stable() {
-        assert_eq!(instance_colour(1), instance_colour(1 + COLOURS as u32));
+        assert_eq!(instance_colour(1), instance_colour(1 + INSTANCE_COLOURS as u32));
         assert_eq!(
             [1, 2, 3].map(instance_colour),
             [[254, 131, 173], [74, 165, 18], [147, 163, 254]]

@@ -160,7 +160,8 @@ pub fn run(cloud: &PointCloud, mask: MaskSource, config: &Config) -> Stages {
 
     let pixels = instance_pixels(&components, &merge, &birds_eye, params);
     let mut labels = label_points(cloud, &image, &mask, &objects, &components, &pixels, params);
-    let instances = describe(cloud, &mask, &components, &pixels, mask_of, &mut labels);
+    let points = &objects.points;
+    let instances = describe(cloud, &mask, points, &components, &pixels, mask_of, &mut labels);
     let labels_ms = clock.lap();
 
     Stages {
@@ -258,7 +259,7 @@ fn label_points(
     for &(point, id) in &mask.corrected {
         labels.semantic[point as usize] = id;
     }
-    for point in (0..cloud.len()).filter(|&point| mask.is_object[point]) {
+    for point in objects.points.iter().map(|&point| point as usize) {
         let source = label_source(cloud, image, mask, objects, point, params.back_projection);
         let Some(object) = source else {
             labels.reason[point] = Reason::Shadowed;
@@ -277,12 +278,13 @@ fn label_points(
 fn describe(
     cloud: &PointCloud,
     mask: &ObjectMask,
+    points: &[u32],
     components: &Components,
     pixels: &InstancePixels,
     source: MaskSource,
     labels: &mut PointLabels,
 ) -> Vec<Instance> {
-    let (points_of, start) = members(&labels.instance, pixels.pixels.len());
+    let (points_of, start) = members(points, &labels.instance, pixels.pixels.len());
     let component_counts = component_counts(components, pixels);
     let mut instances = Vec::with_capacity(pixels.pixels.len());
     for id in 1..=pixels.pixels.len() as u32 {
@@ -312,20 +314,22 @@ fn describe(
     instances
 }
 
-/// The points of all instances, instance after instance; those of instance k from start\[k - 1\] to
+/// Of the object points those of all instances, instance after instance; those of instance k from start\[k - 1\] to
 /// start\[k\].
-fn members(instance: &[u32], count: usize) -> (Vec<u32>, Vec<usize>) {
+fn members(points: &[u32], instance: &[u32], count: usize) -> (Vec<u32>, Vec<usize>) {
+    let labelled =
+        || points.iter().map(|&p| (p, instance[p as usize] as usize)).filter(|&(_, id)| id != 0);
     let mut start = vec![0; count + 1];
-    for &instance in instance.iter().filter(|&&instance| instance != 0) {
-        start[instance as usize] += 1;
+    for (_, id) in labelled() {
+        start[id] += 1;
     }
     for id in 1..=count {
         start[id] += start[id - 1];
     }
     let mut next = start.clone();
     let mut points = vec![0; start[count]];
-    for (point, &instance) in (0_u32..).zip(instance).filter(|&(_, &instance)| instance != 0) {
-        let place = &mut next[instance as usize - 1];
+    for (point, id) in labelled() {
+        let place = &mut next[id - 1];
         points[*place] = point;
         *place += 1;
     }

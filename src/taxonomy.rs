@@ -147,14 +147,9 @@ impl Taxonomy {
 
     /// Class number for every possible raw id (65,536 entries; unknown ids are 0).
     pub fn lookup(&self) -> Vec<u16> {
-        self.lookup_known().into_iter().map(Option::unwrap_or_default).collect()
-    }
-
-    /// Class number for every possible raw id (65,536 entries), `None` for unknown ids.
-    pub fn lookup_known(&self) -> Vec<Option<u16>> {
-        let mut table = vec![None; 1 << 16];
-        for (&raw, &class) in &self.class_of {
-            table[raw as usize] = Some(class);
+        let mut table = vec![0; 1 << 16];
+        for (raw, class) in self.known_ids() {
+            table[usize::from(raw)] = class;
         }
         table
     }
@@ -172,6 +167,11 @@ impl Taxonomy {
             Some(_) => families.iter().position(|other| other == family).unwrap_or(class) as u16,
         };
         families.iter().enumerate().map(first).collect()
+    }
+
+    /// The raw ids that the taxonomy knows, ascending, each with its class number.
+    pub fn known_ids(&self) -> impl DoubleEndedIterator<Item = (u16, u16)> {
+        self.class_of.iter().map(|(&raw, &class)| (raw, class))
     }
 
     /// Number of the class of that name.

@@ -19,82 +19,96 @@ pub fn label_source(
     if !mask.is_object[point] {
         return None;
     }
-    let pixel = if image.is_shadowed(point) {
-        nearest_pixel(cloud, image, point, window, |pixel| {
-            objects.at(pixel).is_some_and(|object| objects.class[object] == mask.class[point])
-        })
+    if image.is_shadowed(point) {
+        nearest_object(cloud, image, objects, point, mask.class[point], window)
     } else {
-        image.pixel_of(point)
-    };
-    pixel.and_then(|pixel| objects.at(pixel))
+        image.pixel_of(point).and_then(|pixel| objects.at(pixel))
+    }
 }
 
-/// The pixel nearest to a point among the pixels of the window around the point's own pixel that
-/// `accepts` allows. Columns wrap where the image does. Ties go to the nearer column, then to the left,
-/// then upwards.
-fn nearest_pixel(
+/// The object pixel of a class nearest to a point in the window around the point's own pixel. Columns wrap
+/// where the image does. Ties go to the nearer column, then to the left, then upwards.
+fn nearest_object(
     cloud: &PointCloud,
     image: &RangeImage,
+    objects: &ObjectPixels,
     point: usize,
+    class: u16,
     window: BackProjection,
-    accepts: impl Fn(usize) -> bool,
 ) -> Option<usize> {
     let own = image.pixel_of(point)?;
     let columns = image.columns();
     let (row, column) = (own / columns, own % columns);
-    let rows = row.saturating_sub(window.rows)..=(row + window.rows).min(image.rows() - 1);
-    let half = window.columns.min((columns - 1) / 2) as isize;
+    let rows = row.saturating_sub(window.rows)..(row + window.rows + 1).min(image.rows());
+    let position = cloud.position(point);
     let mut best: Option<(f64, usize)> = None;
-    for offset in (0..=half).flat_map(|o| [-o, o]).skip(1) {
-        if best
-            .is_some_and(|(least, _)| least < least_distance(cloud, image, point, offset, window))
-        {
-            break;
-        }
-        let column = column as isize + offset;
-        let column = if image.wraps { column.rem_euclid(columns as isize) } else { column };
-        if !(0..columns as isize).contains(&column) {
-            continue;
-        }
-        for row in rows.clone() {
-            let pixel = row * columns + column as usize;
-            let Some(other) = image.point_at(pixel).filter(|_| accepts(pixel)) else {
-                continue;
-            };
-            let distance = distance(cloud, point, other, window.nearest);
-            if best.is_none_or(|(least, _)| distance < least) {
-                best = Some((distance, pixel));
+    for offset in 0..=window.columns.min((columns - 1) / 2) {
+        let bound = best.map_or(0.0, |_| least_distance(position, offset, columns, window.nearest));
+        for column in sides(column, offset, columns, image.wraps).into_iter().flatten() {
+            if best.is_some_and(|(least, _)| least < bound) {
+                return best.map(|(_, object)| object);
+            }
+            for row in rows.clone() {
+                let object = objects.at(row * columns + column);
+                let Some(object) = object.filter(|&object| objects.class[object] == class) else {
+                    continue;
+                };
+                let distance = distance(position, objects.position[object], window.nearest);
+                if best.is_none_or(|(least, _)| distance < least) {
+                    best = Some((distance, object));
+                }
             }
         }
     }
-    best.map(|(_, pixel)| pixel)
+    best.map(|(_, object)| object)
+}
+
+/// The columns `offset` to the left and to the right of a column; 0 to the left is the column itself.
+fn sides(column: usize, offset: usize, columns: usize, wraps: bool) -> [Option<usize>; 2] {
+    let left = column.checked_sub(offset);
+    let right = Some(column + offset).filter(|&right| right < columns);
+    match offset {
+        0 => [left, None],
+        _ if wraps => [
+            left.or(Some(column + columns - offset)),
+            right.or_else(|| (column + offset).checked_sub(columns)),
+        ],
+        _ => [left, right],
+    }
 }
 
 /// No point so many columns away, or farther, is nearer than this: its ray leaves in another direction.
-fn least_distance(
-    cloud: &PointCloud,
-    image: &RangeImage,
-    point: usize,
-    offset: isize,
-    window: BackProjection,
-) -> f64 {
-    if window.nearest == Nearest::Range {
+fn least_distance(position: [f32; 3], offset: usize, columns: usize, nearest: Nearest) -> f64 {
+    if nearest == Nearest::Range {
         return 0.0;
     }
-    let between = (offset.unsigned_abs().saturating_sub(1)) as f64;
-    let angle = (between * std::f64::consts::TAU / image.columns() as f64).min(1.5);
-    let [x, y, _] = cloud.position(point).map(f64::from);
+    let between = offset.saturating_sub(1) as f64;
+    let angle = (between * std::f64::consts::TAU / columns as f64).min(1.5);
+    let [x, y, _] = position.map(f64::from);
     (x * x + y * y) * angle.sin().powi(2)
 }
 
-/// Anything that orders as the distance does.
-fn distance(cloud: &PointCloud, a: usize, b: usize, nearest: Nearest) -> f64 {
+/// Anything that orders as the distance of two positions (metres) does.
+fn distance(a: [f32; 3], b: [f32; 3], nearest: Nearest) -> f64 {
+    let (a, b) = (a.map(f64::from), b.map(f64::from));
+    let squared = |[x, y, z]: [f64; 3]| x * x + y * y + z * z;
     match nearest {
-        Nearest::Range => (cloud.squared_range(a).sqrt() - cloud.squared_range(b).sqrt()).abs(),
-        Nearest::Space => {
-            let (a, b) = (cloud.position(a), cloud.position(b));
-            let along = |axis: usize| f64::from(a[axis]) - f64::from(b[axis]);
-            (0..3).map(|axis| along(axis) * along(axis)).sum()
-        }
+        Nearest::Range => (squared(a).sqrt() - squared(b).sqrt()).abs(),
+        Nearest::Space => squared([a[0] - b[0], a[1] - b[1], a[2] - b[2]]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sides_wrap_where_the_image_does() {
+        assert_eq!(sides(3, 0, 10, true), [Some(3), None]);
+        assert_eq!(sides(3, 2, 10, true), [Some(1), Some(5)]);
+        assert_eq!(sides(1, 3, 10, true), [Some(8), Some(4)]);
+        assert_eq!(sides(8, 4, 10, true), [Some(4), Some(2)]);
+        assert_eq!(sides(1, 3, 10, false), [None, Some(4)]);
+        assert_eq!(sides(8, 4, 10, false), [Some(4), None]);
     }
 }

@@ -65,24 +65,15 @@ pub enum Evidence {
 /// For each piece (from 0) the group it belongs to, groups numbered from 1 in the order of their first
 /// pieces, and the joins in the order in which they were made.
 ///
-/// Steps: pieces that touch join, the nearest first; then of all pairs that belong together the one with
+/// Steps: pieces that touch join, in any order; then of all pairs that belong together the one with
 /// the least evidence against it joins, and what that group has become is compared with its neighbours anew.
 /// Time grows with the pairs of pieces nearer than their class is wide; of these only the ones that come
 /// up before either has joined another are measured.
 pub fn assemble(fragments: &[Fragment], params: &FragmentMerge) -> (Vec<u32>, Vec<Join>) {
     let mut assembly = Assembly::new(fragments, params);
-    assembly.join_within(Reach::Touching);
-    assembly.join_within(Reach::Bridged);
+    assembly.join_touching();
+    assembly.join_belonging();
     (assembly.numbered(), assembly.joins)
-}
-
-/// How far from a group its partners are looked for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Reach {
-    /// As far as groups count as touching.
-    Touching,
-    /// As far as a gap is bridged at all.
-    Bridged,
 }
 
 /// A group of pieces, under the number of its first piece.
@@ -116,7 +107,8 @@ struct Assembly<'a> {
     groups: Vec<Group>,
     parent: Vec<usize>,
     cells: Cells,
-    reach: Reach,
+    /// Whether the pieces that touch have been put together.
+    has_grown: bool,
     queue: BinaryHeap<Candidate>,
     joins: Vec<Join>,
 }
@@ -129,15 +121,77 @@ impl<'a> Assembly<'a> {
             groups: fragments.iter().map(Group::of_piece).collect(),
             parent: (0..fragments.len()).collect(),
             cells: Cells::default(),
-            reach: Reach::Touching,
+            has_grown: false,
             queue: BinaryHeap::new(),
             joins: Vec::new(),
         }
     }
 
-    /// Joins groups no farther apart than a reach until none belong together.
-    fn join_within(&mut self, reach: Reach) {
-        self.reach = reach;
+    /// Joins the pieces that touch as they are, outlines not growing meanwhile.
+    fn join_touching(&mut self) {
+        for number in 0..self.groups.len() {
+            let Some(size) =
+                self.groups[number].size.filter(|_| !self.groups[number].hull.is_empty())
+            else {
+                continue;
+            };
+            let group = &self.groups[number];
+            let reach = self.params.touching_gap(size);
+            for other in self.cells.near(self.layer(number), group.low, group.high, reach) {
+                let (one, two) = (self.root(number), self.root(other));
+                if one == two || self.groups[number].least_distance(&self.groups[other]) > reach {
+                    continue;
+                }
+                let gap = distance(&self.groups[number].hull, &self.groups[other].hull);
+                if gap <= reach && !self.are_side_by_side(number, other, size) {
+                    let (a, b) = (one.min(two), one.max(two));
+                    let (target, query) = (a as u32 + 1, b as u32 + 1);
+                    self.parent[b] = a;
+                    self.joins.push(Join { target, query, gap, evidence: Evidence::Touching });
+                }
+            }
+            let group = &self.groups[number];
+            self.cells.insert(self.layer(number), number, group.low, group.high);
+        }
+        self.outline_groups();
+    }
+
+    /// Gives every group the outline of its pieces.
+    fn outline_groups(&mut self) {
+        let mut corners: Vec<Vec<PlanePoint>> = vec![Vec::new(); self.groups.len()];
+        let mut pixels = vec![0; self.groups.len()];
+        let mut largest: Vec<usize> = (0..self.groups.len()).collect();
+        for number in 0..self.groups.len() {
+            let root = self.root(number);
+            let piece = &self.groups[number];
+            corners[root].extend(&piece.hull);
+            pixels[root] += piece.pixels;
+            if piece.pixels > self.groups[largest[root]].pixels {
+                largest[root] = number;
+            }
+        }
+        let sizes: Vec<Option<ClassSize>> = largest.iter().map(|&n| self.groups[n].size).collect();
+        for (number, corners) in corners.into_iter().enumerate() {
+            if self.is_group(number) {
+                self.groups[number] =
+                    Group::new(convex_hull(&corners), pixels[number], sizes[number]);
+            }
+        }
+    }
+
+    /// Whether the rectangle around two groups that touch is too wide for one object.
+    fn are_side_by_side(&self, a: usize, b: usize, size: ClassSize) -> bool {
+        let (one, two) = (&self.groups[a], &self.groups[b]);
+        let [x, y] = [0, 1].map(|axis: usize| {
+            one.high[axis].max(two.high[axis]) - one.low[axis].min(two.low[axis])
+        });
+        let widest = self.params.widest(size);
+        x.hypot(y) > widest && self.union(a, b).is_some_and(|union| union.size[1] > widest)
+    }
+
+    /// Joins the groups that belong together until there are none.
+    fn join_belonging(&mut self) {
+        self.has_grown = true;
         self.cells = Cells::default();
         for number in 0..self.groups.len() {
             self.propose(number);
@@ -166,21 +220,10 @@ impl<'a> Assembly<'a> {
         self.groups[group].size.filter(|_| can_join)
     }
 
-    /// How far to look for partners, metres.
-    fn reach(&self, size: ClassSize) -> f64 {
-        match self.reach {
-            Reach::Touching => self.params.touching_gap(size),
-            Reach::Bridged => self.params.bridged_gap(size),
-        }
-    }
-
     /// Where the groups of a family lie by their place. All of a family share cells of one side, whatever
     /// their class.
     fn layer(&self, number: usize) -> Layer {
-        let side = match self.reach {
-            Reach::Touching => 2.0 * self.params.touching,
-            Reach::Bridged => 2.0,
-        };
+        let side = if self.has_grown { 2.0 } else { 2.0 * self.params.touching };
         Layer { number: self.fragments[number].family, side }
     }
 
@@ -210,7 +253,7 @@ impl<'a> Assembly<'a> {
         let Some(size) = self.size(number) else {
             return;
         };
-        let reach = self.reach(size);
+        let reach = self.params.bridged_gap(size);
         let group = &self.groups[number];
         for other in self.cells.near(self.layer(number), group.low, group.high, reach) {
             if other == number || !self.is_group(other) {
@@ -265,8 +308,7 @@ impl<'a> Assembly<'a> {
         let touching = self.params.touching_gap(size);
         let gap = distance(&one.hull, &two.hull);
         let is_touching = gap <= touching;
-        let is_hopeless = || self.reach == Reach::Touching || self.is_too_large(a, b, size);
-        if gap >= self.params.bridged_gap(size) || (!is_touching && is_hopeless()) {
+        if gap >= self.params.bridged_gap(size) || (!is_touching && self.is_too_large(a, b, size)) {
             return None;
         }
         let union = self.union(a, b)?.size;

@@ -3,8 +3,7 @@
 use crate::cloud::PointCloud;
 use crate::cluster::condition::{Along, Judge};
 use crate::cluster::params::ClusterParams;
-use crate::grid::Grid;
-use crate::range_image::{NEIGHBOURS, NO_NEIGHBOUR, RangeImage, Reach, neighbours};
+use crate::range_image::{NEIGHBOURS, NO_NEIGHBOUR, PixelSet, RangeImage, Reach, neighbours};
 use crate::semantics::ObjectMask;
 use crate::taxonomy::ClassSize;
 
@@ -12,10 +11,12 @@ use crate::taxonomy::ClassSize;
 /// each.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ObjectPixels {
+    /// Points of objects, ascending; shadowed ones, which have no pixel of their own, included.
+    pub points: Vec<u32>,
     /// M: pixel number in the range image, ascending.
     pub pixel: Vec<u32>,
-    /// H x W: number of the object pixel, or [`NO_NEIGHBOUR`].
-    pub number: Grid<u32>,
+    /// The same pixels as a set, which gives the number of each.
+    pub set: PixelSet,
     /// M: position in metres, sensor frame.
     pub position: Vec<[f32; 3]>,
     /// M: class number, 0 where there are no classes.
@@ -37,32 +38,36 @@ impl ObjectPixels {
         mask: &ObjectMask,
         params: &ClusterParams,
     ) -> Self {
-        let mut objects = ObjectPixels::default();
-        let mut number = Grid::filled(image.rows(), image.columns(), NO_NEIGHBOUR);
-        for (pixel, number) in number.values_mut().iter_mut().enumerate() {
-            let Some(point) = image.point_at(pixel).filter(|&p| mask.is_object[p]) else {
-                continue;
-            };
-            *number = objects.pixel.len() as u32;
-            objects.pixel.push(pixel as u32);
-            objects.position.push(cloud.position(point));
-            objects.class.push(mask.class[point]);
-            objects.family.push(mask.families[usize::from(mask.class[point])]);
-        }
+        let points = mask.object_points();
+        let seen = points.iter().map(|&point| point as usize);
+        let seen = seen.filter(|&point| !image.is_shadowed(point));
+        let pixels = seen.map(|point| image.pixel_of_point[point]);
+        let set = PixelSet::new(image.rows(), image.columns(), pixels);
+        let pixel = set.pixels();
+        let point =
+            || pixel.iter().map(|&pixel| image.point_of_pixel.values()[pixel as usize] as usize);
+        let mut objects = ObjectPixels {
+            position: point().map(|point| cloud.position(point)).collect(),
+            class: point().map(|point| mask.class[point]).collect(),
+            family: point().map(|point| mask.families[usize::from(mask.class[point])]).collect(),
+            points,
+            set,
+            pixel,
+            ..ObjectPixels::default()
+        };
         let reach =
             Reach { columns: params.gap_columns, rows: params.gap_rows, wraps: image.wraps };
         let one_group = vec![0; objects.pixel.len()];
         let group = if params.same_class_neighbours { &objects.family } else { &one_group };
-        objects.neighbours = neighbours(&number, group, reach);
-        objects.number = number;
+        objects.neighbours = neighbours(&objects.set, &objects.pixel, group, reach);
         objects.connected = connected(&objects, image, &mask.sizes, params);
         objects
     }
 
     /// The object pixel at a pixel of the image.
+    #[inline]
     pub fn at(&self, pixel: usize) -> Option<usize> {
-        let number = self.number.values()[pixel];
-        (number != NO_NEIGHBOUR).then_some(number as usize)
+        self.set.number(pixel).map(|number| number as usize)
     }
 
     /// Number of object pixels M.

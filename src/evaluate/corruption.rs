@@ -241,10 +241,9 @@ fn objects(
 
 /// By class number the lowest raw ids of the classes that it is easily taken for.
 fn similar_ids(taxonomy: &Taxonomy) -> Vec<Vec<u16>> {
-    let class_of = taxonomy.lookup_known();
     let raw_id = |name: &&str| {
         let class = taxonomy.class_named(name)?;
-        class_of.iter().position(|&known| known == Some(class)).map(|id| id as u16)
+        taxonomy.known_ids().find(|&(_, known)| known == class).map(|(id, _)| id)
     };
     let of_class = |name: &str| {
         let similar = SIMILAR.iter().find(|(own, _)| *own == name);

@@ -228,7 +228,7 @@ impl<'a> PointCloud2<'a> {
     }
 
     /// The bytes of each row's points, without what is behind them.
-    fn rows(&self) -> impl Iterator<Item = &[u8]> {
+    pub(super) fn rows(&self) -> impl Iterator<Item = &[u8]> {
         let packed = self.width as usize * self.point_step as usize;
         self.data.chunks_exact(self.row_stride().max(1)).map(move |row| &row[..packed])
     }
@@ -329,7 +329,27 @@ impl<'a> PointCloud2<'a> {
         if self.point_count() == 0 {
             return Ok(Vec::new());
         }
-        self.column(name, |number| number.round() as i64 as u16)
+        let field = self.readable(name)?;
+        // Integers need no rounding.
+        match (self.is_bigendian, field.datatype) {
+            (false, Datatype::UInt16) => Ok(self.gather(field, u16::from_le_bytes)),
+            (false, Datatype::UInt32) => Ok(self.gather(field, |b| u32::from_le_bytes(b) as u16)),
+            _ => self.column(name, |number| number.round() as i64 as u16),
+        }
+    }
+
+    /// A readable field's bytes at every point, converted.
+    fn gather<const N: usize, T>(
+        &self,
+        field: &PointField,
+        convert: impl Fn([u8; N]) -> T,
+    ) -> Vec<T> {
+        let (step, at) = ((self.point_step as usize).max(1), field.offset as usize);
+        let mut column = Vec::with_capacity(self.point_count());
+        for row in self.rows() {
+            column.extend(row.chunks_exact(step).map(|point| convert(take(point, at))));
+        }
+        column
     }
 
     fn column<T>(&self, name: &str, convert: impl Fn(f64) -> T) -> Result<Vec<T>> {

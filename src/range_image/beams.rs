@@ -2,7 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::{elevation, is_sampled, median};
+use super::sweep::{BLOCK, Sweep, common_row};
+use super::{elevation, median};
 use crate::cloud::PointCloud;
 
 /// A sensor with more beams than this is not known; a larger ring number is not a beam.
@@ -11,8 +12,11 @@ const MOST_BEAMS: usize = 1024;
 /// Row of each ring number, row 0 the highest: rings sorted by the median elevation of their returns.
 /// Where that is all but monotone in the ring number, plain ascending or descending order is used, so
 /// that a ring with few returns cannot fall out of line. `None` if the numbers cannot be beams.
-pub(super) fn row_of_ring(cloud: &PointCloud, ring: &[u16]) -> Option<Vec<u16>> {
-    let medians = median_slopes(cloud, ring)?;
+pub(super) fn row_of_ring(sweep: &Sweep, ring: &[u16]) -> Option<Vec<u16>> {
+    Some(rows_by_slope(&median_slopes(sweep, ring)?))
+}
+
+fn rows_by_slope(medians: &[Option<f64>]) -> Vec<u16> {
     let known: Vec<f64> = medians.iter().copied().flatten().collect();
     let rising = known.windows(2).filter(|pair| pair[1] > pair[0]).count();
     let steps = known.len().saturating_sub(1);
@@ -29,30 +33,52 @@ pub(super) fn row_of_ring(cloud: &PointCloud, ring: &[u16]) -> Option<Vec<u16>> 
     for (row, ring) in order.into_iter().enumerate() {
         row_of_ring[ring] = row as u16;
     }
-    Some(row_of_ring)
+    row_of_ring
 }
 
-/// For each ring number the median slope of its returns, from a sample of them where they are many.
-/// `None` without any return or with a ring number that is no beam.
-fn median_slopes(cloud: &PointCloud, ring: &[u16]) -> Option<Vec<Option<f64>>> {
+/// For each ring number the median slope of its returns, from the sample where they are many. `None`
+/// without any return or with a ring number that is no beam.
+fn median_slopes(sweep: &Sweep, ring: &[u16]) -> Option<Vec<Option<f64>>> {
     const MANY: usize = 256;
-    let highest = ring.iter().copied().max().map_or(0, usize::from);
-    let mut counts = vec![0_usize; highest + 1];
-    for (_, &ring) in ring.iter().enumerate().filter(|&(point, _)| cloud.is_return(point)) {
-        counts[usize::from(ring)] += 1;
-    }
+    let counts = returns_of_rings(sweep, ring);
     let rings = counts.iter().rposition(|&count| count > 0)? + 1;
     if rings > MOST_BEAMS {
         return None;
     }
-    let mut slopes: Vec<Vec<f64>> = vec![Vec::new(); rings];
-    for (point, &ring) in ring.iter().enumerate() {
-        let ring = usize::from(ring);
-        if (is_sampled(cloud, point) || counts[ring] < MANY) && cloud.is_return(point) {
-            slopes[ring].push(slope(cloud, point));
+    let mut slopes: Vec<Vec<f64>> =
+        counts[..rings].iter().map(|&n| Vec::with_capacity((n / 4).max(MANY))).collect();
+    for &point in &sweep.sample {
+        let ring = usize::from(ring[point as usize]);
+        if counts[ring] >= MANY {
+            slopes[ring].push(slope(sweep.cloud, point as usize));
+        }
+    }
+    if counts.iter().any(|count| (1..MANY).contains(count)) {
+        for (point, &ring) in ring.iter().enumerate() {
+            let ring = usize::from(ring);
+            if counts[ring] < MANY && !sweep.azimuth[point].is_nan() {
+                slopes[ring].push(slope(sweep.cloud, point));
+            }
         }
     }
     Some(slopes.iter_mut().map(|beam| median(beam)).collect())
+}
+
+/// Number of returns of each ring.
+fn returns_of_rings(sweep: &Sweep, ring: &[u16]) -> Vec<usize> {
+    let highest = ring.iter().copied().max().map_or(0, usize::from);
+    let mut counts = vec![0; highest + 1];
+    for (rings, azimuths) in ring.chunks(BLOCK).zip(sweep.azimuth.chunks(BLOCK)) {
+        if let Some(ring) = common_row(rings) {
+            let returns: u32 = azimuths.iter().map(|azimuth| u32::from(!azimuth.is_nan())).sum();
+            counts[usize::from(ring)] += returns as usize;
+            continue;
+        }
+        for (&ring, azimuth) in rings.iter().zip(azimuths) {
+            counts[usize::from(ring)] += usize::from(!azimuth.is_nan());
+        }
+    }
+    counts
 }
 
 /// Tangent of the elevation: orders as the elevation does.
@@ -61,39 +87,85 @@ fn slope(cloud: &PointCloud, point: usize) -> f64 {
     z / (x * x + y * y).sqrt().max(f64::MIN_POSITIVE)
 }
 
-/// Number of the turn in which each point was stored, for clouds stored beam after beam (KITTI's, and
-/// many converters'): the azimuth runs round once per beam. `None` unless the turns are beams, that is
-/// unless their median elevations lie in order.
-pub(super) fn turns(cloud: &PointCloud, azimuths: &[f32]) -> Option<Vec<u16>> {
-    [0.0, PI].iter().find_map(|&seam| turns_at(cloud, azimuths, seam))
+/// The row of every point of a cloud stored beam after beam (KITTI's, and many converters'), and the number
+/// of rows: the azimuth runs round once per beam. `None` unless the turns are beams, that is unless their
+/// median elevations lie in order.
+pub(super) fn rows_of_turns(sweep: &Sweep) -> Option<(Vec<u16>, usize)> {
+    [0.0, PI].iter().find_map(|&seam| {
+        let mut turns = turns(&sweep.azimuth, seam)?;
+        let medians = median_slopes(sweep, &turns)?;
+        if !are_ordered(&medians) {
+            return None;
+        }
+        let row_of_turn = rows_by_slope(&medians);
+        let row = |turn: u16| row_of_turn[usize::from(turn)];
+        for block in turns.chunks_mut(BLOCK) {
+            match common_row(block) {
+                Some(turn) => block.fill(row(turn)),
+                None => block.iter_mut().for_each(|turn| *turn = row(*turn)),
+            }
+        }
+        Some((turns, row_of_turn.len()))
+    })
 }
 
-fn turns_at(cloud: &PointCloud, azimuths: &[f32], seam: f64) -> Option<Vec<u16>> {
+/// The turn of the azimuth (radians, NaN for no return) in which each point was stored; a turn ends where
+/// the azimuth jumps at the seam. `None` if they are fewer or more than beams.
+fn turns(azimuth: &[f32], seam: f64) -> Option<Vec<u16>> {
     const FEWEST_BEAMS: u16 = 4;
     const MOST_TURNS: u16 = 256;
+    let angle = |azimuth: f32| turned(f64::from(azimuth) - seam);
+    let mut turns = Vec::with_capacity(azimuth.len());
     let mut turn = 0_u16;
     let mut previous = None;
-    let mut turns = vec![0; cloud.len()];
-    for point in 0..cloud.len() {
-        if cloud.is_return(point) {
-            let angle = (f64::from(azimuths[point]) - seam).rem_euclid(TAU);
-            if previous.is_some_and(|previous: f64| (angle - previous).abs() > 0.9 * PI) {
-                turn += 1;
-            }
-            if turn == MOST_TURNS {
-                return None;
-            }
-            previous = Some(angle);
+    for start in (0..azimuth.len()).step_by(BLOCK) {
+        let end = (start + BLOCK).min(azimuth.len());
+        if start > 0 && is_calm(&azimuth[start - 1..end]) {
+            turns.resize(end, turn);
+            previous = Some(angle(azimuth[end - 1]));
+            continue;
         }
-        turns[point] = turn;
+        for &azimuth in &azimuth[start..end] {
+            if !azimuth.is_nan() {
+                let angle = angle(azimuth);
+                if previous.is_some_and(|previous: f64| (angle - previous).abs() > JUMP) {
+                    turn += 1;
+                }
+                if turn == MOST_TURNS {
+                    return None;
+                }
+                previous = Some(angle);
+            }
+            turns.push(turn);
+        }
     }
-    (turn + 1 >= FEWEST_BEAMS && are_ordered(cloud, &turns)).then_some(turns)
+    (turn + 1 >= FEWEST_BEAMS).then_some(turns)
+}
+
+/// Neighbouring returns of a beam are nearer than this, radians, but for those on either side of the seam.
+const JUMP: f64 = 0.9 * PI;
+
+/// Whether azimuths (radians) are those of returns, do not jump and stay clear of both seams, 0 and pi. All
+/// but a few blocks of a cloud stored beam after beam are calm.
+fn is_calm(azimuths: &[f32]) -> bool {
+    const SURELY_NO_JUMP: f32 = 2.8;
+    const CLEAR_OF_PI: f32 = 3.1;
+    azimuths.array_windows().fold(true, |is_calm, &[a, b]| {
+        let is_one_side = a.is_sign_negative() == b.is_sign_negative();
+        let is_clear = (a.abs() < CLEAR_OF_PI) & (b.abs() < CLEAR_OF_PI);
+        is_calm & is_one_side & is_clear & ((a - b).abs() < SURELY_NO_JUMP)
+    })
+}
+
+/// An angle between -2 turns and 1 turn, brought into [0, turn].
+fn turned(angle: f64) -> f64 {
+    let angle = if angle < -TAU { angle + TAU } else { angle };
+    if angle < 0.0 { angle + TAU } else { angle }
 }
 
 /// Whether the median elevations of the turns rise or fall all but steadily.
-fn are_ordered(cloud: &PointCloud, turns: &[u16]) -> bool {
-    let medians: Vec<f64> =
-        median_slopes(cloud, turns).unwrap_or_default().into_iter().flatten().collect();
+fn are_ordered(medians: &[Option<f64>]) -> bool {
+    let medians: Vec<f64> = medians.iter().copied().flatten().collect();
     let falling = medians.windows(2).filter(|pair| pair[1] < pair[0]).count();
     let steps = medians.len().saturating_sub(1);
     steps > 0 && (falling * 20 >= steps * 19 || falling * 20 <= steps)

@@ -11,7 +11,9 @@ mod beams;
 mod columns;
 mod neighbours;
 mod organised;
+mod pixel_set;
 mod project;
+mod sweep;
 
 use serde::Serialize;
 
@@ -19,6 +21,7 @@ use crate::cloud::PointCloud;
 use crate::grid::Grid;
 
 pub use neighbours::{NEIGHBOURS, NO_NEIGHBOUR, Reach, neighbours};
+pub use pixel_set::PixelSet;
 
 /// Marks a pixel without a point, or a point without a pixel.
 pub const NOWHERE: u32 = u32::MAX;
@@ -137,18 +140,21 @@ impl RangeImage {
     }
 
     /// The point seen in a pixel.
+    #[inline]
     pub fn point_at(&self, pixel: usize) -> Option<usize> {
         let point = self.point_of_pixel.values()[pixel];
         (point != NOWHERE).then_some(point as usize)
     }
 
     /// The pixel that a point falls into.
+    #[inline]
     pub fn pixel_of(&self, point: usize) -> Option<usize> {
         let pixel = self.pixel_of_point[point];
         (pixel != NOWHERE).then_some(pixel as usize)
     }
 
     /// Whether a nearer point occupies the point's pixel.
+    #[inline]
     pub fn is_shadowed(&self, point: usize) -> bool {
         self.pixel_of(point)
             .is_some_and(|pixel| self.point_of_pixel.values()[pixel] != point as u32)
@@ -180,14 +186,6 @@ fn elevation(cloud: &PointCloud, point: usize) -> f64 {
 /// Azimuth of a point in radians, counter-clockwise from the x axis.
 fn azimuth(cloud: &PointCloud, point: usize) -> f64 {
     f64::from(cloud.y[point]).atan2(f64::from(cloud.x[point]))
-}
-
-/// Whether a point belongs to a sample of about one in eight, which is the same whatever the order of the
-/// points.
-fn is_sampled(cloud: &PointCloud, point: usize) -> bool {
-    const MIX: u32 = 0x9E37_79B9;
-    let bits = cloud.x[point].to_bits() ^ cloud.y[point].to_bits().rotate_left(16);
-    bits.wrapping_mul(MIX) >> 29 == 0
 }
 
 /// The median of a list, reordering it; `None` of an empty one.

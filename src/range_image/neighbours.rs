@@ -1,6 +1,6 @@
 //! Neighbours on the range image: the nearest object pixel in each direction.
 
-use crate::grid::Grid;
+use super::PixelSet;
 
 /// Marks the absence of a neighbour in a direction.
 pub const NO_NEIGHBOUR: u32 = u32::MAX;
@@ -21,23 +21,31 @@ pub struct Reach {
 
 /// For every object pixel its neighbours left, right, up and down, as numbers of object pixels.
 ///
-/// `objects` holds an H x W grid of object pixel numbers, given in row-major order ([`NO_NEIGHBOUR`]
-/// where the pixel is empty or masked out), `group` a group per object pixel: only pixels of one group
-/// are neighbours. In each direction the nearest object pixel of the same group within reach is the
-/// neighbour; all others are stepped over (ALGORITHM section 4). A pixel is never its own neighbour.
-pub fn neighbours(objects: &Grid<u32>, group: &[u16], reach: Reach) -> Vec<[u32; NEIGHBOURS]> {
+/// `objects` holds the object pixels, `pixels` the same as a list, `group` a group per object pixel: only
+/// pixels of one group are neighbours. In each direction the nearest object pixel of the same group within
+/// reach is the neighbour; all others are stepped over (ALGORITHM section 4). A pixel is never its own
+/// neighbour.
+pub fn neighbours(
+    objects: &PixelSet,
+    pixels: &[u32],
+    group: &[u16],
+    reach: Reach,
+) -> Vec<[u32; NEIGHBOURS]> {
     let mut found = vec![[NO_NEIGHBOUR; NEIGHBOURS]; group.len()];
-    let mut in_row = Vec::with_capacity(objects.columns());
-    for row in 0..objects.rows() {
+    let (columns, size) = (objects.columns(), objects.rows() * objects.columns());
+    let row = |pixel: u32| pixel as usize / columns;
+    let mut in_row = Vec::with_capacity(columns);
+    let mut number = 0;
+    for pixels in pixels.chunk_by(|&a, &b| row(a) == row(b)) {
+        let first = row(pixels[0]) * columns;
         in_row.clear();
-        let numbers = objects.row(row).iter().enumerate();
-        in_row.extend(numbers.filter(|&(_, &n)| n != NO_NEIGHBOUR).map(|(c, &n)| (c, n)));
-        link_row(&in_row, objects.columns(), group, reach, &mut found);
+        in_row.extend(pixels.iter().map(|&pixel| pixel as usize - first).zip(number..));
+        number += pixels.len() as u32;
+        link_row(&in_row, columns, group, reach, &mut found);
         for &(column, number) in &in_row {
-            let below =
-                (row + 1..objects.rows()).take(reach.rows).map(|row| objects[(row, column)]);
+            let below = (first + column..size).step_by(columns).skip(1).take(reach.rows);
             let other = below
-                .filter(|&other| other != NO_NEIGHBOUR)
+                .filter_map(|pixel| objects.number(pixel))
                 .find(|&other| group[other as usize] == group[number as usize]);
             if let Some(other) = other {
                 found[number as usize][3] = other;
@@ -74,25 +82,18 @@ fn link_row(
 mod tests {
     use super::*;
 
-    /// Numbers the `#` of a drawing in row-major order.
-    fn drawn(lines: &[&str]) -> (Grid<u32>, usize) {
-        let mut next = 0;
+    /// The `#` of a drawing.
+    fn drawn(lines: &[&str]) -> PixelSet {
         let drawing = lines.concat();
-        let cells = drawing.chars().map(|cell| {
-            if cell != '#' {
-                return NO_NEIGHBOUR;
-            }
-            next += 1;
-            next - 1
-        });
-        let cells: Vec<u32> = cells.collect();
-        (Grid::from_rows(lines.len(), lines[0].len(), cells), next as usize)
+        let pixels = (0..).zip(drawing.chars()).filter(|&(_, cell)| cell == '#');
+        PixelSet::new(lines.len(), lines[0].len(), pixels.map(|(pixel, _)| pixel))
     }
 
     fn found(lines: &[&str], columns: usize, rows: usize, wraps: bool) -> Vec<[i64; 4]> {
-        let (grid, count) = drawn(lines);
+        let objects = drawn(lines);
+        let pixels = objects.pixels();
         let reach = Reach { columns, rows, wraps };
-        let found = neighbours(&grid, &vec![0; count], reach);
+        let found = neighbours(&objects, &pixels, &vec![0; pixels.len()], reach);
         let signed = |n: u32| if n == NO_NEIGHBOUR { -1 } else { i64::from(n) };
         found.into_iter().map(|four| four.map(signed)).collect()
     }
@@ -129,9 +130,9 @@ mod tests {
 
     #[test]
     fn other_groups_are_stepped_over() {
-        let (grid, _) = drawn(&["###"]);
+        let objects = drawn(&["###"]);
         let reach = Reach { columns: 2, rows: 1, wraps: false };
-        let found = neighbours(&grid, &[1, 2, 1], reach);
+        let found = neighbours(&objects, &objects.pixels(), &[1, 2, 1], reach);
         assert_eq!(found[0][1], 2);
         assert_eq!(found[1], [NO_NEIGHBOUR; 4]);
     }

@@ -1,9 +1,9 @@
 //! Unorganised clouds: a row per beam, columns from the azimuth, nearest point wins.
 
-use super::azimuth::azimuths;
 use super::elevation;
 use super::{
     NOWHERE, Projection, ProjectionParams, RangeImage, RowsFrom, Wrap, beams, columns::Columns,
+    sweep::Sweep,
 };
 use crate::cloud::PointCloud;
 use crate::grid::Grid;
@@ -20,23 +20,13 @@ struct Rows {
 }
 
 pub(super) fn project(cloud: &PointCloud, params: &ProjectionParams) -> RangeImage {
-    let azimuths = azimuths(cloud);
-    let rows = rows(cloud, &azimuths, params);
+    let sweep = Sweep::new(cloud);
+    let rows = rows(&sweep, params);
     let columns = match (rows.projection, params.columns) {
         (Projection::UniformElevation, given) => Columns::new(given.unwrap_or(PAPER_COLUMNS)),
-        (_, given) => {
-            let (row, count) = (&rows.of_point, rows.count);
-            Columns::of_beams(cloud, &azimuths, row, count, given, PAPER_COLUMNS)
-        }
+        (_, given) => Columns::of_beams(&sweep, &rows.of_point, rows.count, given, PAPER_COLUMNS),
     };
-    let pixel = |point: usize| {
-        if !cloud.is_return(point) {
-            return NOWHERE;
-        }
-        let row = rows.of_point[point];
-        (usize::from(row) * columns.count + columns.of(azimuths[point], row)) as u32
-    };
-    let pixel_of_point: Vec<u32> = (0..cloud.len()).map(pixel).collect();
+    let pixel_of_point = columns.pixels(&sweep.azimuth, &rows.of_point, rows.count);
     RangeImage {
         projection: rows.projection,
         wraps: params.wrap != Wrap::Never,
@@ -54,31 +44,32 @@ fn nearest_points(
 ) -> Grid<u32> {
     let mut nearest = Grid::filled(rows, columns, NOWHERE);
     let pixels = nearest.values_mut();
-    for (point, &pixel) in pixel_of_point.iter().enumerate() {
-        if pixel == NOWHERE {
+    for (point, &pixel) in (0_u32..).zip(pixel_of_point) {
+        // No pixel is numbered `NOWHERE`.
+        let Some(seen) = pixels.get_mut(pixel as usize) else {
             continue;
-        }
-        let seen = &mut pixels[pixel as usize];
-        if *seen == NOWHERE || cloud.squared_range(point) < cloud.squared_range(*seen as usize) {
-            *seen = point as u32;
+        };
+        let range = |point: u32| cloud.squared_range(point as usize);
+        if *seen == NOWHERE || range(point) < range(*seen) {
+            *seen = point;
         }
     }
     nearest
 }
 
-fn rows(cloud: &PointCloud, azimuths: &[f32], params: &ProjectionParams) -> Rows {
+fn rows(sweep: &Sweep, params: &ProjectionParams) -> Rows {
     let found = match params.rows_from {
         RowsFrom::UniformElevation => None,
-        RowsFrom::Best => by_ring(cloud)
-            .or_else(|| by_scan_order(cloud, azimuths))
-            .or_else(|| by_elevations(cloud)),
+        RowsFrom::Best => {
+            by_ring(sweep).or_else(|| by_scan_order(sweep)).or_else(|| by_elevations(sweep.cloud))
+        }
     };
-    found.unwrap_or_else(|| by_uniform_elevation(cloud, params))
+    found.unwrap_or_else(|| by_uniform_elevation(sweep.cloud, params))
 }
 
-fn by_ring(cloud: &PointCloud) -> Option<Rows> {
-    let ring = cloud.ring.as_ref()?;
-    let row_of_ring = beams::row_of_ring(cloud, ring)?;
+fn by_ring(sweep: &Sweep) -> Option<Rows> {
+    let ring = sweep.cloud.ring.as_ref()?;
+    let row_of_ring = beams::row_of_ring(sweep, ring)?;
     Some(Rows {
         projection: Projection::Ring,
         count: row_of_ring.len(),
@@ -89,14 +80,9 @@ fn by_ring(cloud: &PointCloud) -> Option<Rows> {
     })
 }
 
-fn by_scan_order(cloud: &PointCloud, azimuths: &[f32]) -> Option<Rows> {
-    let turn = beams::turns(cloud, azimuths)?;
-    let row_of_turn = beams::row_of_ring(cloud, &turn)?;
-    Some(Rows {
-        projection: Projection::ScanOrder,
-        count: row_of_turn.len(),
-        of_point: turn.iter().map(|&turn| row_of_turn[usize::from(turn)]).collect(),
-    })
+fn by_scan_order(sweep: &Sweep) -> Option<Rows> {
+    let (of_point, count) = beams::rows_of_turns(sweep)?;
+    Some(Rows { projection: Projection::ScanOrder, count, of_point })
 }
 
 fn by_elevations(cloud: &PointCloud) -> Option<Rows> {

@@ -6,7 +6,7 @@ mod smoothing;
 
 use crate::cloud::PointCloud;
 use crate::instances::Reason;
-use crate::range_image::RangeImage;
+use crate::range_image::{NOWHERE, RangeImage};
 use crate::taxonomy::{Class, ClassSize, Taxonomy};
 
 pub use ground::GroundParams;
@@ -46,6 +46,21 @@ pub struct ObjectMask {
     pub ground: Option<Vec<f32>>,
 }
 
+impl ObjectMask {
+    /// The points of objects, ascending.
+    pub fn object_points(&self) -> Vec<u32> {
+        const BLOCK: usize = 64;
+        let mut points = Vec::new();
+        for (first, block) in (0_u32..).step_by(BLOCK).zip(self.is_object.chunks(BLOCK)) {
+            if block.iter().fold(false, |any, &is_object| any | is_object) {
+                let found = (first..).zip(block).filter(|&(_, &is_object)| is_object);
+                points.extend(found.map(|(point, _)| point));
+            }
+        }
+        points
+    }
+}
+
 /// The object mask of a cloud. A cloud without a class column has no objects by class.
 pub fn object_mask(
     cloud: &PointCloud,
@@ -55,7 +70,7 @@ pub fn object_mask(
 ) -> ObjectMask {
     match source {
         MaskSource::Classes(taxonomy) => {
-            let mut mask = by_class(cloud, taxonomy);
+            let mut mask = by_class(cloud, image, taxonomy);
             if let (Some(params), Some(raw)) = (smoothing, &cloud.class) {
                 mask.corrected = smoothing::smooth(cloud, image, raw, taxonomy, params, &mut mask);
             }
@@ -70,27 +85,56 @@ pub fn object_mask(
     }
 }
 
-fn by_class(cloud: &PointCloud, taxonomy: &Taxonomy) -> ObjectMask {
-    let sizes = taxonomy.classes().iter().map(Class::size).collect();
-    let families = taxonomy.families();
-    let mut mask = ObjectMask { sizes, families, ..ObjectMask::default() };
-    let class_of = taxonomy.lookup_known();
-    let raw = cloud.class.as_deref().unwrap_or(&[]);
-    for point in 0..cloud.len() {
-        let id = usize::from(raw.get(point).copied().unwrap_or(0));
-        let class = class_of[id].unwrap_or(0);
-        let is_return = cloud.is_return(point);
-        let is_object = is_return && taxonomy.classes()[usize::from(class)].is_thing;
-        mask.unknown_ids += u64::from(is_return && class_of[id].is_none());
-        mask.class.push(class);
-        mask.is_object.push(is_object);
-        mask.reason.push(match (is_return, is_object) {
-            (false, _) => Reason::NoReturn,
-            (true, true) => Reason::None,
-            (true, false) => Reason::NotAnObject,
-        });
+fn by_class(cloud: &PointCloud, image: &RangeImage, taxonomy: &Taxonomy) -> ObjectMask {
+    let verdicts = verdicts(taxonomy);
+    let last = verdicts.len() - 1;
+    let no_ids = if cloud.class.is_none() { vec![0; cloud.len()] } else { Vec::new() };
+    let ids = cloud.class.as_ref().unwrap_or(&no_ids);
+    let mut mask = ObjectMask {
+        is_object: vec![false; cloud.len()],
+        class: vec![0; cloud.len()],
+        reason: vec![Reason::NoReturn; cloud.len()],
+        unknown_ids: 0,
+        sizes: taxonomy.classes().iter().map(Class::size).collect(),
+        families: taxonomy.families(),
+        ..ObjectMask::default()
+    };
+    let mut unknown = 0;
+    let points = ids.iter().zip(&image.pixel_of_point);
+    let columns = mask.is_object.iter_mut().zip(&mut mask.class).zip(&mut mask.reason);
+    for ((&id, &pixel), ((is_object, class), reason)) in points.zip(columns) {
+        let verdict = &verdicts[usize::from(id).min(last)];
+        let is_return = pixel != NOWHERE;
+        *class = verdict.class;
+        *reason = if is_return { verdict.reason } else { Reason::NoReturn };
+        *is_object = *reason == Reason::None;
+        unknown += u32::from(is_return & verdict.is_unknown);
     }
+    mask.unknown_ids = u64::from(unknown);
     mask
+}
+
+/// What a raw id says of the returns that have it.
+#[derive(Debug, Clone, Copy)]
+struct Verdict {
+    class: u16,
+    reason: Reason,
+    is_unknown: bool,
+}
+
+/// By raw id, up to the highest that the taxonomy knows; the last stands for all ids above.
+fn verdicts(taxonomy: &Taxonomy) -> Vec<Verdict> {
+    let highest = taxonomy.known_ids().next_back().map_or(0, |(id, _)| usize::from(id));
+    let verdict = |class: u16, is_unknown| {
+        let is_thing = taxonomy.classes()[usize::from(class)].is_thing;
+        let reason = if is_thing { Reason::None } else { Reason::NotAnObject };
+        Verdict { class, reason, is_unknown }
+    };
+    let mut verdicts = vec![verdict(0, true); highest + 2];
+    for (id, class) in taxonomy.known_ids() {
+        verdicts[usize::from(id)] = verdict(class, false);
+    }
+    verdicts
 }
 
 fn without_classes(cloud: &PointCloud, is_ground: impl Fn(usize) -> bool) -> ObjectMask {

@@ -89,7 +89,7 @@ pub(super) fn smooth(
     let mut ids = raw.to_vec();
     for _ in 0..params.rounds {
         let mut changes = Vec::new();
-        for point in votes.near_objects(mask) {
+        for point in votes.near_objects(mask, |class| noise[usize::from(class)] > params.trusted) {
             let own = mask.class[point];
             let Some(verdict) = votes.around(point, &mask.class) else { continue };
             let noise = noise[usize::from(own)].max(noise[usize::from(verdict.class)]);
@@ -161,8 +161,11 @@ impl Electorate<'_> {
         for members in members {
             let step = members.len().div_ceil(SAMPLE).max(1);
             for &point in members.iter().step_by(step) {
+                let own = mask.class[point as usize];
                 let pixel = self.image.pixel_of(point as usize);
-                let beside = pixel.and_then(|pixel| self.image.point_at((pixel + 1) % pixels));
+                let beside = pixel
+                    .and_then(|pixel| self.image.point_at((pixel + 1) % pixels))
+                    .filter(|&beside| mask.class[beside] != own);
                 for point in [Some(point as usize), beside].into_iter().flatten() {
                     let own = mask.class[point];
                     let Some(found) = self.around(point, &mask.class) else { continue };
@@ -184,13 +187,14 @@ impl Electorate<'_> {
         isolated.iter().zip(at_border).map(|(&isolated, all)| rate(isolated, all, frame)).collect()
     }
 
-    /// Points of objects, and points in whose window there are any.
-    fn near_objects(&self, mask: &ObjectMask) -> Vec<usize> {
-        let columns = self.image.columns();
-        let mut is_near = vec![false; self.image.rows() * columns];
-        for (point, _) in mask.is_object.iter().enumerate().filter(|&(_, &is)| is) {
-            let Some(pixel) = self.image.pixel_of(point) else { continue };
-            self.window(pixel, |near| is_near[near] = true);
+    /// The objects' points of some classes, and points in whose window there are any.
+    fn near_objects(&self, mask: &ObjectMask, is_wanted: impl Fn(u16) -> bool) -> Vec<usize> {
+        let mut is_near = vec![false; self.image.rows() * self.image.columns()];
+        let objects = mask.is_object.iter().zip(&mask.class).enumerate();
+        for (point, _) in objects.filter(|&(_, (&is, &class))| is && is_wanted(class)) {
+            if let Some(pixel) = self.image.pixel_of(point) {
+                self.window(pixel, |near| is_near[near] = true);
+            }
         }
         let is_near =
             |&point: &usize| self.image.pixel_of(point).is_some_and(|pixel| is_near[pixel]);

@@ -160,3 +160,24 @@ fn ground_is_found_on_hills_by_any_mount() {
         }
     }
 }
+
+#[test]
+fn a_point_straight_above_moves_no_other() {
+    use divmerge::range_image::{ProjectionParams, RangeImage};
+    let cloud = frame(Sensor::Vlp16).cloud;
+    let mut with_zenith = cloud.clone();
+    let points = cloud.len();
+    for (column, value) in
+        [(&mut with_zenith.x, 0.0), (&mut with_zenith.y, 0.0), (&mut with_zenith.z, 3.0)]
+    {
+        column.push(value);
+    }
+    with_zenith.ring.as_mut().expect("rings").push(15);
+    with_zenith.class.as_mut().expect("classes").push(0);
+    with_zenith.width += 1;
+    let params = ProjectionParams::default();
+    let (before, after) =
+        (RangeImage::new(&cloud, &params), RangeImage::new(&with_zenith, &params));
+    assert_eq!(before.pixel_of_point, after.pixel_of_point[..points]);
+    assert!(after.pixel_of(points).is_some());
+}
