@@ -83,7 +83,7 @@ pub struct Stages {
     pub merge: Merge,
     /// For each instance of the merge step its instance after the bird's-eye merge.
     pub birds_eye: Vec<u32>,
-    /// Joins of fragments by size, in their order (preset `best`); pieces are the merge step's instances.
+    /// Joins of fragments by size, or of pieces by gaps, in their order (preset `best`); pieces are the merge step's instances.
     pub joins: Vec<Join>,
     /// Instance, component, class and reason of every point.
     pub labels: PointLabels,
@@ -143,9 +143,11 @@ pub fn run(cloud: &PointCloud, mask: MaskSource, config: &Config) -> Stages {
     let divide_ms = clock.lap();
 
     let merge = cluster::merge(&votes, params); // Alg. 2
-    let (birds_eye, joins) = match &params.fragments {
-        None => (cluster::birds_eye(&objects, &components, &merge, params.birds_eye), vec![]), // III.E
-        Some(by_size) => {
+    let gaps = params.gaps.filter(|_| !mask.has_classes());
+    let (birds_eye, joins) = match (gaps, &params.fragments) {
+        (Some(gaps), _) => cluster::join_by_gaps(&objects, &components, &merge, &gaps),
+        (None, None) => (cluster::birds_eye(&objects, &components, &merge, params.birds_eye), vec![]), // III.E
+        (None, Some(by_size)) => {
             let fragments = cluster::fragments(&objects, &components, &merge, &mask.sizes);
             cluster::assemble(&fragments, by_size)
         }

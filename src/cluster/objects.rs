@@ -2,6 +2,7 @@
 
 use crate::cloud::PointCloud;
 use crate::cluster::condition::{Along, Judge};
+use crate::cluster::gaps;
 use crate::cluster::params::ClusterParams;
 use crate::grid::Grid;
 use crate::range_image::{NEIGHBOURS, NO_NEIGHBOUR, RangeImage, Reach, neighbours};
@@ -25,6 +26,9 @@ pub struct ObjectPixels {
     pub neighbours: Vec<[u32; NEIGHBOURS]>,
     /// M x 4: whether the condition holds towards each neighbour; false where there is none.
     pub connected: Vec<[bool; NEIGHBOURS]>,
+    /// M x 2: up to how far across the ground and in height each touches others, metres
+    /// ([`gaps`](super::gaps)); empty where classes or the angle decide.
+    pub reach: Vec<[f32; 2]>,
 }
 
 impl ObjectPixels {
@@ -52,6 +56,9 @@ impl ObjectPixels {
         let group = if params.same_class_neighbours { &objects.class } else { &one_group };
         objects.neighbours = neighbours(&number, group, reach);
         objects.number = number;
+        if let Some(gaps) = params.gaps.filter(|_| !mask.has_classes()) {
+            objects.reach = gaps::reaches(&objects, cloud, image, &gaps);
+        }
         objects.connected = connected(&objects, image, &mask.sizes, params);
         objects
     }
@@ -95,7 +102,10 @@ fn connected(
             let apart = pixels_apart(objects.pixel[from], objects.pixel[to], columns, along);
             let [p, q] = [from, to].map(|i| objects.position[i].map(f64::from));
             let size = sizes[usize::from(objects.class[from])];
-            let holds = judge.is_connected(p, q, apart, along, size);
+            let holds = match objects.reach.is_empty() {
+                true => judge.is_connected(p, q, apart, along, size),
+                false => gaps::separation(objects, from, to) <= 1.0,
+            };
             connected[from][forward] = holds;
             connected[to][backward] = holds;
         }

@@ -161,6 +161,38 @@ impl RangeImage {
         placed.count() - seen.count()
     }
 
+    /// For each row the angle to the farther of the two rows next to it, radians, by the mean elevations of
+    /// a sample of its returns. A row without any has the mean step of all; so has the only row.
+    pub fn row_steps(&self, cloud: &PointCloud) -> Vec<f64> {
+        const EVERY: usize = 16;
+        let elevation_of = |row: usize| {
+            let pixels = (0..self.columns()).step_by(EVERY).map(|c| row * self.columns() + c);
+            let seen: Vec<f64> = pixels
+                .filter_map(|pixel| self.point_at(pixel).map(|point| elevation(cloud, point)))
+                .collect();
+            (!seen.is_empty()).then(|| seen.iter().sum::<f64>() / seen.len() as f64)
+        };
+        let rows: Vec<Option<f64>> = (0..self.rows()).map(elevation_of).collect();
+        let known: Vec<(usize, f64)> =
+            rows.iter().enumerate().filter_map(|(row, e)| Some((row, (*e)?))).collect();
+        let step = |a: &(usize, f64), b: &(usize, f64)| (a.1 - b.1).abs() / (b.0 - a.0) as f64;
+        let mean = match (known.first(), known.last()) {
+            (Some(first), Some(last)) if first.0 < last.0 => step(first, last),
+            _ => 0.0,
+        };
+        let mut steps = vec![mean; self.rows()];
+        for row in &known {
+            steps[row.0] = 0.0;
+        }
+        for pair in known.windows(2) {
+            let between = step(&pair[0], &pair[1]);
+            for row in [pair[0].0, pair[1].0] {
+                steps[row] = steps[row].max(between);
+            }
+        }
+        steps
+    }
+
     /// Elevations in radians of the highest and the lowest return seen, if there is any return.
     pub fn elevation_span(&self, cloud: &PointCloud) -> Option<(f64, f64)> {
         let seen = self.point_of_pixel.values().iter().filter(|&&point| point != NOWHERE);

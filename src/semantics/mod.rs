@@ -32,8 +32,15 @@ pub struct ObjectMask {
     pub reason: Vec<Reason>,
     /// Returns whose id the taxonomy does not know.
     pub unknown_ids: u64,
-    /// By class number: usual size of its objects.
+    /// By class number: usual size of its objects; only that of "no class", none, without classes.
     pub sizes: Vec<Option<ClassSize>>,
+}
+
+impl ObjectMask {
+    /// Whether objects were told by their classes.
+    pub fn has_classes(&self) -> bool {
+        self.sizes.len() > 1
+    }
 }
 
 /// The object mask of a cloud. A cloud without a class column has no objects by class.
