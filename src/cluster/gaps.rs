@@ -20,6 +20,8 @@
 //!
 //! Time O(M log M) in the object pixels for a bounded number of pixels per cubic metre.
 
+use std::cmp::Ordering;
+
 use rustc_hash::FxHashMap;
 
 use super::divide::Components;
@@ -82,17 +84,16 @@ fn join_touching(objects: &ObjectPixels, space: &Space, groups: &mut Groups) {
             groups.join_pixels(objects, pair[0], pair[1], None);
         }
     }
-    for (cell, other) in space.pairs(|_| true, 1.0) {
+    space.pairs_in_reach(|cell, other| {
         let (own, others) = (space.objects(cell), space.objects(other));
         if groups.of(own[0]) == groups.of(others[0]) {
-            continue;
+            return;
         }
-        let pairs = own.iter().flat_map(|&a| others.iter().map(move |&b| (a, b)));
-        let touching = pairs.into_iter().find(|&(a, b)| touches(objects, a, b, 1.0).is_some());
-        if let Some((a, b)) = touching {
+        let mut pairs = own.iter().flat_map(|&a| others.iter().map(move |&b| (a, b)));
+        if let Some((a, b)) = pairs.find(|&(a, b)| within(objects, a, b, 1.0).is_some()) {
             groups.join_pixels(objects, a, b, None);
         }
-    }
+    });
 }
 
 /// Leftovers join the nearest piece in reach, the nearest pair first.
@@ -108,24 +109,25 @@ fn join_leftovers(
     let root = |object: u32| root_of[groups.piece[object as usize] as usize];
     let mut nearest: FxHashMap<(usize, usize), (f64, u32, u32)> = FxHashMap::default();
     let chosen = |cell: &Cell| is_leftover[root(space.objects(cell)[0])];
-    for (cell, other) in space.pairs(chosen, params.leftover_reach) {
+    space.pairs_of(chosen, params.leftover_reach, |cell, other| {
         let (own, others) = (space.objects(cell), space.objects(other));
         let (a, b) = (root(own[0]), root(others[0]));
         if a == b {
-            continue;
+            return;
         }
-        for (&p, &q) in own.iter().flat_map(|p| others.iter().map(move |q| (p, q))) {
-            if let Some(apart) = touches(objects, p, q, params.leftover_reach) {
-                let found = (apart, p, q);
-                let least = nearest.entry((a.min(b), a.max(b))).or_insert(found);
-                if found.0 < least.0 {
-                    *least = found;
-                }
+        let pairs = own.iter().flat_map(|&p| others.iter().map(move |&q| (p, q)));
+        let apart = pairs.filter_map(|(p, q)| {
+            within(objects, p, q, params.leftover_reach).map(|apart| (apart, p.min(q), p.max(q)))
+        });
+        if let Some(found) = apart.min_by(|x, y| order(x, y)) {
+            let least = nearest.entry((a.min(b), a.max(b))).or_insert(found);
+            if order(&found, least).is_lt() {
+                *least = found;
             }
         }
-    }
+    });
     let mut pairs: Vec<_> = nearest.into_iter().collect();
-    pairs.sort_unstable_by(|a, b| a.1.0.total_cmp(&b.1.0).then(a.0.cmp(&b.0)));
+    pairs.sort_unstable_by(|a, b| order(&a.1, &b.1));
     for (_, (_, p, q)) in pairs {
         let [one, other] = [p, q].map(|object| groups.of(object));
         let fewer = groups.pixels[one].min(groups.pixels[other]);
@@ -135,8 +137,13 @@ fn join_leftovers(
     }
 }
 
+/// Pairs of pixels by their separation, ties by the pixels.
+fn order(a: &(f64, u32, u32), b: &(f64, u32, u32)) -> Ordering {
+    a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2)))
+}
+
 /// The separation of two pixels if it is at most that.
-fn touches(objects: &ObjectPixels, a: u32, b: u32, at_most: f64) -> Option<f64> {
+fn within(objects: &ObjectPixels, a: u32, b: u32, at_most: f64) -> Option<f64> {
     let apart = separation(objects, a as usize, b as usize);
     (apart <= at_most).then_some(apart)
 }
@@ -213,21 +220,31 @@ impl Groups {
 
 /// Object pixels by the cell of space they lie in. A cell is so small that all pixels in one touch.
 struct Space {
-    /// By column x, y and then upwards.
-    cells: Vec<Cell>,
     /// Object pixels, cell by cell.
     sorted: Vec<u32>,
-    /// Columns of cells by place.
-    columns: FxHashMap<[i32; 2], std::ops::Range<usize>>,
-    /// Width and height of a cell, metres.
-    side: [f64; 2],
+    /// By place, then upwards.
+    cells: Vec<Cell>,
+    /// By place.
+    columns: Vec<Column>,
 }
 
+/// A cell with pixels in it.
 struct Cell {
-    key: [i32; 3],
+    /// Height in cells.
+    level: i32,
+    /// Its pixels are sorted\[start..end\].
     start: u32,
     end: u32,
-    /// The farthest reach of its pixels across and in height, metres.
+}
+
+/// The cells above one another.
+struct Column {
+    /// Place on the plane in cells.
+    place: [i32; 2],
+    /// Its cells are cells\[start..end\].
+    start: usize,
+    end: usize,
+    /// How many cells its pixels reach across and upwards at most, not rounded.
     reach: [f64; 2],
 }
 
@@ -236,57 +253,115 @@ impl Space {
         let side = [params.across, params.upright].map(|reach| reach / 3_f64.sqrt());
         let key = |object: usize| {
             let [x, y, z] = objects.position[object].map(f64::from);
-            [x / side[0], y / side[0], z / side[1]].map(|x| x.floor() as i32)
+            pack([x / side[0], y / side[0], z / side[1]].map(|x| x.floor() as i32))
         };
         let placed = (0..objects.len()).filter(|&object| groups.piece[object] != NO_PIECE);
-        let mut sites: Vec<([i32; 3], u32)> =
+        let mut sites: Vec<(u64, u32)> =
             placed.map(|object| (key(object), object as u32)).collect();
         sites.sort_unstable();
-        let sorted: Vec<u32> = sites.iter().map(|site| site.1).collect();
-        let mut cells = Vec::new();
-        let mut start = 0;
-        for run in sites.chunk_by(|a, b| a.0 == b.0) {
-            let end = start + run.len() as u32;
-            let reach = [0, 1].map(|i| {
-                let reaches = run.iter().map(|site| objects.reach[site.1 as usize][i]);
-                f64::from(reaches.fold(0.0, f32::max))
-            });
-            cells.push(Cell { key: run[0].0, start, end, reach });
-            start = end;
+        let mut space = Space { sorted: Vec::new(), cells: Vec::new(), columns: Vec::new() };
+        for column in sites.chunk_by(|a, b| a.0 >> LEVEL_BITS == b.0 >> LEVEL_BITS) {
+            let start = space.cells.len();
+            let mut reach = [0.0_f64; 2];
+            for cell in column.chunk_by(|a, b| a.0 == b.0) {
+                let start = space.sorted.len() as u32;
+                let [_, _, level] = unpack(cell[0].0);
+                space.sorted.extend(cell.iter().map(|site| site.1));
+                space.cells.push(Cell { level, start, end: space.sorted.len() as u32 });
+            }
+            for site in column {
+                let own = objects.reach[site.1 as usize];
+                reach = [0, 1].map(|i| reach[i].max(f64::from(own[i]) / side[i]));
+            }
+            let [x, y, _] = unpack(column[0].0);
+            space.columns.push(Column { place: [x, y], start, end: space.cells.len(), reach });
         }
-        let mut columns = FxHashMap::default();
-        let mut first = 0;
-        for run in cells.chunk_by(|a, b| a.key[..2] == b.key[..2]) {
-            let [x, y, _] = run[0].key;
-            columns.insert([x, y], first..first + run.len());
-            first += run.len();
-        }
-        Space { cells, sorted, columns, side }
+        space
     }
 
     fn objects(&self, cell: &Cell) -> &[u32] {
         &self.sorted[cell.start as usize..cell.end as usize]
     }
 
-    /// Cells that some choose, each with every other cell that so many times its reach leads to.
-    fn pairs<'a>(
-        &'a self,
-        is_chosen: impl Fn(&Cell) -> bool + 'a,
-        times: f64,
-    ) -> impl Iterator<Item = (&'a Cell, &'a Cell)> {
-        self.cells.iter().filter(move |cell| is_chosen(cell)).flat_map(move |cell| {
-            let steps = |i: usize| (times * cell.reach[i] / self.side[i]).ceil() as i32;
-            let (across, upright) = (steps(0), steps(1));
-            let [x, y, z] = cell.key;
-            let places = (-across..=across)
-                .flat_map(move |i| (-across..=across).map(move |j| [x + i, y + j]));
-            let columns = places.filter_map(|place| self.columns.get(&place).cloned());
-            columns.flat_map(move |column| {
-                let column = &self.cells[column];
-                let first = column.partition_point(|other| other.key[2] < z - upright);
-                let near = column[first..].iter().take_while(move |o| o.key[2] <= z + upright);
-                near.filter(|other| other.key != cell.key).map(move |other| (cell, other))
-            })
+    /// Numbers of the columns whose place is so many cells or fewer from a column's, itself among them.
+    fn around(&self, column: &Column, steps: i32) -> impl Iterator<Item = usize> {
+        let [x, y] = column.place;
+        (x - steps..=x + steps).flat_map(move |x| {
+            let first = self.columns.partition_point(|other| other.place < [x, y - steps]);
+            let last = [x, y + steps];
+            let near = self.columns[first..].iter().take_while(move |other| other.place <= last);
+            first..first + near.count()
         })
     }
+
+    /// The cells of a column from so many levels below a level to so many above it.
+    fn levels(&self, column: &Column, level: i32, steps: i32) -> impl Iterator<Item = &Cell> {
+        let cells = &self.cells[column.start..column.end];
+        let below = cells.iter().skip_while(move |cell| cell.level < level - steps);
+        below.take_while(move |cell| cell.level <= level + steps)
+    }
+
+    /// Visits every pair of cells whose pixels may touch, once.
+    fn pairs_in_reach(&self, mut visit: impl FnMut(&Cell, &Cell)) {
+        let across = |column: &Column| column.reach[0].ceil() as i32;
+        for (number, column) in self.columns.iter().enumerate() {
+            for near in self.around(column, across(column)) {
+                let other = &self.columns[near];
+                let apart = (0..2).map(|i| (column.place[i] - other.place[i]).abs());
+                let is_met_from_there = near < number && apart.max() <= Some(across(other));
+                if is_met_from_there {
+                    continue;
+                }
+                let upright = column.reach[1].max(other.reach[1]).ceil() as i32;
+                for cell in &self.cells[column.start..column.end] {
+                    for beside in self.levels(other, cell.level, upright) {
+                        if near != number || beside.level > cell.level {
+                            visit(cell, beside);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Visits every chosen cell with all others that so many times its reach leads to.
+    fn pairs_of(
+        &self,
+        is_chosen: impl Fn(&Cell) -> bool,
+        times: f64,
+        mut visit: impl FnMut(&Cell, &Cell),
+    ) {
+        for column in &self.columns {
+            let [across, upright] = column.reach.map(|cells| (times * cells).ceil() as i32);
+            let cells = &self.cells[column.start..column.end];
+            let chosen: Vec<&Cell> = cells.iter().filter(|cell| is_chosen(cell)).collect();
+            if chosen.is_empty() {
+                continue;
+            }
+            for near in self.around(column, across) {
+                for cell in &chosen {
+                    for other in self.levels(&self.columns[near], cell.level, upright) {
+                        if other.start != cell.start {
+                            visit(cell, other);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Bits of a key for each of x, y and level.
+const LEVEL_BITS: u32 = 21;
+const HALF: i32 = 1 << (LEVEL_BITS - 1);
+
+/// One number for a cell, ordered by x, then y, then level; cells beyond 2^20 share the last one.
+fn pack(cell: [i32; 3]) -> u64 {
+    let part = |x: i32| (x.clamp(-HALF, HALF - 1) + HALF) as u64;
+    cell.into_iter().fold(0, |key, x| key << LEVEL_BITS | part(x))
+}
+
+fn unpack(key: u64) -> [i32; 3] {
+    let part = |shift: u32| ((key >> shift) & ((1 << LEVEL_BITS) - 1)) as i32 - HALF;
+    [part(2 * LEVEL_BITS), part(LEVEL_BITS), part(0)]
 }
