@@ -97,12 +97,7 @@ fn join_touching(objects: &ObjectPixels, space: &Space, groups: &mut Groups) {
 }
 
 /// Leftovers join the nearest piece in reach, the nearest pair first.
-fn join_leftovers(
-    objects: &ObjectPixels,
-    space: &Space,
-    groups: &mut Groups,
-    params: &GapMerge,
-) {
+fn join_leftovers(objects: &ObjectPixels, space: &Space, groups: &mut Groups, params: &GapMerge) {
     let is_leftover: Vec<bool> =
         groups.pixels.iter().map(|&pixels| pixels < params.leftover).collect();
     let root_of: Vec<usize> = (0..groups.parent.len()).map(|piece| groups.root(piece)).collect();

@@ -112,9 +112,7 @@ const DIALS: [Dial; 8] = [
         parameter: "touching",
         unit: "m",
         per_unit: 100.0,
-        scan: &[
-            0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.7, 0.8, 0.9, 1.0,
-        ],
+        scan: &[0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.7, 0.8, 0.9, 1.0],
         get: |params| params.gaps.map(|gaps| gaps.across),
         set: |params, metres| {
             if let Some(gaps) = &mut params.gaps {
