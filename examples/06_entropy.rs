@@ -9,7 +9,7 @@
 //!
 //! Plain Euclidean clustering of the same points stands beside ours: at truth's own distance it cannot cut
 //! a true object but where ground removal took a part of it. The folder holds SemanticKITTI sequences and
-//! may be left out; simulated drives need none.
+//! may be left out; a sequence after it does that one alone. Simulated drives need none.
 
 use std::path::Path;
 
@@ -75,8 +75,12 @@ enum Way {
 }
 
 fn main() -> Result<()> {
+    let only = std::env::args().nth(2);
     if let Some(root) = std::env::args().nth(1) {
-        tables("Drive", &labelled(Path::new(&root))?);
+        tables("Drive", &labelled(Path::new(&root), only.as_deref())?);
+    }
+    if only.is_some() {
+        return Ok(());
     }
     tables("Simulated, two seeds each", &simulated());
     Ok(())
@@ -285,14 +289,15 @@ impl Frame {
     }
 }
 
-fn labelled(root: &Path) -> Result<Vec<Frame>> {
+fn labelled(root: &Path, only: Option<&str>) -> Result<Vec<Frame>> {
     let read = |labelled: LabelledScan| {
         let words = read_labels(&labelled.labels)?;
         let classes = words.iter().map(|&word| word as u16).collect();
         let ids: Vec<u32> = words.iter().map(|&word| word >> 16).collect();
         Ok(Frame::new(labelled.sequence, read_scan(&labelled.scan)?, classes, &ids))
     };
-    labelled_scans(root)?.into_iter().map(read).collect()
+    let scans = labelled_scans(root)?.into_iter();
+    scans.filter(|scan| only.is_none_or(|only| scan.sequence == only)).map(read).collect()
 }
 
 fn simulated() -> Vec<Frame> {

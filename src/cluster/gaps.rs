@@ -360,3 +360,117 @@ fn unpack(key: u64) -> [i32; 3] {
     let part = |shift: u32| ((key >> shift) & ((1 << LEVEL_BITS) - 1)) as i32 - HALF;
     [part(2 * LEVEL_BITS), part(LEVEL_BITS), part(0)]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cluster::params::ClusterParams;
+
+    fn params() -> GapMerge {
+        ClusterParams::best().gaps.expect("best joins by gaps")
+    }
+
+    /// Pixels at those places, all with one reach, in pieces numbered from 1.
+    fn scene(places: &[[f32; 3]], piece: &[u32]) -> (ObjectPixels, Components, Merge) {
+        let count = piece.iter().copied().max().unwrap_or(0);
+        let reach = [params().across as f32, params().upright as f32];
+        let objects = ObjectPixels {
+            position: places.to_vec(),
+            pixel: (0..places.len() as u32).collect(),
+            reach: vec![reach; places.len()],
+            ..ObjectPixels::default()
+        };
+        let components = Components { label: piece.to_vec(), count, ..Components::default() };
+        let instance_of_component = (1..=count).collect();
+        (objects, components, Merge { instance_of_component, count, steps: Vec::new() })
+    }
+
+    fn groups(places: &[[f32; 3]], piece: &[u32], params: &GapMerge) -> (Vec<u32>, Vec<Join>) {
+        let (objects, components, merge) = scene(places, piece);
+        join_by_gaps(&objects, &components, &merge, params)
+    }
+
+    #[test]
+    fn what_stands_apart_stays_apart_and_what_lies_above_joins() {
+        let alone = GapMerge { leftover: 0, ..params() };
+        // Two posts half a metre apart; a third part 0.7 m above the first.
+        let places = [[5.0, 0.0, 0.0], [5.0, 0.5, 0.0], [5.0, 0.0, 0.7]];
+        let (groups, joins) = groups(&places, &[1, 2, 3], &alone);
+        assert_eq!(groups, [1, 2, 1]);
+        assert_eq!((joins[0].target, joins[0].query), (1, 3));
+        assert_eq!(joins[0].evidence, Evidence::Touching);
+        assert!((joins[0].gap - 0.7).abs() < 1e-6, "{joins:?}");
+    }
+
+    #[test]
+    fn a_leftover_joins_the_nearest_and_larger_pieces_wait_for_no_one() {
+        let mut places = Vec::new();
+        let mut piece = Vec::new();
+        for (number, y) in [(1, 0.0), (2, 1.3)] {
+            for pixel in 0..20 {
+                places.push([5.0, y, 0.1 * pixel as f32]);
+                piece.push(number);
+            }
+        }
+        // A pixel 0.75 m from the first and 0.55 m from the second; another out of reach of all.
+        places.extend([[5.0, 0.75, 1.0], [9.0, 0.75, 1.0]]);
+        piece.extend([3, 4]);
+        let (found, joins) = groups(&places, &piece, &params());
+        assert_eq!(found, [1, 2, 2, 3]);
+        assert_eq!(joins.len(), 1);
+        assert_eq!(joins[0].evidence, Evidence::Leftover { pixels: 1 });
+        let alone = GapMerge { leftover: 0, ..params() };
+        assert_eq!(groups(&places, &piece, &alone).0, [1, 2, 3, 4]);
+    }
+
+    #[test]
+    fn pixels_without_a_component_have_no_piece() {
+        let places = [[5.0, 0.0, 0.0], [5.0, 0.1, 0.0], [5.0, 0.2, 0.0]];
+        assert_eq!(groups(&places, &[1, 0, 2], &params()).0, [1, 1]);
+        assert!(groups(&[], &[], &params()).0.is_empty());
+    }
+
+    #[test]
+    fn keys_keep_the_order_of_cells() {
+        for cell in [[0, 0, 0], [-3, 7, -1], [1000, -1000, 5]] {
+            assert_eq!(unpack(pack(cell)), cell);
+        }
+        let keys = [[-1, 5, 5], [0, -9, 9], [0, -8, -9], [0, -8, 0]].map(pack);
+        assert!(keys.is_sorted(), "{keys:?}");
+    }
+
+    proptest::proptest! {
+        /// Against all pairs, with reaches of their own.
+        #[test]
+        fn cells_find_all_that_touch(
+            points in proptest::collection::vec((-12..12_i8, -12..12_i8, -6..6_i8, 0..4_u8), 1..70),
+        ) {
+            let place = |p: &(i8, i8, i8, u8)| [p.0, p.1, p.2].map(|x| f32::from(x) * 0.21 + 0.05);
+            let places: Vec<[f32; 3]> = points.iter().map(place).collect();
+            let pieces: Vec<u32> = (1..=points.len() as u32).collect();
+            let (mut objects, components, merge) = scene(&places, &pieces);
+            for (reach, point) in objects.reach.iter_mut().zip(&points) {
+                let wider = 0.2 * f32::from(point.3);
+                *reach = [reach[0] + wider, reach[1] + wider / 3.0];
+            }
+            let mut expected: Vec<usize> = (0..points.len()).collect();
+            for a in 0..points.len() {
+                for b in 0..a {
+                    if separation(&objects, a, b) <= 1.0 {
+                        let (from, to) = (expected[a], expected[b]);
+                        expected.iter_mut().filter(|e| **e == from).for_each(|e| *e = to);
+                    }
+                }
+            }
+            let alone = GapMerge { leftover: 0, ..params() };
+            let (found, joins) = join_by_gaps(&objects, &components, &merge, &alone);
+            for a in 0..points.len() {
+                for b in 0..a {
+                    assert_eq!(expected[a] == expected[b], found[a] == found[b], "{a} and {b}");
+                }
+            }
+            let count = found.iter().max().copied().unwrap_or(0) as usize;
+            assert_eq!(joins.len(), points.len() - count);
+        }
+    }
+}

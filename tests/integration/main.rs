@@ -1,5 +1,4 @@
 //! One binary for all integration tests.
-
 mod cli;
 mod examples;
 mod explain;
@@ -12,3 +11,4 @@ mod shared_data;
 mod simulated;
 #[cfg(feature = "rerun")]
 mod viewer;
+mod without_classes;
