@@ -70,7 +70,7 @@ enum Objects {
 
 /// A way of clustering.
 enum Way {
-    Ours(Config),
+    Ours(Box<Config>),
     Euclidean(f64),
 }
 
@@ -99,14 +99,14 @@ fn tables(title: &str, frames: &[Frame]) {
 
 fn ways() -> Vec<(String, Way)> {
     let mut ways: Vec<(String, Way)> = [Config::best(), Config::paper(), Config::authors()]
-        .map(|config| (format!("`{}`", config.preset), Way::Ours(config)))
+        .map(|config| (format!("`{}`", config.preset), Way::Ours(config.into())))
         .into();
     let mut angle = Config::best();
     angle.cluster.gaps = None;
-    ways.insert(1, ("`best`, angle in place of gaps".into(), Way::Ours(angle)));
+    ways.insert(1, ("`best`, angle in place of gaps".into(), Way::Ours(angle.into())));
     let mut apart = Config::best();
     apart.cluster.gaps = apart.cluster.gaps.map(|gaps| GapMerge { leftover: 0, ..gaps });
-    ways.insert(2, ("`best`, leftovers stay apart".into(), Way::Ours(apart)));
+    ways.insert(2, ("`best`, leftovers stay apart".into(), Way::Ours(apart.into())));
     let euclidean =
         [0.4, TOLERANCE].map(|far| (format!("Euclidean, {far} m"), Way::Euclidean(far)));
     ways.extend(euclidean);

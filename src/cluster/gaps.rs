@@ -114,7 +114,7 @@ fn join_leftovers(objects: &ObjectPixels, space: &Space, groups: &mut Groups, pa
         let apart = pairs.filter_map(|(p, q)| {
             within(objects, p, q, params.leftover_reach).map(|apart| (apart, p.min(q), p.max(q)))
         });
-        if let Some(found) = apart.min_by(|x, y| order(x, y)) {
+        if let Some(found) = apart.min_by(order) {
             let least = nearest.entry((a.min(b), a.max(b))).or_insert(found);
             if order(&found, least).is_lt() {
                 *least = found;
