@@ -128,6 +128,12 @@ impl Measures {
         self.above_ground.map_or(1.0, |[bottom, _]| below(bottom, at, 0.12))
     }
 
+    /// Height to length; a single point is not slender.
+    fn slenderness(&self) -> f64 {
+        const THINNEST: f64 = 0.01;
+        self.size[2] / self.size[0].max(THINNEST)
+    }
+
     /// Whether its range is rougher than that, metres. Roughness is judged by ratios, and where it could
     /// not be measured most things are smooth.
     fn rougher(&self, at: f64) -> f64 {
@@ -156,13 +162,13 @@ impl Measures {
     }
 
     fn person(&self) -> f64 {
-        let [length, width, height] = self.size;
+        let [length, width, _] = self.size;
         below(length, 1.1, 0.08)
             * below(width, 0.9, 0.08)
             * above(length, 0.25, 0.04)
             * above(self.top(), 1.2, 0.08)
             * below(self.top(), 2.05, 0.06)
-            * above(height / length, 1.3, 0.12)
+            * above(self.slenderness(), 1.3, 0.12)
             * self.stands(0.6)
             * (1.0 - self.rougher(2.0 * LEAVES)) // clothes and limbs are round
     }
@@ -171,7 +177,7 @@ impl Measures {
         let [length, _, height] = self.size;
         let tall = below(length, 0.6, 0.06) * above(self.top(), 2.1, 0.06);
         let thin = below(length, 0.3, 0.03) * above(height, 0.5, 0.06);
-        tall.max(thin) * above(height / length, 2.0, 0.2)
+        tall.max(thin) * above(self.slenderness(), 2.0, 0.2)
     }
 
     fn structure(&self) -> f64 {
@@ -262,6 +268,9 @@ mod tests {
     fn few_points_tell_nothing() {
         let few = Measures { points: 3, ..standing([4.6, 1.9, 1.4], 0.4, 0.012) };
         assert_eq!(few.likeness().kind, Kind::Unknown);
+        let one = Measures { points: 1, roughness: None, ..standing([0.0; 3], 0.0, 0.0) };
+        assert_eq!(one.likeness().kind, Kind::Unknown);
+        assert!(one.likeness().probability > 0.9, "{:?}", one.likeness());
     }
 
     #[test]
