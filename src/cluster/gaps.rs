@@ -55,10 +55,11 @@ pub fn reaches(
 
 /// How far apart two pixels are, as a share of the reach of touching: they touch up to 1.
 pub fn separation(objects: &ObjectPixels, a: usize, b: usize) -> f64 {
-    let [p, q] = [a, b].map(|object| objects.position[object].map(f64::from));
-    let reach = |i: usize| f64::from(objects.reach[a][i].max(objects.reach[b][i]));
-    let across = (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2);
-    (across / reach(0).powi(2) + (p[2] - q[2]).powi(2) / reach(1).powi(2)).sqrt()
+    let ([ax, ay, az], [bx, by, bz]) = (objects.position[a], objects.position[b]);
+    let ([across_a, upright_a], [across_b, upright_b]) = (objects.reach[a], objects.reach[b]);
+    let (x, y, z) = (ax - bx, ay - by, az - bz);
+    let (across, upright) = (across_a.max(across_b), upright_a.max(upright_b));
+    f64::from((x * x + y * y) / (across * across) + z * z / (upright * upright)).sqrt()
 }
 
 /// For each instance of the merge step (instance k at k - 1) the group it belongs to, groups numbered from 1 in
@@ -227,6 +228,8 @@ struct Space {
 struct Cell {
     /// Height in cells.
     level: i32,
+    /// The piece of its first pixel.
+    piece: u32,
     /// Its pixels are sorted\[start..end\].
     start: u32,
     end: u32,
@@ -246,9 +249,10 @@ struct Column {
 impl Space {
     fn new(objects: &ObjectPixels, groups: &Groups, params: &GapMerge) -> Self {
         let side = [params.across, params.upright].map(|reach| reach / 3_f64.sqrt());
+        let cell = |x: f32, side: f64| (f64::from(x) / side).floor() as i32;
         let key = |object: usize| {
-            let [x, y, z] = objects.position[object].map(f64::from);
-            pack([x / side[0], y / side[0], z / side[1]].map(|x| x.floor() as i32))
+            let [x, y, z] = objects.position[object];
+            pack([cell(x, side[0]), cell(y, side[0]), cell(z, side[1])])
         };
         let placed = (0..objects.len()).filter(|&object| groups.piece[object] != NO_PIECE);
         let mut sites: Vec<(u64, u32)> =
@@ -262,11 +266,13 @@ impl Space {
                 let start = space.sorted.len() as u32;
                 let [_, _, level] = unpack(cell[0].0);
                 space.sorted.extend(cell.iter().map(|site| site.1));
-                space.cells.push(Cell { level, start, end: space.sorted.len() as u32 });
+                let piece = groups.piece[cell[0].1 as usize];
+                space.cells.push(Cell { level, piece, start, end: space.sorted.len() as u32 });
             }
             for site in column {
-                let own = objects.reach[site.1 as usize];
-                reach = [0, 1].map(|i| reach[i].max(f64::from(own[i]) / side[i]));
+                let [across, upright] = objects.reach[site.1 as usize];
+                reach[0] = reach[0].max(f64::from(across) / side[0]);
+                reach[1] = reach[1].max(f64::from(upright) / side[1]);
             }
             let [x, y, _] = unpack(column[0].0);
             space.columns.push(Column { place: [x, y], start, end: space.cells.len(), reach });
@@ -296,7 +302,7 @@ impl Space {
         below.take_while(move |cell| cell.level <= level + steps)
     }
 
-    /// Visits every pair of cells whose pixels may touch, once.
+    /// Visits every pair of cells of different pieces whose pixels may touch, once.
     fn pairs_in_reach(&self, mut visit: impl FnMut(&Cell, &Cell)) {
         let across = |column: &Column| column.reach[0].ceil() as i32;
         for (number, column) in self.columns.iter().enumerate() {
@@ -310,7 +316,8 @@ impl Space {
                 let upright = column.reach[1].max(other.reach[1]).ceil() as i32;
                 for cell in &self.cells[column.start..column.end] {
                     for beside in self.levels(other, cell.level, upright) {
-                        if near != number || beside.level > cell.level {
+                        let is_first = near != number || beside.level > cell.level;
+                        if is_first && beside.piece != cell.piece {
                             visit(cell, beside);
                         }
                     }
@@ -353,7 +360,7 @@ const HALF: i32 = 1 << (LEVEL_BITS - 1);
 /// One number for a cell, ordered by x, then y, then level; cells beyond 2^20 share the last one.
 fn pack(cell: [i32; 3]) -> u64 {
     let part = |x: i32| (x.clamp(-HALF, HALF - 1) + HALF) as u64;
-    cell.into_iter().fold(0, |key, x| key << LEVEL_BITS | part(x))
+    part(cell[0]) << (2 * LEVEL_BITS) | part(cell[1]) << LEVEL_BITS | part(cell[2])
 }
 
 fn unpack(key: u64) -> [i32; 3] {
