@@ -77,13 +77,16 @@ fn total_entropy(points: impl Iterator<Item = (u32, u32)>) -> f64 {
     let mut pairs: Vec<(u32, u32)> = points.collect();
     pairs.sort_unstable();
     let wholes = pairs.chunk_by(|a, b| a.0 == b.0);
-    wholes.map(|whole| entropy(whole.len(), whole.chunk_by(|a, b| a == b).map(<[_]>::len))).sum()
+    let parts =
+        |whole: &[(u32, u32)]| entropy(whole.len(), whole.chunk_by(|a, b| a == b).map(<[_]>::len));
+    wholes.map(parts).fold(0.0, |sum, entropy| sum + entropy)
 }
 
 /// Entropy in nats of parts that make up a whole.
 fn entropy(whole: usize, parts: impl Iterator<Item = usize>) -> f64 {
     let share = |part: usize| part as f64 / whole as f64;
-    parts.filter(|&part| part < whole).map(|part| -share(part) * share(part).ln()).sum()
+    let terms = parts.filter(|&part| part < whole).map(|part| -share(part) * share(part).ln());
+    terms.fold(0.0, |sum, term| sum + term)
 }
 
 /// Mean and standard deviation (of the population) of some figures; 0 of none.

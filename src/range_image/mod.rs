@@ -231,3 +231,35 @@ fn median(values: &mut [f64]) -> Option<f64> {
     let (_, median, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
     Some(*median)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn row_steps_are_those_to_the_farther_neighbour() {
+        // Rows at 3, 2, 0 and -0.5 degrees, and one in between without a return.
+        let elevations = [Some(3.0), Some(2.0), None, Some(0.0), Some(-0.5_f64)];
+        let columns = 40;
+        let mut points = Vec::new();
+        for elevation in elevations {
+            for column in 0..columns {
+                let azimuth = std::f64::consts::TAU * f64::from(column) / f64::from(columns);
+                let point = elevation.map_or([f32::NAN; 3], |degrees| {
+                    let (up, out) = degrees.to_radians().sin_cos();
+                    [out * azimuth.cos(), -out * azimuth.sin(), up].map(|x| (10.0 * x) as f32)
+                });
+                points.push(point);
+            }
+        }
+        let axis = |i: usize| points.iter().map(|point| point[i]).collect::<Vec<f32>>();
+        let cloud = PointCloud::new(axis(0), axis(1), axis(2)).unwrap();
+        let cloud = cloud.organised(elevations.len(), columns as usize).unwrap();
+        let image = RangeImage::new(&cloud, &ProjectionParams::default());
+        let steps = image.row_steps(&cloud);
+        let mean = 3.5 / 4.0;
+        for (found, expected) in steps.iter().zip([1.0, 1.0, mean, 1.0, 0.5]) {
+            assert!((found.to_degrees() - expected).abs() < 1e-3, "{steps:?}");
+        }
+    }
+}
