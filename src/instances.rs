@@ -1,9 +1,14 @@
 //! What comes out: a reason or an instance for every point, and the instances themselves.
 
+pub mod likeness;
+
 use serde::Serialize;
 
 use crate::cloud::PointCloud;
 use crate::footprint::{convex_hull, minimum_area_rectangle};
+
+use likeness::Kind;
+pub use likeness::Likeness;
 
 /// Why a point has no instance. The numbers are those of the field `reason` in an annotated cloud.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -86,6 +91,8 @@ pub struct Instance {
     pub semantic: u16,
     /// Name of the class, empty where there are no classes.
     pub class_name: String,
+    /// What it looks like, where there are no classes.
+    pub likeness: Option<Likeness>,
     /// Number of its points.
     pub points: u32,
     /// Number of its pixels.
@@ -94,6 +101,19 @@ pub struct Instance {
     pub components: u32,
     /// Its box.
     pub bounds: UprightBox,
+}
+
+impl Instance {
+    /// Its number and what is known of it, as in `12 car` or `12 vehicle-like 83 %`.
+    pub fn title(&self) -> String {
+        match self.likeness {
+            Some(Likeness { kind: Kind::Unknown, .. }) => self.id.to_string(),
+            Some(Likeness { kind, probability, .. }) => {
+                format!("{} {} {:.0} %", self.id, kind.name(), probability * 100.0)
+            }
+            None => format!("{} {}", self.id, self.class_name).trim_end().to_owned(),
+        }
+    }
 }
 
 /// A box that stands upright: the minimum-area rectangle on the bird's-eye plane and a height.

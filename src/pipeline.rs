@@ -1,5 +1,7 @@
 //! The whole method on one page: a cloud and a mask in, every intermediate out.
 
+mod appearance;
+
 use std::time::Instant;
 
 use serde::Serialize;
@@ -10,6 +12,8 @@ use crate::cluster::{self, ClusterParams, Components, Join, Merge, ObjectPixels,
 use crate::instances::{Instance, PointLabels, Reason, UprightBox};
 use crate::range_image::{ProjectionParams, RangeImage, RowsFrom, Wrap};
 use crate::semantics::{MaskSource, ObjectMask, Smoothing, object_mask};
+
+use appearance::Appearance;
 
 /// Every parameter of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -88,7 +92,7 @@ pub struct Stages {
     pub merge: Merge,
     /// For each instance of the merge step its instance after the bird's-eye merge.
     pub birds_eye: Vec<u32>,
-    /// Joins of fragments by size, in their order (preset `best`); pieces are the merge step's instances.
+    /// Joins of fragments by size, or of pieces by gaps, in their order (preset `best`); pieces are the merge step's instances.
     pub joins: Vec<Join>,
     /// Instance, component, class and reason of every point.
     pub labels: PointLabels,
@@ -148,9 +152,13 @@ pub fn run(cloud: &PointCloud, mask: MaskSource, config: &Config) -> Stages {
     let divide_ms = clock.lap();
 
     let merge = cluster::merge(&votes, params); // Alg. 2
-    let (birds_eye, joins) = match &params.fragments {
-        None => (cluster::birds_eye(&objects, &components, &merge, params.birds_eye), vec![]), // III.E
-        Some(by_size) => {
+    let gaps = params.gaps.filter(|_| !mask.has_classes());
+    let (birds_eye, joins) = match (gaps, &params.fragments) {
+        (Some(gaps), _) => cluster::join_by_gaps(&objects, &components, &merge, &gaps),
+        (None, None) => {
+            (cluster::birds_eye(&objects, &components, &merge, params.birds_eye), vec![])
+        } // III.E
+        (None, Some(by_size)) => {
             let fragments =
                 cluster::fragments(&objects, &components, &merge, &mask.sizes, &mask.families);
             cluster::assemble(&fragments, by_size)
@@ -161,7 +169,11 @@ pub fn run(cloud: &PointCloud, mask: MaskSource, config: &Config) -> Stages {
     let pixels = instance_pixels(&components, &merge, &birds_eye, params);
     let mut labels = label_points(cloud, &image, &mask, &objects, &components, &pixels, params);
     let points = &objects.points;
-    let instances = describe(cloud, &mask, points, &components, &pixels, mask_of, &mut labels);
+    let mut instances =
+        describe(cloud, &mask, points, &components, &pixels, mask_of, &mut labels);
+    if !mask.has_classes() {
+        liken(cloud, &image, &objects, &pixels, &labels, &mut instances);
+    }
     let labels_ms = clock.lap();
 
     Stages {
@@ -305,6 +317,7 @@ fn describe(
                 }
                 _ => String::new(),
             },
+            likeness: None,
             points: points.len() as u32,
             pixels: pixels.pixels[id as usize - 1],
             components: component_counts[id as usize - 1],
@@ -312,6 +325,24 @@ fn describe(
         });
     }
     instances
+}
+
+/// Says what instances without a class look like.
+fn liken(
+    cloud: &PointCloud,
+    image: &RangeImage,
+    objects: &ObjectPixels,
+    pixels: &InstancePixels,
+    labels: &PointLabels,
+    instances: &mut [Instance],
+) {
+    let (points_of, start) = members(&objects.points, &labels.instance, pixels.pixels.len());
+    let mut appearance = Appearance::new(cloud, &labels.reason, image, objects, &pixels.instance);
+    for instance in instances {
+        let points = &points_of[start[instance.id as usize - 1]..start[instance.id as usize]];
+        let likeness = appearance.likeness(cloud, instance.id, points, &instance.bounds);
+        instance.likeness = Some(likeness);
+    }
 }
 
 /// Of the object points those of all instances, instance after instance; those of instance k from start\[k - 1\] to

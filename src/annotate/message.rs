@@ -167,6 +167,6 @@ fn marker(instance: &Instance) -> MarkerBox {
         centre: instance.bounds.centre,
         yaw: instance.bounds.yaw,
         size: instance.bounds.size,
-        text: format!("{} {}", instance.id, instance.class_name).trim_end().to_owned(),
+        text: instance.title(),
     }
 }

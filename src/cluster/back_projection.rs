@@ -7,7 +7,8 @@ use crate::range_image::RangeImage;
 use crate::semantics::ObjectMask;
 
 /// The object pixel whose label a point of an object takes: its own, or if it is shadowed the nearest of its
-/// class. `None` for points that are no objects, and for shadowed ones without a match.
+/// class. `None` for points that are no objects, and for shadowed ones without a match: with
+/// [`Nearest::Space`] a point farther off than its class is long belongs to another object.
 pub fn label_source(
     cloud: &PointCloud,
     image: &RangeImage,
@@ -20,14 +21,18 @@ pub fn label_source(
         return None;
     }
     if image.is_shadowed(point) {
-        nearest_object(cloud, image, objects, point, mask.class[point], window)
+        let class = mask.class[point];
+        let (object, distance) = nearest_object(cloud, image, objects, point, class, window)?;
+        let size = mask.sizes[usize::from(class)].filter(|_| window.nearest == Nearest::Space);
+        let is_beyond = size.is_some_and(|size| distance > size.length * size.length);
+        (!is_beyond).then_some(object)
     } else {
         image.pixel_of(point).and_then(|pixel| objects.at(pixel))
     }
 }
 
-/// The object pixel of a class nearest to a point in the window around the point's own pixel. Columns wrap
-/// where the image does. Ties go to the nearer column, then to the left, then upwards.
+/// The object pixel of a class nearest to a point in the window around the point's own pixel, and its
+/// [`distance`]. Columns wrap where the image does. Ties go to the nearer column, then to the left, then upwards.
 fn nearest_object(
     cloud: &PointCloud,
     image: &RangeImage,
@@ -35,7 +40,7 @@ fn nearest_object(
     point: usize,
     class: u16,
     window: BackProjection,
-) -> Option<usize> {
+) -> Option<(usize, f64)> {
     let own = image.pixel_of(point)?;
     let columns = image.columns();
     let (row, column) = (own / columns, own % columns);
@@ -46,7 +51,7 @@ fn nearest_object(
         let bound = best.map_or(0.0, |_| least_distance(position, offset, columns, window.nearest));
         for column in sides(column, offset, columns, image.wraps).into_iter().flatten() {
             if best.is_some_and(|(least, _)| least < bound) {
-                return best.map(|(_, object)| object);
+                return best.map(|(distance, object)| (object, distance));
             }
             for row in rows.clone() {
                 let object = objects.at(row * columns + column);
@@ -60,7 +65,7 @@ fn nearest_object(
             }
         }
     }
-    best.map(|(_, object)| object)
+    best.map(|(distance, object)| (object, distance))
 }
 
 /// The columns `offset` to the left and to the right of a column; 0 to the left is the column itself.
@@ -88,7 +93,7 @@ fn least_distance(position: [f32; 3], offset: usize, columns: usize, nearest: Ne
     (x * x + y * y) * angle.sin().powi(2)
 }
 
-/// Anything that orders as the distance of two positions (metres) does.
+/// Anything that orders as the distance of two positions (metres) does; in space its square.
 fn distance(a: [f32; 3], b: [f32; 3], nearest: Nearest) -> f64 {
     let (a, b) = (a.map(f64::from), b.map(f64::from));
     let squared = |[x, y, z]: [f64; 3]| x * x + y * y + z * z;

@@ -41,7 +41,8 @@ pub struct Join {
     pub target: u32,
     /// First piece (from 1) of the group that joined it.
     pub query: u32,
-    /// Distance between their outlines in metres.
+    /// Distance between their outlines in metres; without classes that of the two pixels which joined
+    /// them.
     pub gap: f64,
     /// Why they became one.
     pub evidence: Evidence,
@@ -59,6 +60,11 @@ pub enum Evidence {
         union: [f64; 2],
         /// The longest sides that are accepted across their gap, metres.
         limit: [f64; 2],
+    },
+    /// One of them is a leftover, and the other is the nearest to it (objects without a class).
+    Leftover {
+        /// Pixels of the leftover.
+        pixels: usize,
     },
 }
 

@@ -11,6 +11,7 @@
 //! | merge | [`merge`](mod@merge) | Alg. 2 | 5 |
 //! | bird's-eye merge | [`birds_eye`](mod@birds_eye) | III.E | 6 |
 //! | fragments by size | [`fragments`](mod@fragments) | ours | |
+//! | pieces by gaps, where there are no classes | [`gaps`] | ours | |
 //! | back to points | [`back_projection`] | | 6 |
 
 pub mod back_projection;
@@ -19,6 +20,7 @@ mod cells;
 pub mod condition;
 pub mod divide;
 pub mod fragments;
+pub mod gaps;
 pub mod merge;
 pub mod objects;
 pub mod params;
@@ -28,6 +30,7 @@ pub mod votes;
 pub use birds_eye::{birds_eye, fragments};
 pub use divide::{Components, divide};
 pub use fragments::{Evidence, Fragment, Join, assemble};
+pub use gaps::join_by_gaps;
 pub use merge::{Merge, MergeStep, merge};
 pub use objects::ObjectPixels;
 pub use params::ClusterParams;

@@ -2,6 +2,7 @@
 
 use crate::cloud::PointCloud;
 use crate::cluster::condition::{Along, Judge};
+use crate::cluster::gaps;
 use crate::cluster::params::ClusterParams;
 use crate::range_image::{NEIGHBOURS, NO_NEIGHBOUR, PixelSet, RangeImage, Reach, neighbours};
 use crate::semantics::ObjectMask;
@@ -28,6 +29,9 @@ pub struct ObjectPixels {
     pub neighbours: Vec<[u32; NEIGHBOURS]>,
     /// M x 4: whether the condition holds towards each neighbour; false where there is none.
     pub connected: Vec<[bool; NEIGHBOURS]>,
+    /// M x 2: up to how far across the ground and in height each touches others, metres
+    /// ([`gaps`](super::gaps)); empty where classes or the angle decide.
+    pub reach: Vec<[f32; 2]>,
 }
 
 impl ObjectPixels {
@@ -60,6 +64,9 @@ impl ObjectPixels {
         let one_group = vec![0; objects.pixel.len()];
         let group = if params.same_class_neighbours { &objects.family } else { &one_group };
         objects.neighbours = neighbours(&objects.set, &objects.pixel, group, reach);
+        if let Some(gaps) = params.gaps.filter(|_| !mask.has_classes()) {
+            objects.reach = gaps::reaches(&objects, cloud, image, &gaps);
+        }
         objects.connected = connected(&objects, image, &mask.sizes, params);
         objects
     }
@@ -103,7 +110,10 @@ fn connected(
             let apart = pixels_apart(objects.pixel[from], objects.pixel[to], columns, along);
             let [p, q] = [from, to].map(|i| objects.position[i].map(f64::from));
             let size = sizes[usize::from(objects.class[from])];
-            let holds = judge.is_connected(p, q, apart, along, size);
+            let holds = match objects.reach.is_empty() {
+                true => judge.is_connected(p, q, apart, along, size),
+                false => gaps::separation(objects, from, to) <= 1.0,
+            };
             connected[from][forward] = holds;
             connected[to][backward] = holds;
         }

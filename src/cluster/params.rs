@@ -32,6 +32,9 @@ pub struct ClusterParams {
     pub birds_eye: Option<BirdsEye>,
     /// Merge of fragments by the size of their class. `paper`: none.
     pub fragments: Option<FragmentMerge>,
+    /// Condition and merge by gaps in space where objects have no classes, in place of the angle and of
+    /// the two merges before. `paper`: none.
+    pub gaps: Option<GapMerge>,
     /// Instances with fewer pixels become "too small". `paper`: 0, off.
     pub min_pixels: usize,
     /// Where shadowed points look for a label.
@@ -206,6 +209,28 @@ impl FragmentMerge {
     }
 }
 
+/// Objects without a class by the gaps between pixels ([`gaps`](super::gaps)).
+///
+/// Defaults were chosen on labelled drives and simulated ones by `examples/06_entropy.rs`, by the things
+/// found whole first.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct GapMerge {
+    /// Pixels touch up to this far apart across the ground, metres ... Default 0.4: parked cars and
+    /// walkers keep half a metre.
+    pub across: f64,
+    /// ... and this far in height. Default 0.8: the height of a row of windows.
+    pub upright: f64,
+    /// Where the sensor's columns or rows lie farther apart, pixels touch up to this many of its steps ...
+    /// Default 1.5: the next beam, never the one after it.
+    pub steps: f64,
+    /// ... but never farther than this, metres. Default 1.
+    pub at_most: f64,
+    /// Pieces of fewer pixels are leftovers. Default 10.
+    pub leftover: usize,
+    /// Leftovers join what is nearest within this many times the reach of touching. Default 2.
+    pub leftover_reach: f64,
+}
+
 /// Where a shadowed object point looks for the pixel whose label it takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct BackProjection {
@@ -254,6 +279,7 @@ impl ClusterParams {
                 grown_pixels_only: false,
             }),
             fragments: None,
+            gaps: None,
             min_pixels: 0,
             back_projection: BackProjection { rows: 2, columns: 2, nearest: Nearest::Range },
         }
@@ -314,6 +340,14 @@ impl ClusterParams {
                 perimeter_weight: 0.02,
                 excess_weight: 0.1,
                 wait: 1.0,
+            }),
+            gaps: Some(GapMerge {
+                across: 0.4,
+                upright: 0.8,
+                steps: 1.5,
+                at_most: 1.0,
+                leftover: 10,
+                leftover_reach: 2.0,
             }),
             back_projection: BackProjection { rows: 8, columns: 64, nearest: Nearest::Space },
             ..paper

@@ -10,7 +10,8 @@ use serde::Serialize;
 use super::Frame;
 use super::facts::{GroupFacts, Place, PointFacts, group, pixels_of_group};
 use crate::cluster::Join;
-use crate::cluster::params::{BirdsEye, FragmentMerge, Region};
+use crate::cluster::gaps::separation;
+use crate::cluster::params::{BirdsEye, FragmentMerge, GapMerge, Region};
 use crate::footprint::{PlanePoint, convex_hull, distance, minimum_area_rectangle};
 use crate::instances::Reason;
 use crate::pipeline::Stages;
@@ -47,6 +48,16 @@ pub enum LaterStage {
         /// Apart: whether their classes differ.
         classes_differ: bool,
     },
+    /// The groups of the two points by the gaps between pieces, there being no classes (preset `best`).
+    Gaps {
+        /// Whether the stages after the vote merge made them one.
+        joined: bool,
+        /// Joined: the joins that led to the one which brought the two points together, it being the last;
+        /// pieces are groups.
+        joins: Vec<Join>,
+        /// Apart: how near their instances come to one another.
+        test: Option<GapTest>,
+    },
     /// A point's instance was under the minimum size and was dropped.
     MinimumSize {
         /// Which of the points asked about, from 0.
@@ -80,6 +91,21 @@ pub struct SizeTest {
     pub union: [f64; 2],
     /// The longest sides accepted across that gap, metres.
     pub limit: [f64; 2],
+}
+
+/// Two instances without a class that stayed apart.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct GapTest {
+    /// Distance between the two pixels nearest to one another, metres.
+    pub gap: f64,
+    /// The same as a share of the reach of touching.
+    pub separation: f64,
+    /// Pixels of the smaller instance.
+    pub pixels: usize,
+    /// An instance of fewer pixels is a leftover ...
+    pub leftover: usize,
+    /// ... and joins what is nearest within this many times the reach of touching.
+    pub leftover_reach: f64,
 }
 
 /// What the later stages did with the points.
@@ -132,6 +158,14 @@ fn on_the_plane(frame: &Frame, a: &PointFacts, b: &PointFacts) -> Option<LaterSt
     }
     let last = &frame.stages.birds_eye;
     let joined = last[from as usize - 1] == last[to as usize - 1];
+    let gaps = frame.config.cluster.gaps.filter(|_| !frame.stages.mask.has_classes());
+    if let Some(params) = gaps {
+        return Some(LaterStage::Gaps {
+            joined,
+            joins: if joined { joins(&frame.stages.joins, from, to) } else { Vec::new() },
+            test: if joined { None } else { gap_test(frame, from, to, params) },
+        });
+    }
     let differ = !joined && class_of_group(frame.stages, from) != class_of_group(frame.stages, to);
     Some(match frame.config.cluster.fragments {
         Some(params) => LaterStage::Fragments {
@@ -164,6 +198,29 @@ fn joins(joins: &[Join], from: u32, to: u32) -> Vec<Join> {
         sets.push(united);
     }
     Vec::new()
+}
+
+fn gap_test(frame: &Frame, from: u32, to: u32, params: GapMerge) -> Option<GapTest> {
+    let stages = frame.stages;
+    let members = |piece: u32| {
+        let end = stages.birds_eye[piece as usize - 1];
+        let in_group = |group: u32| group != 0 && stages.birds_eye[group as usize - 1] == end;
+        (0..stages.objects.len())
+            .filter(|&object| in_group(stages.merged_instance(object)))
+            .collect::<Vec<_>>()
+    };
+    let (one, other) = (members(from), members(to));
+    let pairs = one.iter().flat_map(|&a| other.iter().map(move |&b| (a, b)));
+    let apart = pairs.map(|(a, b)| (separation(&stages.objects, a, b), a, b));
+    let (separation, a, b) = apart.min_by(|x, y| x.0.total_cmp(&y.0))?;
+    let [p, q] = [a, b].map(|object| stages.objects.position[object].map(f64::from));
+    Some(GapTest {
+        gap: super::distance(p, q),
+        separation,
+        pixels: one.len().min(other.len()),
+        leftover: params.leftover,
+        leftover_reach: params.leftover_reach,
+    })
 }
 
 fn size_test(

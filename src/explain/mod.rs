@@ -47,7 +47,7 @@ use crate::semantics::MaskSource;
 
 pub use border::{BorderPair, Rule};
 pub use facts::{ComponentFacts, GroupFacts, Place, PointFacts};
-pub use later::{LaterStage, SizeTest};
+pub use later::{GapTest, LaterStage, SizeTest};
 pub use votes::{Donor, Link, VoteEvidence};
 pub use what_if::{Choice, Flip, Number, WhatIf, what_if};
 

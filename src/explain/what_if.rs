@@ -84,7 +84,7 @@ struct Dial {
     set: fn(&mut ClusterParams, f64),
 }
 
-const DIALS: [Dial; 7] = [
+const DIALS: [Dial; 8] = [
     Dial {
         parameter: "angle",
         unit: "degrees",
@@ -105,6 +105,18 @@ const DIALS: [Dial; 7] = [
         set: |params, share| {
             if let Some(nearness) = &mut params.condition.nearness {
                 nearness.share_of_width = share;
+            }
+        },
+    },
+    Dial {
+        parameter: "touching",
+        unit: "m",
+        per_unit: 100.0,
+        scan: &[0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.7, 0.8, 0.9, 1.0],
+        get: |params| params.gaps.map(|gaps| gaps.across),
+        set: |params, metres| {
+            if let Some(gaps) = &mut params.gaps {
+                gaps.across = metres;
             }
         },
     },
@@ -326,10 +338,11 @@ impl Plane {
             let own = params.birds_eye.or(ClusterParams::paper().birds_eye);
             own.map(|own| BirdsEye { region, ..own })
         };
-        (params.birds_eye, params.fragments) = match self {
-            Plane::Off => (None, None),
-            Plane::Overlap(region) => (overlap(region), None),
-            Plane::BySize => (None, ClusterParams::best().fragments),
+        let best = ClusterParams::best();
+        (params.birds_eye, params.fragments, params.gaps) = match self {
+            Plane::Off => (None, None, None),
+            Plane::Overlap(region) => (overlap(region), None, None),
+            Plane::BySize => (None, best.fragments, best.gaps),
         };
     }
 }

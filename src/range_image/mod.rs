@@ -167,6 +167,38 @@ impl RangeImage {
         placed.count() - seen.count()
     }
 
+    /// For each row the angle to the farther of the two rows next to it, radians, by the mean elevations of
+    /// a sample of its returns. A row without any has the mean step of all; so has the only row.
+    pub fn row_steps(&self, cloud: &PointCloud) -> Vec<f64> {
+        const EVERY: usize = 16;
+        let elevation_of = |row: usize| {
+            let pixels = (0..self.columns()).step_by(EVERY).map(|c| row * self.columns() + c);
+            let seen: Vec<f64> = pixels
+                .filter_map(|pixel| self.point_at(pixel).map(|point| elevation(cloud, point)))
+                .collect();
+            (!seen.is_empty()).then(|| seen.iter().sum::<f64>() / seen.len() as f64)
+        };
+        let rows: Vec<Option<f64>> = (0..self.rows()).map(elevation_of).collect();
+        let known: Vec<(usize, f64)> =
+            rows.iter().enumerate().filter_map(|(row, e)| Some((row, (*e)?))).collect();
+        let step = |a: &(usize, f64), b: &(usize, f64)| (a.1 - b.1).abs() / (b.0 - a.0) as f64;
+        let mean = match (known.first(), known.last()) {
+            (Some(first), Some(last)) if first.0 < last.0 => step(first, last),
+            _ => 0.0,
+        };
+        let mut steps = vec![mean; self.rows()];
+        for row in &known {
+            steps[row.0] = 0.0;
+        }
+        for pair in known.windows(2) {
+            let between = step(&pair[0], &pair[1]);
+            for row in [pair[0].0, pair[1].0] {
+                steps[row] = steps[row].max(between);
+            }
+        }
+        steps
+    }
+
     /// Elevations in radians of the highest and the lowest return seen, if there is any return.
     pub fn elevation_span(&self, cloud: &PointCloud) -> Option<(f64, f64)> {
         let seen = self.point_of_pixel.values().iter().filter(|&&point| point != NOWHERE);
@@ -196,4 +228,36 @@ fn median(values: &mut [f64]) -> Option<f64> {
     let middle = values.len() / 2;
     let (_, median, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
     Some(*median)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn row_steps_are_those_to_the_farther_neighbour() {
+        // Rows at 3, 2, 0 and -0.5 degrees, and one in between without a return.
+        let elevations = [Some(3.0), Some(2.0), None, Some(0.0), Some(-0.5_f64)];
+        let columns = 40;
+        let mut points = Vec::new();
+        for elevation in elevations {
+            for column in 0..columns {
+                let azimuth = std::f64::consts::TAU * f64::from(column) / f64::from(columns);
+                let point = elevation.map_or([f32::NAN; 3], |degrees| {
+                    let (up, out) = degrees.to_radians().sin_cos();
+                    [out * azimuth.cos(), -out * azimuth.sin(), up].map(|x| (10.0 * x) as f32)
+                });
+                points.push(point);
+            }
+        }
+        let axis = |i: usize| points.iter().map(|point| point[i]).collect::<Vec<f32>>();
+        let cloud = PointCloud::new(axis(0), axis(1), axis(2)).unwrap();
+        let cloud = cloud.organised(elevations.len(), columns as usize).unwrap();
+        let image = RangeImage::new(&cloud, &ProjectionParams::default());
+        let steps = image.row_steps(&cloud);
+        let mean = 3.5 / 4.0;
+        for (found, expected) in steps.iter().zip([1.0, 1.0, mean, 1.0, 0.5]) {
+            assert!((found.to_degrees() - expected).abs() < 1e-3, "{steps:?}");
+        }
+    }
 }

@@ -34,7 +34,7 @@ pub struct ObjectMask {
     pub reason: Vec<Reason>,
     /// Returns whose id the taxonomy does not know.
     pub unknown_ids: u64,
-    /// By class number: usual size of its objects.
+    /// By class number: usual size of its objects; only that of "no class", none, without classes.
     pub sizes: Vec<Option<ClassSize>>,
     /// By class number: the class that stands for it and those it is easily taken for
     /// ([`Taxonomy::families`]).
@@ -58,6 +58,13 @@ impl ObjectMask {
             }
         }
         points
+    }
+}
+
+impl ObjectMask {
+    /// Whether objects were told by their classes.
+    pub fn has_classes(&self) -> bool {
+        self.sizes.len() > 1
     }
 }
 

@@ -367,7 +367,7 @@ impl Scene<'_> {
             let (sin, cos) = ((instance.bounds.yaw / 2.0) as f32).sin_cos();
             rerun::Quaternion::from_xyzw([0.0, 0.0, sin, cos])
         });
-        let label = |i: &crate::instances::Instance| format!("{} {}", i.id, i.class_name);
+        let label = |i: &crate::instances::Instance| i.title();
         let boxes = show::Boxes3D::from_centers_and_half_sizes(centres, half_sizes)
             .with_quaternions(turned)
             .with_colors(instances.iter().map(|instance| rgb(instance_colour(instance.id))))

@@ -33,6 +33,16 @@ fn score_semantic_kitti() {
 }
 
 #[test]
+fn entropy() {
+    let Some(data) = shared_data() else { return };
+    let root = data.join("semantickitti");
+    let output = example("06_entropy", &[&root.to_string_lossy(), "01"]);
+    assert!(output.status.success(), "{output:?}");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains("| `best` |") && text.contains("| vegetation |"), "{text}");
+}
+
+#[test]
 fn merge_six_components() {
     let folder = tempfile::tempdir().expect("a folder");
     let output = folder.path().join("six.svg");

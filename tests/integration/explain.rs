@@ -49,6 +49,7 @@ fn check_link(link: &Link, frame: &Frame, changes_hands: bool) {
         let holds = match pair.rule {
             Rule::Angle => pair.beta_degrees.to_radians() > frame.config.cluster.condition.angle,
             Rule::Nearness { distance, reach } => distance < reach,
+            Rule::Gap { separation, .. } => separation <= 1.0,
             Rule::Gate => pair.holds,
         };
         assert_eq!(pair.holds, holds, "{pair:?}");

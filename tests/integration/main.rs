@@ -12,3 +12,4 @@ mod shared_data;
 mod simulated;
 #[cfg(feature = "rerun")]
 mod viewer;
+mod without_classes;

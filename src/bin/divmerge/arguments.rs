@@ -73,7 +73,7 @@ enum Preset {
 enum Bev {
     /// No such merge
     Off,
-    /// Fragments that touch, or that fit one object of their class
+    /// Fragments that touch, or that fit one object of their class; without classes by the gaps alone
     Size,
     /// Axis-aligned boxes
     Box,
@@ -102,6 +102,10 @@ impl MethodArguments {
         if let Some(bev) = self.bev {
             params.fragments = match bev {
                 Bev::Size => ClusterParams::best().fragments,
+                _ => None,
+            };
+            params.gaps = match bev {
+                Bev::Size => ClusterParams::best().gaps,
                 _ => None,
             };
         }

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory};
 use divmerge::annotate::Method;
-use divmerge::cluster::Evidence;
+use divmerge::cluster::{Evidence, Join};
 use divmerge::explain::{
     Answer, BorderPair, Choice, DecidedBy, Explanation, Flip, Frame, GroupFacts, LaterStage, Link,
     Number, Place, PointFacts, Rule, SizeTest, Subject, VoteEvidence, WhatIf, explain,
@@ -322,6 +322,7 @@ impl Text<'_> {
         match later.iter().find(|stage| !matches!(stage, LaterStage::BackProjection { .. })) {
             Some(LaterStage::Fragments { .. }) => "the merge of fragments by size",
             Some(LaterStage::BirdsEye { .. }) => "the bird's-eye merge",
+            Some(LaterStage::Gaps { .. }) => "the merge by gaps",
             _ => "a later stage",
         }
     }
@@ -610,6 +611,13 @@ fn summary(pairs: &[BorderPair]) -> String {
         if let Some(span) = span(near) {
             line += &format!(", {} m apart on the plane", between(span, 2));
         }
+        let gaps = side.iter().filter_map(|pair| match pair.rule {
+            Rule::Gap { separation, .. } => Some(separation),
+            _ => None,
+        });
+        if let Some(span) = span(gaps) {
+            line += &format!(", {} of the reach of touching apart", between(span, 2));
+        }
         let gated = side.iter().filter(|pair| pair.rule == Rule::Gate).count();
         if gated > 0 {
             line += &format!(", {gated} by the distance gates");
@@ -645,6 +653,10 @@ fn judged(pair: &BorderPair) -> String {
             "{distance:.2} m apart on the bird's-eye plane, limit {reach:.2} m: {vote} (beta {beta:.1} \
              degrees, not used)"
         ),
+        Rule::Gap { separation, reach: [across, upright] } => format!(
+            "{distance:.2} m apart, {separation:.2} of the reach of touching ({across:.2} m across, \
+             {upright:.2} m in height): {vote} (beta {beta:.1} degrees, not used)"
+        ),
     }
 }
 
@@ -676,19 +688,22 @@ fn later(stage: &LaterStage) {
         }
         LaterStage::Fragments { joined: true, joins, .. } => {
             println!("Merge of fragments by size: joined them.");
-            for join in joins {
-                let why = match join.evidence {
-                    Evidence::Touching => "touching".to_owned(),
-                    Evidence::Fits { union, limit } => format!(
-                        "together {}, which fits an object of their class (limit {})",
-                        sides(union),
-                        sides(limit)
-                    ),
-                };
-                let (query, target) = (join.query, join.target);
-                println!("  group {query} joined group {target}: {:.2} m apart, {why}", join.gap);
-            }
+            joins.iter().for_each(join);
         }
+        LaterStage::Gaps { joined: true, joins, .. } => {
+            println!("Merge by gaps: joined them.");
+            joins.iter().for_each(join);
+        }
+        LaterStage::Gaps { test: None, .. } => println!("Merge by gaps: left them apart."),
+        LaterStage::Gaps { test: Some(test), .. } => println!(
+            "Merge by gaps: left them apart, {:.2} m from one another, which is {:.2} of the reach of \
+             touching; the smaller has {}, and under {} up to {:.2} would do.",
+            test.gap,
+            test.separation,
+            counted(test.pixels, "pixel"),
+            test.leftover,
+            test.leftover_reach
+        ),
         LaterStage::Fragments { classes_differ: true, .. } => {
             println!("Merge of fragments by size: only within a class, and theirs differ.");
         }
@@ -711,6 +726,22 @@ fn later(stage: &LaterStage) {
             pixel(*from)
         ),
     }
+}
+
+fn join(join: &Join) {
+    let why = match join.evidence {
+        Evidence::Touching => "touching".to_owned(),
+        Evidence::Fits { union, limit } => format!(
+            "together {}, which fits an object of their class (limit {})",
+            sides(union),
+            sides(limit)
+        ),
+        Evidence::Leftover { pixels } => {
+            format!("a leftover of {} and the nearest to it", counted(pixels, "pixel"))
+        }
+    };
+    let (query, target) = (join.query, join.target);
+    println!("  group {query} joined group {target}: {:.2} m apart, {why}", join.gap);
 }
 
 fn size_test(test: &SizeTest) -> String {
