@@ -169,8 +169,7 @@ pub fn run(cloud: &PointCloud, mask: MaskSource, config: &Config) -> Stages {
     let pixels = instance_pixels(&components, &merge, &birds_eye, params);
     let mut labels = label_points(cloud, &image, &mask, &objects, &components, &pixels, params);
     let points = &objects.points;
-    let mut instances =
-        describe(cloud, &mask, points, &components, &pixels, mask_of, &mut labels);
+    let mut instances = describe(cloud, &mask, points, &components, &pixels, mask_of, &mut labels);
     if !mask.has_classes() {
         liken(cloud, &image, &objects, &pixels, &labels, &mut instances);
     }

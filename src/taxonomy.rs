@@ -265,6 +265,18 @@ mod tests {
     }
 
     #[test]
+    fn families_of_classes_that_are_taken_for_each_other() {
+        let taxonomy = Taxonomy::semantic_kitti();
+        let families = taxonomy.families();
+        let family = |name: &str| families[usize::from(taxonomy.class_named(name).unwrap())];
+        assert_eq!(family("car"), family("other-vehicle"));
+        assert_eq!(family("bicycle"), family("bicyclist"));
+        assert_ne!(family("bicycle"), family("motorcycle"));
+        assert_ne!(family("person"), family("bicyclist"));
+        assert_eq!(family("road"), taxonomy.class_named("road").unwrap());
+    }
+
+    #[test]
     fn yaml_in_semantic_kitti_form() {
         let text = "
 labels: {0: unlabeled, 10: car, 40: road, 252: moving-car}

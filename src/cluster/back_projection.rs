@@ -6,9 +6,12 @@ use crate::cloud::PointCloud;
 use crate::range_image::RangeImage;
 use crate::semantics::ObjectMask;
 
+/// A shadowed point farther than this many lengths of its class from the nearest pixel belongs to another object.
+const BEYOND: f64 = 1.5;
+
 /// The object pixel whose label a point of an object takes: its own, or if it is shadowed the nearest of its
 /// class. `None` for points that are no objects, and for shadowed ones without a match: with
-/// [`Nearest::Space`] a point farther off than its class is long belongs to another object.
+/// [`Nearest::Space`] also for those far beyond the length of their class.
 pub fn label_source(
     cloud: &PointCloud,
     image: &RangeImage,
@@ -24,7 +27,7 @@ pub fn label_source(
         let class = mask.class[point];
         let (object, distance) = nearest_object(cloud, image, objects, point, class, window)?;
         let size = mask.sizes[usize::from(class)].filter(|_| window.nearest == Nearest::Space);
-        let is_beyond = size.is_some_and(|size| distance > size.length * size.length);
+        let is_beyond = size.is_some_and(|size| distance > (BEYOND * size.length).powi(2));
         (!is_beyond).then_some(object)
     } else {
         image.pixel_of(point).and_then(|pixel| objects.at(pixel))

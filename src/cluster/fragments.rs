@@ -433,9 +433,12 @@ mod tests {
         Fragment { class: 1, family: 1, size: Some(CAR), hull: convex_hull(&corners), pixels: 9 }
     }
 
+    fn best() -> FragmentMerge {
+        ClusterParams::best().fragments.expect("best assembles fragments")
+    }
+
     fn groups(fragments: &[Fragment]) -> Vec<u32> {
-        let params = ClusterParams::best().fragments.expect("best assembles fragments");
-        assemble(fragments, &params).0
+        assemble(fragments, &best()).0
     }
 
     #[test]
@@ -460,11 +463,47 @@ mod tests {
     fn other_classes_and_unknown_sizes_stay_apart() {
         let mut pieces = [piece([0.0, 0.0], [1.0, 1.0]), piece([1.1, 0.0], [2.0, 1.0])];
         assert_eq!(groups(&pieces), [1, 1]);
-        pieces[1].class = 2;
+        (pieces[1].class, pieces[1].family) = (2, 2);
         assert_eq!(groups(&pieces), [1, 2]);
-        pieces[1].class = 1;
+        (pieces[1].class, pieces[1].family) = (1, 1);
         pieces[1].size = None;
         assert_eq!(groups(&pieces), [1, 2]);
+    }
+
+    #[test]
+    fn kindred_classes_are_one_family() {
+        let mut pieces = [piece([0.0, 0.0], [2.0, 1.8]), piece([2.1, 0.0], [4.2, 1.8])];
+        (pieces[1].class, pieces[1].pixels) = (2, 5);
+        assert_eq!(groups(&pieces), [1, 1]);
+    }
+
+    #[test]
+    fn the_union_fits_the_class_of_the_larger_part() {
+        let bus = ClassSize { length: 10.5, width: 2.9 };
+        let mut pieces = [piece([0.0, 0.0], [2.0, 1.8]), piece([3.5, 0.0], [9.0, 1.8])];
+        pieces[1].size = Some(bus);
+        pieces[1].pixels = 200;
+        assert_eq!(groups(&pieces), [1, 1]);
+        pieces[1].pixels = 2;
+        assert_eq!(groups(&pieces), [1, 2]);
+    }
+
+    #[test]
+    fn cars_that_touch_along_their_sides_are_two() {
+        let cars = [piece([0.0, 0.0], [4.4, 1.8]), piece([0.0, 1.9], [4.4, 3.7])];
+        assert_eq!(groups(&cars), [1, 2]);
+    }
+
+    /// The front and the rear of a car, and behind it single pixels of a wall that are called car: each could
+    /// join a part, and what is left would be too large.
+    #[test]
+    fn single_pixels_wait_for_the_parts_of_an_object() {
+        let mut pieces = vec![piece([0.0, 0.0], [1.5, 1.8]), piece([3.0, 0.0], [4.5, 1.8])];
+        let ghost = Fragment { pixels: 1, ..piece([-1.2, 0.9], [-1.2, 0.9]) };
+        pieces.push(ghost.clone());
+        assert_eq!(groups(&pieces), [1, 1, 2]);
+        let impatient = FragmentMerge { wait: 0.0, ..best() };
+        assert_eq!(assemble(&pieces, &impatient).0, [1, 2, 1]);
     }
 
     #[test]

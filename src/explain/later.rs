@@ -45,7 +45,7 @@ pub enum LaterStage {
         joins: Vec<Join>,
         /// Apart: how their last outlines compare; none where their class is of no known size.
         test: Option<SizeTest>,
-        /// Apart: whether their classes differ.
+        /// Apart: whether their classes differ and are not easily taken for each other.
         classes_differ: bool,
     },
     /// The groups of the two points by the gaps between pieces, there being no classes (preset `best`).
@@ -83,10 +83,12 @@ pub enum LaterStage {
 pub struct SizeTest {
     /// Distance between the outlines, metres.
     pub gap: f64,
-    /// Up to so far apart they are one whatever the rectangle, metres.
+    /// Up to so far apart they are one unless the rectangle is too wide, metres.
     pub touching: f64,
-    /// From this far apart on they are never compared, metres: the width of the class.
+    /// From this far apart on they are never compared, metres.
     pub too_far: f64,
+    /// The widest rectangle around outlines that touch, metres; what is wider are two side by side.
+    pub widest: f64,
     /// Sides of the rectangle around both, metres, the longer first.
     pub union: [f64; 2],
     /// The longest sides accepted across that gap, metres.
@@ -166,12 +168,18 @@ fn on_the_plane(frame: &Frame, a: &PointFacts, b: &PointFacts) -> Option<LaterSt
             test: if joined { None } else { gap_test(frame, from, to, params) },
         });
     }
-    let differ = !joined && class_of_group(frame.stages, from) != class_of_group(frame.stages, to);
+    let [of_a, of_b] = [from, to].map(|group| class_of_group(frame.stages, group));
+    let families = &frame.stages.mask.families;
+    let differ = !joined
+        && match frame.config.cluster.fragments {
+            Some(_) => families[usize::from(of_a)] != families[usize::from(of_b)],
+            None => of_a != of_b,
+        };
     Some(match frame.config.cluster.fragments {
         Some(params) => LaterStage::Fragments {
             joined,
             joins: if joined { joins(&frame.stages.joins, from, to) } else { Vec::new() },
-            test: if joined || differ { None } else { size_test(frame, a, from, to, params) },
+            test: if joined || differ { None } else { size_test(frame, from, to, params) },
             classes_differ: differ,
         },
         None => birds_eye(frame, from, to, joined, differ),
@@ -223,34 +231,33 @@ fn gap_test(frame: &Frame, from: u32, to: u32, params: GapMerge) -> Option<GapTe
     })
 }
 
-fn size_test(
-    frame: &Frame,
-    a: &PointFacts,
-    from: u32,
-    to: u32,
-    params: FragmentMerge,
-) -> Option<SizeTest> {
+fn size_test(frame: &Frame, from: u32, to: u32, params: FragmentMerge) -> Option<SizeTest> {
     let stages = frame.stages;
-    let size = stages.mask.sizes[usize::from(stages.objects.class[a.object?])]?;
     let last = &stages.birds_eye;
-    let hull = |piece: u32| {
+    let members = |piece: u32| {
         let end = last[piece as usize - 1];
         let in_group = |group: u32| group != 0 && last[group as usize - 1] == end;
         let objects = 0..stages.objects.len();
-        let members = objects.filter(|&object| in_group(stages.merged_instance(object)));
-        let on_plane = members.map(|object| {
+        objects.filter(|&object| in_group(stages.merged_instance(object))).collect::<Vec<_>>()
+    };
+    let hull = |objects: &[usize]| {
+        let on_plane = objects.iter().map(|&object| {
             let [x, y, _] = stages.objects.position[object];
             [f64::from(x), f64::from(y)]
         });
         convex_hull(&on_plane.collect::<Vec<_>>())
     };
-    let (one, other) = (hull(from), hull(to));
+    let (in_one, in_other) = (members(from), members(to));
+    let larger = if in_other.len() > in_one.len() { to } else { from };
+    let size = stages.mask.sizes[usize::from(class_of_group(stages, larger))]?;
+    let (one, other) = (hull(&in_one), hull(&in_other));
     let gap = distance(&one, &other);
     let union = minimum_area_rectangle(&convex_hull(&[&one[..], &other].concat()))?.size;
     Some(SizeTest {
         gap,
         touching: params.touching_gap(size),
-        too_far: size.width,
+        too_far: params.bridged_gap(size),
+        widest: params.widest(size),
         union,
         limit: params.longest_sides(size, gap),
     })

@@ -132,8 +132,8 @@ pub(super) fn evidence(frame: &Frame, a: &PointFacts, b: &PointFacts) -> Option<
     if group_a == group_b {
         return Some(VoteEvidence::Chain { links: ledger.chain(from, to) });
     }
-    let class = |facts: &PointFacts| facts.object.map(|object| stages.objects.class[object]);
-    let differ = frame.config.cluster.same_class_neighbours && class(a) != class(b);
+    let family = |facts: &PointFacts| facts.object.map(|object| stages.objects.family[object]);
+    let differ = frame.config.cluster.same_class_neighbours && family(a) != family(b);
     let attempts = if differ { BTreeMap::new() } else { ledger.attempts() };
     if let Some(failed) = ledger.failed(&attempts, group_a, group_b) {
         return Some(failed);

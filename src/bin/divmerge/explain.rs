@@ -747,8 +747,17 @@ fn join(join: &Join) {
 fn size_test(test: &SizeTest) -> String {
     if test.gap >= test.too_far {
         return format!(
-            "{:.2} m apart, which is not less than the {:.2} m that their class is wide",
+            "{:.2} m apart, where gaps of less than {:.2} m are bridged for their class",
             test.gap, test.too_far
+        );
+    }
+    if test.gap <= test.touching {
+        return format!(
+            "{:.2} m apart, which is touching, but the rectangle around both, {}, is wider than the {:.2} m \
+             of one object of their class: they lie side by side",
+            test.gap,
+            sides(test.union),
+            test.widest
         );
     }
     format!(
