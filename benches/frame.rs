@@ -2,7 +2,7 @@
 //!
 //! First from the decoded cloud to a label per point, on the labelled scans of ../shared/data/semantickitti
 //! where they are: the scan that takes the median time and the one that takes the longest, and the ratio to
-//! copying the cloud's columns once, measured in the same run. Then from message bytes to annotated message
+//! copying the cloud's columns once, measured in the same run. Then worst cases, built here. Then from message bytes to annotated message
 //! bytes, on simulated frames and on those of ../shared/data/recordings where they are, and the ratio to
 //! copying the annotated bytes once.
 //!
@@ -26,13 +26,51 @@ const GOAL_MS: f64 = 25.0;
 const SCAN_GOAL_MS: f64 = 3.0;
 /// The same of the slowest scan.
 const SLOWEST_SCAN_GOAL_MS: f64 = 10.0;
+/// The most that the worst case may take.
+const WORST_GOAL_MS: f64 = 100.0;
 
 fn main() {
     let quick = std::env::args().any(|argument| argument == "--quick");
     let rounds = if quick { 2 } else { 20 };
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
     cloud_to_labels(&data.join("semantickitti"), rounds);
+    worst_cases(rounds.min(5));
     message_to_message(&data.join("recordings"), rounds);
+}
+
+/// Frames in which 100,000 points are of one class and lie in some 5,000 pieces: a hedge of people all
+/// around, so many metres deep.
+fn worst_cases(rounds: usize) {
+    println!(
+        "worst cases, decoded cloud to labels, ms, best of {rounds} rounds; goal: total at most {WORST_GOAL_MS} ms"
+    );
+    print_scan_head();
+    for depth in [1.0, 3.0, 6.0] {
+        let scan = measure(&hedge(depth), &Config::best(), rounds);
+        print_scan("best", &format!("hedge, {depth} m deep"), &scan, Some(WORST_GOAL_MS));
+    }
+    println!();
+}
+
+/// Patches of 4 rows x 5 columns, each at a range of its own.
+fn hedge(depth: f64) -> PointCloud {
+    const PERSON: u16 = 30;
+    const ROWS: usize = 64;
+    const COLUMNS: usize = 1600;
+    let (mut x, mut y, mut z) = (vec![], vec![], vec![]);
+    for point in 0..ROWS * COLUMNS {
+        let (row, column) = (point / COLUMNS, point % COLUMNS);
+        let patch = (column / 5) * 7919 + (row / 4) * 104_729;
+        let range = 9.0 + depth * (patch % 1000) as f64 / 1000.0;
+        let azimuth = std::f64::consts::TAU * column as f64 / COLUMNS as f64;
+        let elevation = (10.0 - 30.0 * row as f64 / ROWS as f64).to_radians();
+        x.push((range * azimuth.cos()) as f32);
+        y.push((range * azimuth.sin()) as f32);
+        z.push((range * elevation.tan()) as f32);
+    }
+    let cloud = PointCloud::new(x, y, z).and_then(|cloud| cloud.organised(ROWS, COLUMNS));
+    let cloud = cloud.and_then(|cloud| cloud.with_class(vec![PERSON; ROWS * COLUMNS]));
+    cloud.expect("columns of one length")
 }
 
 /// Milliseconds of one scan: the fastest round, and the fastest copy.
@@ -52,20 +90,7 @@ fn cloud_to_labels(data: &Path, rounds: usize) {
     }
     let clouds: Vec<PointCloud> = scans.iter().map(read_cloud).collect();
     println!("decoded cloud to labels, {} scans, ms, best of {rounds} rounds each", scans.len());
-    println!(
-        "{:<34} {:>8} {:>8} {:>9} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7}",
-        "preset, scan",
-        "points",
-        "objects",
-        "instances",
-        "project",
-        "mask",
-        "divide",
-        "merge",
-        "label",
-        "total",
-        "/copy"
-    );
+    print_scan_head();
     for config in [Config::best(), Config::paper()] {
         let mut measured: Vec<Scan> =
             clouds.iter().map(|cloud| measure(cloud, &config, rounds)).collect();
@@ -100,6 +125,23 @@ fn measure(cloud: &PointCloud, config: &Config, rounds: usize) -> Scan {
         times = if faster { Some(stages.times) } else { times };
     }
     Scan { points, objects, instances, times: times.unwrap_or_default(), copy_ms }
+}
+
+fn print_scan_head() {
+    println!(
+        "{:<34} {:>8} {:>8} {:>9} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7}",
+        "preset, scan",
+        "points",
+        "objects",
+        "instances",
+        "project",
+        "mask",
+        "divide",
+        "merge",
+        "label",
+        "total",
+        "/copy"
+    );
 }
 
 fn print_scan(preset: &str, which: &str, scan: &Scan, goal_ms: Option<f64>) {

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use divmerge::cluster::ClusterParams;
-use divmerge::cluster::params::{BirdsEye, Region};
+use divmerge::cluster::params::{BirdsEye, FragmentMerge, Region};
 use divmerge::evaluate::panoptic::{MIN_POINTS, Panoptic};
 use divmerge::io::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
 use divmerge::pipeline::{self, Config};
@@ -47,6 +47,16 @@ fn variants() -> Vec<(&'static str, Config)> {
         ("no vote merges", with(|p| p.merge_ratio = 1.0)),
         ("voxel 0.2 m", with(|p| p.voxel = 0.2)),
         ("voxel 2 m", with(|p| p.voxel = 2.0)),
+        ("classes as they are, noisy or not", {
+            let mut config = Config::best();
+            config.smoothing = None;
+            config
+        }),
+        ("small pieces do not wait", with(|p| by_size(p).wait = 0.0)),
+        ("small pieces wait 1 m", with(|p| by_size(p).wait = 1.0)),
+        ("gaps bridged up to W", with(|p| by_size(p).bridged = 1.0)),
+        ("gaps bridged up to 1.5 W", with(|p| by_size(p).bridged = 1.5)),
+        ("touching whatever the width", with(|p| by_size(p).widest = f64::INFINITY)),
         ("fragments stay apart", with(|p| p.fragments = None)),
         ("overlap of hulls instead of size", with(hulls)),
         ("shadowed points: 5 x 5, by range", with(|p| p.back_projection = paper_window())),
@@ -59,6 +69,10 @@ fn variants() -> Vec<(&'static str, Config)> {
             config
         }),
     ]
+}
+
+fn by_size(params: &mut ClusterParams) -> &mut FragmentMerge {
+    params.fragments.as_mut().expect("best assembles fragments")
 }
 
 fn hulls(params: &mut ClusterParams) {

@@ -120,9 +120,15 @@ impl PointCloud {
     /// Squared range of point `index` in square metres.
     #[inline]
     pub fn squared_range(&self, index: usize) -> f64 {
-        let [x, y, z] = self.position(index).map(f64::from);
+        let [x, y, z] = wide(self.position(index));
         x * x + y * y + z * z
     }
+}
+
+/// A position in double precision; `map(f64::from)` is no loop that compilers see through.
+#[inline]
+pub(crate) fn wide([x, y, z]: [f32; 3]) -> [f64; 3] {
+    [f64::from(x), f64::from(y), f64::from(z)]
 }
 
 #[cfg(test)]

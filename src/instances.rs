@@ -4,7 +4,7 @@ pub mod likeness;
 
 use serde::Serialize;
 
-use crate::cloud::PointCloud;
+use crate::cloud::{PointCloud, wide};
 use crate::footprint::{convex_hull, minimum_area_rectangle};
 
 use likeness::Kind;
@@ -130,7 +130,7 @@ pub struct UprightBox {
 impl UprightBox {
     /// The box around some points of a cloud. `None` of no points.
     pub fn around(cloud: &PointCloud, points: &[u32]) -> Option<Self> {
-        let positions = points.iter().map(|&p| cloud.position(p as usize).map(f64::from));
+        let positions = points.iter().map(|&p| wide(cloud.position(p as usize)));
         let plane: Vec<[f64; 2]> = positions.clone().map(|[x, y, _]| [x, y]).collect();
         let rectangle = minimum_area_rectangle(&convex_hull(&plane))?;
         let (low, high) = positions.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {

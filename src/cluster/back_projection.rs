@@ -2,7 +2,7 @@
 
 use super::objects::ObjectPixels;
 use super::params::{BackProjection, Nearest};
-use crate::cloud::PointCloud;
+use crate::cloud::{PointCloud, wide};
 use crate::range_image::RangeImage;
 use crate::semantics::ObjectMask;
 
@@ -92,13 +92,13 @@ fn least_distance(position: [f32; 3], offset: usize, columns: usize, nearest: Ne
     }
     let between = offset.saturating_sub(1) as f64;
     let angle = (between * std::f64::consts::TAU / columns as f64).min(1.5);
-    let [x, y, _] = position.map(f64::from);
+    let [x, y, _] = wide(position);
     (x * x + y * y) * angle.sin().powi(2)
 }
 
 /// Anything that orders as the distance of two positions (metres) does; in space its square.
 fn distance(a: [f32; 3], b: [f32; 3], nearest: Nearest) -> f64 {
-    let (a, b) = (a.map(f64::from), b.map(f64::from));
+    let (a, b) = (wide(a), wide(b));
     let squared = |[x, y, z]: [f64; 3]| x * x + y * y + z * z;
     match nearest {
         Nearest::Range => (squared(a).sqrt() - squared(b).sqrt()).abs(),

@@ -82,6 +82,13 @@ pub fn assemble(fragments: &[Fragment], params: &FragmentMerge) -> (Vec<u32>, Ve
     (assembly.numbered(), assembly.joins)
 }
 
+/// A class and the usual size of its objects.
+#[derive(Debug, Clone, Copy)]
+struct Kind {
+    class: u16,
+    size: Option<ClassSize>,
+}
+
 /// A group of pieces, under the number of its first piece.
 struct Group {
     hull: Vec<PlanePoint>,
@@ -91,8 +98,8 @@ struct Group {
     area: f64,
     /// Pixels of its pieces.
     pixels: u32,
-    /// Usual size of its class: that of its larger part.
-    size: Option<ClassSize>,
+    /// What its larger part is.
+    kind: Kind,
     /// How often it has grown; a candidate that knew it smaller is out of date.
     version: u32,
 }
@@ -137,7 +144,7 @@ impl<'a> Assembly<'a> {
     fn join_touching(&mut self) {
         for number in 0..self.groups.len() {
             let Some(size) =
-                self.groups[number].size.filter(|_| !self.groups[number].hull.is_empty())
+                self.groups[number].kind.size.filter(|_| !self.groups[number].hull.is_empty())
             else {
                 continue;
             };
@@ -176,11 +183,11 @@ impl<'a> Assembly<'a> {
                 largest[root] = number;
             }
         }
-        let sizes: Vec<Option<ClassSize>> = largest.iter().map(|&n| self.groups[n].size).collect();
+        let kinds: Vec<Kind> = largest.iter().map(|&piece| self.groups[piece].kind).collect();
         for (number, corners) in corners.into_iter().enumerate() {
             if self.is_group(number) {
                 self.groups[number] =
-                    Group::new(convex_hull(&corners), pixels[number], sizes[number]);
+                    Group::new(convex_hull(&corners), pixels[number], kinds[number]);
             }
         }
     }
@@ -223,7 +230,7 @@ impl<'a> Assembly<'a> {
     /// Size of a group's class, if it can join others at all.
     fn size(&self, group: usize) -> Option<ClassSize> {
         let can_join = self.parent[group] == group && !self.groups[group].hull.is_empty();
-        self.groups[group].size.filter(|_| can_join)
+        self.groups[group].kind.size.filter(|_| can_join)
     }
 
     /// Where the groups of a family lie by their place. All of a family share cells of one side, whatever
@@ -284,10 +291,10 @@ impl<'a> Assembly<'a> {
         self.params.wait / f64::from(self.groups[a].pixels.min(self.groups[b].pixels).max(1))
     }
 
-    /// The size of the class of the larger of two groups, which a union has to fit.
-    fn size_of_larger(&self, a: usize, b: usize) -> Option<ClassSize> {
+    /// What the larger of two groups is, and so the union.
+    fn kind_of_larger(&self, a: usize, b: usize) -> Kind {
         let larger = if self.groups[b].pixels > self.groups[a].pixels { b } else { a };
-        self.size(larger)
+        self.groups[larger].kind
     }
 
     /// Whether no rectangle of an accepted size can hold two groups that do not touch: they reach farther
@@ -309,12 +316,13 @@ impl<'a> Assembly<'a> {
 
     /// Measures a pair: what joining it costs and why it belongs together; `None` if it does not.
     fn judge(&self, a: usize, b: usize) -> Option<Candidate> {
-        let size = self.size_of_larger(a, b)?;
+        let size = self.kind_of_larger(a, b).size?;
         let (one, two) = (&self.groups[a], &self.groups[b]);
         let touching = self.params.touching_gap(size);
         let gap = distance(&one.hull, &two.hull);
         let is_touching = gap <= touching;
-        if gap >= self.params.bridged_gap(size) || (!is_touching && self.is_too_large(a, b, size)) {
+        let may_fit = || one.kind.class == two.kind.class && !self.is_too_large(a, b, size);
+        if gap >= self.params.bridged_gap(size) || (!is_touching && !may_fit()) {
             return None;
         }
         let union = self.union(a, b)?.size;
@@ -327,14 +335,17 @@ impl<'a> Assembly<'a> {
         } else {
             return None;
         };
-        let excess = (union[0] - size.length).max(0.0) + (union[1] - size.width).max(0.0);
-        let perimeter = 2.0 * (union[0] + union[1]);
+        let against = match evidence {
+            Evidence::Fits { .. } => {
+                let excess = (union[0] - size.length).max(0.0) + (union[1] - size.width).max(0.0);
+                let perimeter = 2.0 * (union[0] + union[1]);
+                self.params.perimeter_weight * perimeter + self.params.excess_weight * excess
+            }
+            _ => 0.0,
+        };
         let (target, query) = (a as u32 + 1, b as u32 + 1);
         Some(Candidate {
-            cost: gap
-                + self.params.perimeter_weight * perimeter
-                + self.params.excess_weight * excess
-                + self.wait(a, b),
+            cost: gap + against + self.wait(a, b),
             groups: [a, b],
             versions: [one.version, two.version],
             join: Some(Join { target, query, gap, evidence }),
@@ -346,8 +357,7 @@ impl<'a> Assembly<'a> {
         let (a, b) = (join.target as usize - 1, join.query as usize - 1);
         let (one, two) = (&self.groups[a], &self.groups[b]);
         let hull = convex_hull(&[&one.hull[..], &two.hull].concat());
-        let size = self.size_of_larger(a, b);
-        let grown = Group::new(hull, one.pixels + two.pixels, size);
+        let grown = Group::new(hull, one.pixels + two.pixels, self.kind_of_larger(a, b));
         self.groups[a] = Group { version: one.version + 1, ..grown };
         self.parent[b] = a;
         self.joins.push(join);
@@ -371,10 +381,11 @@ impl<'a> Assembly<'a> {
 
 impl Group {
     fn of_piece(piece: &Fragment) -> Self {
-        Group::new(piece.hull.clone(), piece.pixels, piece.size)
+        let kind = Kind { class: piece.class, size: piece.size };
+        Group::new(piece.hull.clone(), piece.pixels, kind)
     }
 
-    fn new(hull: Vec<PlanePoint>, pixels: u32, size: Option<ClassSize>) -> Self {
+    fn new(hull: Vec<PlanePoint>, pixels: u32, kind: Kind) -> Self {
         let mut low = [f64::INFINITY; 2];
         let mut high = [f64::NEG_INFINITY; 2];
         for corner in &hull {
@@ -384,7 +395,7 @@ impl Group {
             }
         }
         let area = area(&hull);
-        Group { hull, low, high, area, pixels, size, version: 0 }
+        Group { hull, low, high, area, pixels, kind, version: 0 }
     }
 
     /// Distance between the boxes around two groups, metres: they are no nearer to each other.

@@ -55,11 +55,16 @@ pub fn reaches(
 
 /// How far apart two pixels are, as a share of the reach of touching: they touch up to 1.
 pub fn separation(objects: &ObjectPixels, a: usize, b: usize) -> f64 {
+    f64::from(squared_separation(objects, a, b)).sqrt()
+}
+
+#[inline]
+fn squared_separation(objects: &ObjectPixels, a: usize, b: usize) -> f32 {
     let ([ax, ay, az], [bx, by, bz]) = (objects.position[a], objects.position[b]);
     let ([across_a, upright_a], [across_b, upright_b]) = (objects.reach[a], objects.reach[b]);
     let (x, y, z) = (ax - bx, ay - by, az - bz);
     let (across, upright) = (across_a.max(across_b), upright_a.max(upright_b));
-    f64::from((x * x + y * y) / (across * across) + z * z / (upright * upright)).sqrt()
+    (x * x + y * y) / (across * across) + z * z / (upright * upright)
 }
 
 /// For each instance of the merge step (instance k at k - 1) the group it belongs to, groups numbered from 1 in
@@ -91,7 +96,9 @@ fn join_touching(objects: &ObjectPixels, space: &Space, groups: &mut Groups) {
             return;
         }
         let mut pairs = own.iter().flat_map(|&a| others.iter().map(move |&b| (a, b)));
-        if let Some((a, b)) = pairs.find(|&(a, b)| within(objects, a, b, 1.0).is_some()) {
+        let touch =
+            |&(a, b): &(u32, u32)| squared_separation(objects, a as usize, b as usize) <= 1.0;
+        if let Some((a, b)) = pairs.find(touch) {
             groups.join_pixels(objects, a, b, None);
         }
     });
@@ -140,8 +147,8 @@ fn order(a: &(f64, u32, u32), b: &(f64, u32, u32)) -> Ordering {
 
 /// The separation of two pixels if it is at most that.
 fn within(objects: &ObjectPixels, a: u32, b: u32, at_most: f64) -> Option<f64> {
-    let apart = separation(objects, a as usize, b as usize);
-    (apart <= at_most).then_some(apart)
+    let squared = f64::from(squared_separation(objects, a as usize, b as usize));
+    (squared <= at_most * at_most).then(|| squared.sqrt())
 }
 
 /// Which pieces have become one.

@@ -1,6 +1,6 @@
 //! Object pixels as a dense list: what the divide step walks on.
 
-use crate::cloud::PointCloud;
+use crate::cloud::{PointCloud, wide};
 use crate::cluster::condition::{Along, Judge};
 use crate::cluster::gaps;
 use crate::cluster::params::ClusterParams;
@@ -108,7 +108,7 @@ fn connected(
             }
             let to = to as usize;
             let apart = pixels_apart(objects.pixel[from], objects.pixel[to], columns, along);
-            let [p, q] = [from, to].map(|i| objects.position[i].map(f64::from));
+            let [p, q] = [wide(objects.position[from]), wide(objects.position[to])];
             let size = sizes[usize::from(objects.class[from])];
             let holds = match objects.reach.is_empty() {
                 true => judge.is_connected(p, q, apart, along, size),

@@ -335,11 +335,11 @@ impl ClusterParams {
                 touching_share: 0.17,
                 touching: 0.3,
                 widest: 1.5,
-                bridged: 1.5,
+                bridged: 1.25,
                 slack: 1.2,
                 perimeter_weight: 0.02,
                 excess_weight: 0.1,
-                wait: 1.0,
+                wait: 0.3,
             }),
             gaps: Some(GapMerge {
                 across: 0.4,

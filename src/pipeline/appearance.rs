@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::cloud::PointCloud;
+use crate::cloud::{PointCloud, wide};
 use crate::cluster::ObjectPixels;
 use crate::instances::likeness::Measures;
 use crate::instances::{Likeness, Reason, UprightBox};
@@ -41,7 +41,7 @@ impl Appearance {
         bounds: &UprightBox,
     ) -> Likeness {
         let positions: Vec<[f64; 3]> =
-            points.iter().map(|&point| cloud.position(point as usize).map(f64::from)).collect();
+            points.iter().map(|&point| wide(cloud.position(point as usize))).collect();
         let ground = self.ground.at(bounds.centre);
         let departures = &mut self.departures[id as usize - 1];
         Measures::new(&positions, bounds, ground, departures).likeness()
@@ -89,7 +89,7 @@ impl GroundHeights {
     fn new(cloud: &PointCloud, reason: &[Reason]) -> Self {
         let mut cells: FxHashMap<[i32; 2], (f64, u32)> = FxHashMap::default();
         for point in (0..cloud.len()).filter(|&point| reason[point] == Reason::Ground) {
-            let [x, y, z] = cloud.position(point).map(f64::from);
+            let [x, y, z] = wide(cloud.position(point));
             let cell = cells.entry(place(x, y)).or_default();
             *cell = (cell.0 + z, cell.1 + 1);
         }

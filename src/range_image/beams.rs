@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::sweep::{BLOCK, Sweep, common_row};
 use super::{elevation, median};
-use crate::cloud::PointCloud;
+use crate::cloud::{PointCloud, wide};
 
 /// A sensor with more beams than this is not known; a larger ring number is not a beam.
 const MOST_BEAMS: usize = 1024;
@@ -83,7 +83,7 @@ fn returns_of_rings(sweep: &Sweep, ring: &[u16]) -> Vec<usize> {
 
 /// Tangent of the elevation: orders as the elevation does.
 fn slope(cloud: &PointCloud, point: usize) -> f64 {
-    let [x, y, z] = cloud.position(point).map(f64::from);
+    let [x, y, z] = wide(cloud.position(point));
     z / (x * x + y * y).sqrt().max(f64::MIN_POSITIVE)
 }
 
