@@ -510,7 +510,7 @@ mod tests {
     #[test]
     fn single_pixels_wait_for_the_parts_of_an_object() {
         let mut pieces = vec![piece([0.0, 0.0], [1.5, 1.8]), piece([3.0, 0.0], [4.5, 1.8])];
-        let ghost = Fragment { pixels: 1, ..piece([-1.2, 0.9], [-1.2, 0.9]) };
+        let ghost = Fragment { pixels: 1, ..piece([-1.4, 0.9], [-1.4, 0.9]) };
         pieces.push(ghost.clone());
         assert_eq!(groups(&pieces), [1, 1, 2]);
         let impatient = FragmentMerge { wait: 0.0, ..best() };

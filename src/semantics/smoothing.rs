@@ -44,7 +44,7 @@ impl Default for Smoothing {
             radius: 0.1,
             steps: 6.0,
             agreement: 0.6,
-            trusted: 0.04,
+            trusted: 0.05,
             own_votes: 0.05,
             rounds: 2,
         }

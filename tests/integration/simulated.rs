@@ -137,8 +137,8 @@ fn ground_f1(drive: &Drive, is_z_down: bool) -> f64 {
     hits / (hits + 0.5 * errors)
 }
 
-/// The goal for ground removal is an F1 of 0.94 everywhere; sparse beams among low walls miss it
-/// (docs/results.md), so they are held to what is lost when all low walls are taken for ground.
+/// The goal for ground removal is an F1 of 0.94 everywhere; 16 beams miss it by a hair where returns are
+/// mirrored (docs/results.md), and are held to 0.92 here, one seed standing for three.
 #[test]
 fn ground_is_found_on_hills_by_any_mount() {
     type Mounted = (&'static str, fn(&mut Drive), bool);
@@ -155,7 +155,7 @@ fn ground_is_found_on_hills_by_any_mount() {
             let mut drive = Drive::new(sensor, Scene::Hills, 301);
             change(&mut drive);
             let f1 = ground_f1(&drive, is_z_down);
-            let least = if sensor == Sensor::Vlp16 { 0.88 } else { 0.94 };
+            let least = if sensor == Sensor::Vlp16 { 0.92 } else { 0.94 };
             assert!(f1 >= least, "{sensor}, {name}: {f1:.3}");
         }
     }

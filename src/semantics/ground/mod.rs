@@ -52,8 +52,8 @@ use spread::Spread;
 /// Parameters of the ground removal.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct GroundParams {
-    /// Steepest ground, radians from the horizontal, tilt of the sensor included. Default 25 degrees:
-    /// a 10 % road (6 degrees), 5 degrees of tilt and a grass bank of 14 degrees (1 in 4).
+    /// Steepest ground, radians from the level plane that is found around the sensor. Default 25 degrees: a
+    /// road of 10 % (6 degrees), the error of that plane, and a grass bank of 14 degrees (1 in 4).
     pub max_slope: f64,
     /// Shortest horizontal distance over which a slope is measured, metres; rises over less count as
     /// over this. Default 0.35: with `max_slope` it lets a kerb of 0.16 pass, and range noise of 0.03
