@@ -222,6 +222,7 @@ impl Groups {
 }
 
 /// Object pixels by the cell of space they lie in. A cell is so small that all pixels in one touch.
+#[derive(Default)]
 struct Space {
     /// Object pixels, cell by cell.
     sorted: Vec<u32>,
@@ -229,6 +230,10 @@ struct Space {
     cells: Vec<Cell>,
     /// By place.
     columns: Vec<Column>,
+    /// Least x of a column.
+    least_x: i32,
+    /// Columns of x = least_x + i are columns\[strips\[i\]..strips\[i + 1\]\].
+    strips: Vec<usize>,
 }
 
 /// A cell with pixels in it.
@@ -265,7 +270,7 @@ impl Space {
         let mut sites: Vec<(u64, u32)> =
             placed.map(|object| (key(object), object as u32)).collect();
         sites.sort_unstable();
-        let mut space = Space { sorted: Vec::new(), cells: Vec::new(), columns: Vec::new() };
+        let mut space = Space::default();
         for column in sites.chunk_by(|a, b| a.0 >> LEVEL_BITS == b.0 >> LEVEL_BITS) {
             let start = space.cells.len();
             let mut reach = [0.0_f64; 2];
@@ -284,6 +289,12 @@ impl Space {
             let [x, y, _] = unpack(column[0].0);
             space.columns.push(Column { place: [x, y], start, end: space.cells.len(), reach });
         }
+        space.least_x = space.columns.first().map_or(0, |column| column.place[0]);
+        for (number, column) in space.columns.iter().enumerate() {
+            let strip = (column.place[0] - space.least_x) as usize;
+            space.strips.resize(strip + 1, number);
+        }
+        space.strips.push(space.columns.len());
         space
     }
 
@@ -294,11 +305,14 @@ impl Space {
     /// Numbers of the columns whose place is so many cells or fewer from a column's, itself among them.
     fn around(&self, column: &Column, steps: i32) -> impl Iterator<Item = usize> {
         let [x, y] = column.place;
-        (x - steps..=x + steps).flat_map(move |x| {
-            let first = self.columns.partition_point(|other| other.place < [x, y - steps]);
-            let last = [x, y + steps];
-            let near = self.columns[first..].iter().take_while(move |other| other.place <= last);
-            first..first + near.count()
+        let strip = (x - self.least_x) as usize;
+        let last = (strip + steps as usize).min(self.strips.len() - 2);
+        (strip.saturating_sub(steps as usize)..=last).flat_map(move |strip| {
+            let (start, end) = (self.strips[strip], self.strips[strip + 1]);
+            let columns = &self.columns[start..end];
+            let first = columns.partition_point(|other| other.place[1] < y - steps);
+            let near = columns[first..].iter().take_while(move |other| other.place[1] <= y + steps);
+            start + first..start + first + near.count()
         })
     }
 

@@ -52,7 +52,8 @@ fn colour(line: usize) -> Colour {
 /// Draws a chart on a page of its own.
 pub fn line_chart(chart: &LineChart) -> Canvas {
     let names = chart.lines.iter().map(|line| width(&line.name, SMALL, Weight::Medium));
-    let room = names.fold(40.0, f64::max);
+    // A fifth more: a viewer without our font takes another.
+    let room = 1.2 * names.fold(40.0, f64::max);
     let mut canvas = Canvas::new(PLOT.right() + 14.0 + room + 16.0, PAGE_HEIGHT, PAGE);
     let heading = text(HEADING, Weight::Medium, INK, Anchor::Start);
     canvas.text([16.0, 26.0], &chart.title, heading);
