@@ -30,7 +30,7 @@ pub struct ObjectPixels {
     /// M x 4: whether the condition holds towards each neighbour; false where there is none.
     pub connected: Vec<[bool; NEIGHBOURS]>,
     /// M x 2: up to how far across the ground and in height each touches others, metres
-    /// ([`gaps`](super::gaps)); empty where classes or the angle decide.
+    /// ([`gaps`]); empty where classes or the angle decide.
     pub reach: Vec<[f32; 2]>,
 }
 
