@@ -82,14 +82,15 @@ fn cloud(rows: usize, columns: usize, cells: &[Cell]) -> PointCloud {
     cloud_of_turn(rows, columns, cells, 200)
 }
 
-/// The organised cloud of a scene: `per_turn` columns to the full turn, rows two degrees apart.
+/// The organised cloud of a scene: `per_turn` columns to the full turn, rows 1.9 degrees apart: at 10 degrees
+/// below the horizon two equal ranges on opposite sides would lie on the limit of the condition.
 fn cloud_of_turn(rows: usize, columns: usize, cells: &[Cell], per_turn: usize) -> PointCloud {
     let mut cloud = PointCloud { height: rows, width: columns, ..PointCloud::default() };
     let mut class = Vec::new();
     for (index, cell) in cells.iter().enumerate() {
         let (row, column) = (index / columns, index % columns);
         let azimuth = -std::f32::consts::TAU * column as f32 / per_turn as f32;
-        let elevation = -2_f32.to_radians() * row as f32;
+        let elevation = -1.9_f32.to_radians() * row as f32;
         let (range, id) = match *cell {
             Cell::Nothing => (0.0, 0),
             Cell::Road => (3.0, 40),
