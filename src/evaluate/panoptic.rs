@@ -126,8 +126,11 @@ impl Panoptic {
             .collect();
         // The order of a sum of floats decides its last digit: segments ascending, as the API sums.
         matches.sort_by_key(|&(class, truth, predicted, _)| (class, truth, predicted));
-        for (class, truth, predicted, iou) in matches {
-            self.iou_sum[usize::from(class)] += iou;
+        for of_class in matches.chunk_by(|a, b| a.0 == b.0) {
+            let ious: Vec<f64> = of_class.iter().map(|found| found.3).collect();
+            self.iou_sum[usize::from(of_class[0].0)] += pairwise_sum(&ious);
+        }
+        for (class, truth, predicted, _) in matches {
             self.true_positives[usize::from(class)] += 1;
             true_size.remove(&(class, truth));
             predicted_size.remove(&(class, predicted));
@@ -175,7 +178,8 @@ impl Panoptic {
         let chosen = (0..self.classes).filter(|&class| !self.ignored[class] && includes(class));
         let chosen: Vec<ClassQuality> = chosen.map(|class| self.class(class)).collect();
         let mean = |figure: fn(&ClassQuality) -> f64| {
-            chosen.iter().map(figure).sum::<f64>() / (chosen.len() as f64).max(1.0)
+            pairwise_sum(&chosen.iter().map(figure).collect::<Vec<_>>())
+                / (chosen.len() as f64).max(1.0)
         };
         PanopticQuality {
             pq: mean(|quality| quality.pq),
@@ -186,9 +190,44 @@ impl Panoptic {
     }
 }
 
+/// The sum as NumPy makes it, in whose order the API's last digits lie: up to seven numbers one by one, up to
+/// 128 in eight interleaved sums, more in halves (pairwise summation; Higham 1993).
+pub fn pairwise_sum(values: &[f64]) -> f64 {
+    const LANES: usize = 8;
+    const BLOCK: usize = 128;
+    if values.len() < LANES {
+        return values.iter().sum();
+    }
+    if values.len() > BLOCK {
+        let half = values.len() / 2;
+        let (low, high) = values.split_at(half - half % LANES);
+        return pairwise_sum(low) + pairwise_sum(high);
+    }
+    let (lanes, rest) = values.as_chunks::<LANES>();
+    let mut sums = lanes[0];
+    for lane in &lanes[1..] {
+        sums.iter_mut().zip(lane).for_each(|(sum, value)| *sum += value);
+    }
+    let pair = |i: usize| sums[i] + sums[i + 1];
+    let sum = (pair(0) + pair(2)) + (pair(4) + pair(6));
+    rest.iter().fold(sum, |sum, value| sum + value)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Sums of 1 / (k + 1) for k below 7, 20, 128 and 300, as printed by
+    /// `numpy.sum(1 / (numpy.arange(n) + 1.0))`.
+    #[test]
+    fn sums_end_in_the_digits_of_numpy() {
+        let sum =
+            |count: u32| pairwise_sum(&(1..=count).map(|k| 1.0 / f64::from(k)).collect::<Vec<_>>());
+        assert_eq!(sum(7), 2.5928571428571425);
+        assert_eq!(sum(20), 3.597739657143682);
+        assert_eq!(sum(128), 5.433147092589173);
+        assert_eq!(sum(300), 6.282663880299504);
+    }
 
     /// He et al.'s worked example as semantic-kitti-api's self-test has it: ignored class 0, grass, sky,
     /// person, dog; unmatched segments count from one point on.

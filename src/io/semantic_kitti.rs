@@ -65,6 +65,24 @@ pub fn labelled_scans(root: &Path) -> Result<Vec<LabelledScan>> {
     Ok(scans)
 }
 
+/// The `.label` files of a folder that holds `sequences`, in order, each with the name of its sequence: those
+/// under `kind`, which is `labels` or `predictions`, of every sequence that has such a folder.
+///
+/// # Errors
+/// [`Error::Io`] if a folder cannot be listed.
+pub fn label_files(root: &Path, kind: &str) -> Result<Vec<(String, PathBuf)>> {
+    let mut files = Vec::new();
+    for sequence in entries(&root.join("sequences"))? {
+        let folder = sequence.join(kind);
+        if folder.is_dir() {
+            let labels = entries(&folder)?.into_iter();
+            let labels = labels.filter(|path| path.extension().is_some_and(|e| e == "label"));
+            files.extend(labels.map(|path| (file_name(&sequence), path)));
+        }
+    }
+    Ok(files)
+}
+
 fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
     let at = |source| Error::Io { path: folder.into(), source };
     let list = std::fs::read_dir(folder).map_err(at)?;

@@ -1,6 +1,7 @@
 //! One binary for all integration tests.
 
 mod cli;
+mod evaluate;
 mod examples;
 mod explain;
 mod figure;

@@ -126,8 +126,12 @@ def check_cloud(cloud, annotated):
     assert cloud.header == annotated.header
     names = [field.name for field in annotated.fields]
     assert names[: len(cloud.fields)] == [field.name for field in cloud.fields]
-    assert names[len(cloud.fields) :] == [
-        "instance", "component", "semantic", "reason", "rgb", "colors",
+    ours = names[len(cloud.fields) :]
+    # How likely a point is ground is said where objects come from ground removal, which is where there are no classes.
+    has_ground = "ground" in ours
+    assert has_ground != ("label" in names)
+    assert ours == [
+        "instance", "component", "semantic", "reason", *["ground"] * has_ground, "rgb", "colors",
     ]
     assert all(field.count == 1 for field in annotated.fields[len(cloud.fields) :])
     rows = np.frombuffer(bytes(cloud.data), np.uint8).reshape(-1, cloud.point_step)
@@ -136,6 +140,10 @@ def check_cloud(cloud, annotated):
     table = points(annotated)
     assert ((table["instance"] != 0) == (table["reason"] == 0)).all()
     assert ((table["instance"] != 0) == (table["component"] != 0)).all()
+    if has_ground:
+        is_ground = table["reason"] == 3
+        assert (table["ground"][is_ground] >= 128).all()
+        assert (table["ground"][table["instance"] != 0] < 128).all()
     packed = table["rgb"].copy().view(np.uint32)
     assert ((packed & 0xFFFFFF) == (table["colors"] >> 8)).all()
     assert ((packed >> 24) == 255).all() and ((table["colors"] & 255) == 255).all()

@@ -4,6 +4,7 @@ mod annotate;
 mod arguments;
 mod completions;
 mod demo;
+mod evaluate;
 mod explain;
 mod figure;
 mod info;
@@ -44,6 +45,7 @@ enum Command {
     View(view::Arguments),
     Explain(explain::Arguments),
     Figure(figure::Arguments),
+    Evaluate(evaluate::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -80,6 +82,7 @@ fn main() -> ExitCode {
         Command::View(arguments) => view::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Figure(arguments) => figure::run(&arguments),
+        Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     };
     match result {

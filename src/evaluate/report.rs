@@ -1,0 +1,89 @@
+//! Panoptic figures as semantic-kitti-api's `evaluate_panoptic.py` reports them (ALGORITHM section 9).
+
+use serde::Serialize;
+
+use super::panoptic::{ClassQuality, Panoptic, PanopticQuality, pairwise_sum};
+use crate::taxonomy::Taxonomy;
+
+/// What a set of frames comes to. Figures from 0 to 1.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    /// Means over all classes that count; absent ones are 0, as the API has it.
+    pub all: PanopticQuality,
+    /// Means over the things.
+    pub things: PanopticQuality,
+    /// Means over the stuff.
+    pub stuff: PanopticQuality,
+    /// PQ-dagger (Porzi et al. 2019): the mean of the PQ of things and the IoU of stuff.
+    pub pq_dagger: f64,
+    /// Each class that counts, by number.
+    pub classes: Vec<NamedQuality>,
+}
+
+/// The figures of a class with its name.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NamedQuality {
+    /// Name in the taxonomy.
+    pub name: String,
+    /// Whether its objects are counted.
+    pub is_thing: bool,
+    /// Points that truth gives to it.
+    pub true_points: u64,
+    /// Its figures.
+    #[serde(flatten)]
+    pub quality: ClassQuality,
+}
+
+impl Report {
+    /// The figures of some scores, whose class numbers are those of a taxonomy.
+    pub fn new(scores: &Panoptic, taxonomy: &Taxonomy) -> Self {
+        let classes = taxonomy.classes();
+        let is_thing = |class: usize| classes[class].is_thing;
+        let named = (0..classes.len()).filter(|&class| !classes[class].is_ignored).map(|class| {
+            NamedQuality {
+                name: classes[class].name.clone(),
+                is_thing: is_thing(class),
+                true_points: scores.true_points(class),
+                quality: scores.class(class),
+            }
+        });
+        let named: Vec<NamedQuality> = named.collect();
+        let of_things = named.iter().filter(|class| class.is_thing).map(|class| class.quality.pq);
+        let of_stuff = named.iter().filter(|class| !class.is_thing).map(|class| class.quality.iou);
+        let figures: Vec<f64> = of_things.chain(of_stuff).collect();
+        Report {
+            all: scores.mean(|_| true),
+            things: scores.mean(is_thing),
+            stuff: scores.mean(|class| !is_thing(class)),
+            pq_dagger: pairwise_sum(&figures) / (figures.len() as f64).max(1.0),
+            classes: named,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dagger_takes_the_iou_of_stuff() {
+        let taxonomy = Taxonomy::semantic_kitti();
+        let classes = taxonomy.classes();
+        let [car, road] = ["car", "road"].map(|name| taxonomy.class_named(name).unwrap());
+        let mut scores = Panoptic::new(classes.len(), |class| classes[class].is_ignored, 1);
+        // A car in two halves, and a road of which four points in ten are taken for the car.
+        let truth = [vec![car; 10], vec![road; 10]].concat();
+        let found = [vec![car; 14], vec![road; 6]].concat();
+        let true_id = [vec![1; 10], vec![0; 10]].concat();
+        let found_id = [vec![1; 6], vec![2; 8], vec![0; 6]].concat();
+        scores.add(&found, &found_id, &truth, &true_id);
+        let report = Report::new(&scores, &taxonomy);
+        // The car: 6 of 10 matched, one segment spurious. The road: 6 of 10 matched.
+        let car_pq = 0.6 / 1.5;
+        assert!((report.things.pq - car_pq / 8.0).abs() < 1e-12);
+        assert!((report.stuff.pq - 0.6 / 11.0).abs() < 1e-12);
+        assert!((report.pq_dagger - (car_pq + 0.6) / 19.0).abs() < 1e-12);
+        assert!((report.all.pq - (car_pq + 0.6) / 19.0).abs() < 1e-12);
+        assert_eq!(report.classes.len(), 19);
+    }
+}

@@ -1,0 +1,73 @@
+//! `divmerge evaluate` as a user meets it.
+
+use std::path::Path;
+
+use crate::cli::{divmerge, path, text};
+
+/// A truth of two scans in sequence 00: a car of 60 points and a road.
+fn truth(root: &Path, folder: &str) {
+    let words: Vec<u32> = [vec![10 | 1 << 16; 60], vec![40; 100]].concat();
+    for scan in ["000000", "000001"] {
+        write(root, folder, scan, &words);
+    }
+}
+
+fn write(root: &Path, folder: &str, scan: &str, words: &[u32]) {
+    let folder = root.join("sequences").join("00").join(folder);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    std::fs::write(folder.join(scan).with_extension("label"), bytes).expect("a file");
+}
+
+fn evaluate(truth: &Path, predictions: &Path, more: &[&str]) -> (Option<i32>, String, String) {
+    let arguments = ["evaluate", "--truth", path(truth), "--predictions", path(predictions)];
+    let done = divmerge(&[&arguments, more].concat());
+    (done.status.code(), text(&done.stdout), text(&done.stderr))
+}
+
+#[test]
+fn a_perfect_prediction_and_one_in_halves() {
+    let (t, p) = (tempfile::tempdir().expect("t"), tempfile::tempdir().expect("p"));
+    truth(t.path(), "labels");
+    truth(p.path(), "predictions");
+    let json = p.path().join("figures.json");
+    let (code, said, errors) = evaluate(t.path(), p.path(), &["--json", path(&json)]);
+    assert_eq!(code, Some(0), "{errors}");
+    assert!(said.contains("2 scans, 320 points") && said.contains("not in the truth"), "{said}");
+    let read = || -> serde_json::Value {
+        serde_json::from_str(&std::fs::read_to_string(&json).expect("figures")).expect("JSON")
+    };
+    assert_eq!(read()["classes"][0]["name"], "car");
+    assert_eq!(read()["classes"][0]["pq"], 1.0);
+    let halves: Vec<u32> = [vec![10 | 1 << 16; 30], vec![10 | 2 << 16; 30], vec![40; 100]].concat();
+    write(p.path(), "predictions", "000001", &halves);
+    let (code, _, errors) = evaluate(t.path(), p.path(), &["--json", path(&json)]);
+    assert_eq!(code, Some(0), "{errors}");
+    // One car found, one missed; halves of 30 points are not spurious, and with --min-points 1 they are.
+    assert_eq!(read()["classes"][0]["rq"], 1.0 / 1.5);
+    evaluate(t.path(), p.path(), &["--json", path(&json), "--min-points", "1"]);
+    assert_eq!(read()["classes"][0]["false_positives"], 2);
+}
+
+#[test]
+fn what_does_not_fit_is_named_and_nothing_is_scored() {
+    let (t, p) = (tempfile::tempdir().expect("t"), tempfile::tempdir().expect("p"));
+    truth(t.path(), "labels");
+    write(p.path(), "predictions", "000001", &[40; 159]);
+    write(p.path(), "predictions", "000007", &[40; 160]);
+    let (code, said, errors) = evaluate(t.path(), p.path(), &[]);
+    assert_eq!((code, said.as_str()), (Some(1), ""));
+    for part in ["3 problems", "000000.label: no prediction", "636 bytes where", "without truth"] {
+        assert!(errors.contains(part), "{part} in {errors}");
+    }
+    let (code, _, errors) = evaluate(t.path(), p.path(), &["--sequences", "00,05"]);
+    assert!(code == Some(1) && errors.contains("no truth for sequence 05"), "{errors}");
+    truth(p.path(), "predictions");
+    std::fs::remove_file(p.path().join("sequences/00/predictions/000007.label")).expect("gone");
+    write(p.path(), "predictions", "000001", &[7; 160]);
+    let (code, _, errors) = evaluate(t.path(), p.path(), &[]);
+    assert_eq!(code, Some(1));
+    assert!(errors.contains("000001.label: class 7 (160 points) is not in taxonomy"), "{errors}");
+    let (code, _, errors) = evaluate(&t.path().join("nowhere"), p.path(), &[]);
+    assert!(code == Some(1) && errors.contains("nowhere"), "{errors}");
+}
