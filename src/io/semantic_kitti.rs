@@ -35,6 +35,15 @@ pub fn read_labels(path: &Path) -> Result<Vec<u32>> {
     Ok(words.iter().map(|word| u32::from_le_bytes(*word)).collect())
 }
 
+/// Writes `.label` words, class in the low and instance in the high 16 bits, over whatever is there.
+///
+/// # Errors
+/// [`Error::Io`] if the file cannot be written.
+pub fn write_labels(path: &Path, words: &[u32]) -> Result<()> {
+    let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    std::fs::write(path, bytes).map_err(|source| Error::Io { path: path.into(), source })
+}
+
 /// A scan and its label file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LabelledScan {

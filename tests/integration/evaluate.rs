@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::cli::{divmerge, path, text};
+use crate::recordings::drive;
 
 /// A truth of two scans in sequence 00: a car of 60 points and a road.
 fn truth(root: &Path, folder: &str) {
@@ -47,6 +48,40 @@ fn a_perfect_prediction_and_one_in_halves() {
     assert_eq!(read()["classes"][0]["rq"], 1.0 / 1.5);
     evaluate(t.path(), p.path(), &["--json", path(&json), "--min-points", "1"]);
     assert_eq!(read()["classes"][0]["false_positives"], 2);
+}
+
+/// Simulated drive to label files to figures, which agree with what the demo's way of scoring finds.
+#[test]
+fn an_annotated_drive_is_exported_and_scored() {
+    let (folder, input) = drive(2);
+    let annotated = folder.path().join("annotated.mcap");
+    let done = divmerge(&["annotate", path(&input), "-o", path(&annotated)]);
+    assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
+    let labels = |kind: &str| folder.path().join(kind).join("sequences/00").join(kind);
+    let (predictions, truth) = (labels("predictions"), labels("labels"));
+    let export = |input: &Path, to: &Path, more: &[&str]| {
+        let done = divmerge(&[&["export", path(input), "--labels", path(to)], more].concat());
+        (done.status.code(), text(&done.stdout) + &text(&done.stderr))
+    };
+    let (code, said) = export(&annotated, &predictions, &[]);
+    assert!(code == Some(0) && said.contains("wrote 2 label files"), "{said}");
+    let of_truth = ["--topic", "/lidar/points", "--class-field", "label"];
+    let of_truth = [&of_truth[..], &["--instance-field", "true_instance"]].concat();
+    let (code, said) = export(&input, &truth, &of_truth);
+    assert_eq!(code, Some(0), "{said}");
+    let (code, said, errors) =
+        evaluate(&folder.path().join("labels"), &folder.path().join("predictions"), &[]);
+    assert_eq!(code, Some(0), "{errors}");
+    let things = said.lines().find(|line| line.starts_with("road")).expect("a line for roads");
+    assert!(things.starts_with("road           100.0"), "{said}");
+
+    let (code, said) = export(&annotated, &predictions, &[]);
+    assert!(code == Some(1) && said.contains("--force replaces it"), "{said}");
+    assert_eq!(export(&annotated, &predictions, &["--force"]).0, Some(0));
+    let (code, said) = export(&input, &predictions, &[]);
+    assert!(code == Some(1) && said.contains("no annotated topic"), "{said}");
+    let (code, said) = export(&annotated, &predictions, &["--force", "--class-field", "colour"]);
+    assert!(code == Some(1) && said.contains("no field `colour`"), "{said}");
 }
 
 #[test]

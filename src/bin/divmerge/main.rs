@@ -6,6 +6,7 @@ mod completions;
 mod demo;
 mod evaluate;
 mod explain;
+mod export;
 mod figure;
 mod info;
 mod interrupt;
@@ -46,6 +47,7 @@ enum Command {
     Explain(explain::Arguments),
     Figure(figure::Arguments),
     Evaluate(evaluate::Arguments),
+    Export(export::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -83,6 +85,7 @@ fn main() -> ExitCode {
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Figure(arguments) => figure::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     };
     match result {
