@@ -55,7 +55,7 @@ fn variants() -> Vec<(&'static str, Config)> {
         ("small pieces do not wait", with(|p| by_size(p).wait = 0.0)),
         ("small pieces wait 1 m", with(|p| by_size(p).wait = 1.0)),
         ("gaps bridged up to W", with(|p| by_size(p).bridged = 1.0)),
-        ("gaps bridged up to 1.5 W", with(|p| by_size(p).bridged = 1.5)),
+        ("gaps bridged up to 1.25 W", with(|p| by_size(p).bridged = 1.25)),
         ("touching whatever the width", with(|p| by_size(p).widest = f64::INFINITY)),
         ("fragments stay apart", with(|p| p.fragments = None)),
         ("overlap of hulls instead of size", with(hulls)),

@@ -335,7 +335,7 @@ impl ClusterParams {
                 touching_share: 0.17,
                 touching: 0.3,
                 widest: 1.5,
-                bridged: 1.25,
+                bridged: 1.5,
                 slack: 1.2,
                 perimeter_weight: 0.02,
                 excess_weight: 0.1,
