@@ -77,6 +77,9 @@ fn outer_points(points: &[PlanePoint]) -> Vec<PlanePoint> {
         }
     }
     let octagon = [greatest, least].concat();
+    if octagon.iter().all(|corner| *corner == octagon[0]) {
+        return vec![octagon[0]];
+    }
     let is_inside = |p: PlanePoint| {
         (0..8).all(|i| {
             let (from, to) = (octagon[i], octagon[(i + 1) % 8]);
@@ -199,6 +202,11 @@ mod tests {
             [[0.0, 0.0], [2.0, 0.0], [1.0, 0.0], [2.0, 2.0], [1.0, 1.0], [0.0, 2.0], [0.0, 0.0]];
         let hull = convex_hull(&points);
         assert_eq!(hull, [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]);
+    }
+
+    #[test]
+    fn hull_of_many_points_in_one_place() {
+        assert_eq!(convex_hull(&[[3.0, -1.0]; 40]), [[3.0, -1.0]]);
     }
 
     proptest::proptest! {
