@@ -1,8 +1,8 @@
 //! ALPINE (Sautier, Puy, Boulch, Marlet and Lepetit 2025, arXiv 2503.13203): "Clustering is back:
 //! Reaching state-of-the-art LiDAR instance segmentation without training".
 
-use super::disjoint_sets::DisjointSets;
 use super::{Baseline, View, per_class};
+use crate::disjoint_sets::DisjointSets;
 use crate::footprint::{PlanePoint, convex_hull, minimum_area_rectangle};
 use crate::kd_tree::KdTree;
 use crate::taxonomy::{ClassSize, Taxonomy};

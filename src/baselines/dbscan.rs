@@ -1,9 +1,9 @@
 //! Density-based clustering (Ester, Kriegel, Sander and Xu 1996), and Euclidean clustering as its special
 //! case in which a point alone is dense.
 
+use crate::disjoint_sets::DisjointSets;
 use rustc_hash::FxHashMap;
 
-use super::disjoint_sets::DisjointSets;
 use super::{Baseline, View, per_class};
 
 /// DBSCAN in space, class by class.

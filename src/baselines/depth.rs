@@ -1,8 +1,8 @@
 //! Depth clustering (Bogoslavskyi and Stachniss 2016).
 
-use super::disjoint_sets::DisjointSets;
 use super::{Baseline, View, object_pixels, to_points};
 use crate::cluster::params::{BackProjection, ClusterParams};
+use crate::disjoint_sets::DisjointSets;
 use crate::range_image::NO_NEIGHBOUR;
 
 /// Connected components of the 4-connected range image under the angle condition beta > 10 degrees.

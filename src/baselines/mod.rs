@@ -16,7 +16,6 @@
 mod alpine;
 mod dbscan;
 mod depth;
-mod disjoint_sets;
 mod scan_line_run;
 
 use rustc_hash::FxHashMap;

@@ -1,9 +1,9 @@
 //! Scan-line run (Zermas, Izzat and Papanikolopoulos 2017).
 
-use super::disjoint_sets::DisjointSets;
 use super::{Baseline, View, object_pixels, to_points};
 use crate::cluster::ObjectPixels;
 use crate::cluster::params::{BackProjection, ClusterParams};
+use crate::disjoint_sets::DisjointSets;
 use crate::range_image::RangeImage;
 
 /// Each beam is cut into runs of neighbouring points, and a run takes over what its points are near to in

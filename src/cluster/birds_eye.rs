@@ -8,6 +8,7 @@ use super::fragments::Fragment;
 use super::merge::Merge;
 use super::objects::ObjectPixels;
 use super::params::{BirdsEye, Region};
+use crate::disjoint_sets::DisjointSets;
 use crate::footprint::{PlanePoint, convex_hull, distance, minimum_area_rectangle};
 use crate::taxonomy::ClassSize;
 
@@ -169,31 +170,21 @@ fn transitive(
         .filter_map(|(instance, region)| region.as_ref().map(|region| (instance, region)))
         .collect();
     order.sort_by(|a, b| a.1.low[0].total_cmp(&b.1.low[0]));
-    let mut parent: Vec<usize> = (0..regions.len()).collect();
+    let mut sets = DisjointSets::new(regions.len());
     let mut open: Vec<(usize, &Outline)> = Vec::new();
     for (instance, region) in order {
         open.retain(|(_, other)| other.high[0] + margin >= region.low[0]);
         for &(other, outline) in &open {
             if may_merge(instance, other)
-                && root(&mut parent, instance) != root(&mut parent, other)
+                && sets.root(instance) != sets.root(other)
                 && region.overlaps(outline, margin)
             {
-                let (a, b) = (root(&mut parent, instance), root(&mut parent, other));
-                parent[a.max(b)] = a.min(b);
+                sets.join(instance, other);
             }
         }
         open.push((instance, region));
     }
-    let roots: Vec<usize> = (0..regions.len()).map(|i| root(&mut parent, i)).collect();
-    numbered(&roots)
-}
-
-fn root(parent: &mut [usize], mut instance: usize) -> usize {
-    while parent[instance] != instance {
-        parent[instance] = parent[parent[instance]];
-        instance = parent[instance];
-    }
-    instance
+    sets.numbered()
 }
 
 /// One pass over all pairs i < j; j takes i's label and the union of the two boxes.

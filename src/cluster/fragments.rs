@@ -14,6 +14,7 @@ use serde::Serialize;
 
 use super::cells::{Cells, Layer};
 use super::params::FragmentMerge;
+use crate::disjoint_sets::DisjointSets;
 use crate::footprint::{
     PlanePoint, Rectangle, area, convex_hull, distance, minimum_area_rectangle,
 };
@@ -79,7 +80,7 @@ pub fn assemble(fragments: &[Fragment], params: &FragmentMerge) -> (Vec<u32>, Ve
     let mut assembly = Assembly::new(fragments, params);
     assembly.join_touching();
     assembly.join_belonging();
-    (assembly.numbered(), assembly.joins)
+    (assembly.sets.numbered(), assembly.joins)
 }
 
 /// A class and the usual size of its objects.
@@ -118,7 +119,7 @@ struct Assembly<'a> {
     fragments: &'a [Fragment],
     params: &'a FragmentMerge,
     groups: Vec<Group>,
-    parent: Vec<usize>,
+    sets: DisjointSets,
     cells: Cells,
     /// Whether the pieces that touch have been put together.
     has_grown: bool,
@@ -132,7 +133,7 @@ impl<'a> Assembly<'a> {
             fragments,
             params,
             groups: fragments.iter().map(Group::of_piece).collect(),
-            parent: (0..fragments.len()).collect(),
+            sets: DisjointSets::new(fragments.len()),
             cells: Cells::default(),
             has_grown: false,
             queue: BinaryHeap::new(),
@@ -151,7 +152,7 @@ impl<'a> Assembly<'a> {
             let group = &self.groups[number];
             let reach = self.params.touching_gap(size);
             for other in self.cells.near(self.layer(number), group.low, group.high, reach) {
-                let (one, two) = (self.root(number), self.root(other));
+                let (one, two) = (self.sets.root(number), self.sets.root(other));
                 if one == two || self.groups[number].least_distance(&self.groups[other]) > reach {
                     continue;
                 }
@@ -159,7 +160,7 @@ impl<'a> Assembly<'a> {
                 if gap <= reach && !self.are_side_by_side(number, other, size) {
                     let (a, b) = (one.min(two), one.max(two));
                     let (target, query) = (a as u32 + 1, b as u32 + 1);
-                    self.parent[b] = a;
+                    self.sets.join(a, b);
                     self.joins.push(Join { target, query, gap, evidence: Evidence::Touching });
                 }
             }
@@ -175,7 +176,7 @@ impl<'a> Assembly<'a> {
         let mut pixels = vec![0; self.groups.len()];
         let mut largest: Vec<usize> = (0..self.groups.len()).collect();
         for number in 0..self.groups.len() {
-            let root = self.root(number);
+            let root = self.sets.root(number);
             let piece = &self.groups[number];
             corners[root].extend(&piece.hull);
             pixels[root] += piece.pixels;
@@ -185,7 +186,7 @@ impl<'a> Assembly<'a> {
         }
         let kinds: Vec<Kind> = largest.iter().map(|&piece| self.groups[piece].kind).collect();
         for (number, corners) in corners.into_iter().enumerate() {
-            if self.is_group(number) {
+            if self.sets.is_root(number) {
                 self.groups[number] =
                     Group::new(convex_hull(&corners), pixels[number], kinds[number]);
             }
@@ -213,7 +214,7 @@ impl<'a> Assembly<'a> {
         while let Some(candidate) = self.queue.pop() {
             let Candidate { groups: [a, b], versions, join, .. } = candidate;
             let is_current = [a, b].iter().zip(versions).all(|(&group, version)| {
-                self.is_group(group) && self.groups[group].version == version
+                self.sets.is_root(group) && self.groups[group].version == version
             });
             match join {
                 _ if !is_current => {}
@@ -229,7 +230,7 @@ impl<'a> Assembly<'a> {
 
     /// Size of a group's class, if it can join others at all.
     fn size(&self, group: usize) -> Option<ClassSize> {
-        let can_join = self.parent[group] == group && !self.groups[group].hull.is_empty();
+        let can_join = self.sets.is_root(group) && !self.groups[group].hull.is_empty();
         self.groups[group].kind.size.filter(|_| can_join)
     }
 
@@ -248,19 +249,6 @@ impl<'a> Assembly<'a> {
         }
     }
 
-    fn is_group(&self, number: usize) -> bool {
-        self.parent[number] == number
-    }
-
-    /// The group that a piece belongs to.
-    fn root(&mut self, mut piece: usize) -> usize {
-        while self.parent[piece] != piece {
-            self.parent[piece] = self.parent[self.parent[piece]];
-            piece = self.parent[piece];
-        }
-        piece
-    }
-
     /// Queues the pairs of a group with the groups of its class in reach, as far as they have been entered.
     fn propose(&mut self, number: usize) {
         let Some(size) = self.size(number) else {
@@ -269,7 +257,7 @@ impl<'a> Assembly<'a> {
         let reach = self.params.bridged_gap(size);
         let group = &self.groups[number];
         for other in self.cells.near(self.layer(number), group.low, group.high, reach) {
-            if other == number || !self.is_group(other) {
+            if other == number || !self.sets.is_root(other) {
                 continue;
             }
             let (a, b) = (number.min(other), number.max(other));
@@ -359,23 +347,8 @@ impl<'a> Assembly<'a> {
         let hull = convex_hull(&[&one.hull[..], &two.hull].concat());
         let grown = Group::new(hull, one.pixels + two.pixels, self.kind_of_larger(a, b));
         self.groups[a] = Group { version: one.version + 1, ..grown };
-        self.parent[b] = a;
+        self.sets.join(a, b);
         self.joins.push(join);
-    }
-
-    fn numbered(&mut self) -> Vec<u32> {
-        let mut number = vec![0; self.parent.len()];
-        let mut count = 0;
-        let mut numbered = Vec::with_capacity(self.parent.len());
-        for piece in 0..self.parent.len() {
-            let root = self.root(piece);
-            if number[root] == 0 {
-                count += 1;
-                number[root] = count;
-            }
-            numbered.push(number[root]);
-        }
-        numbered
     }
 }
 

@@ -30,6 +30,7 @@ use super::merge::Merge;
 use super::objects::ObjectPixels;
 use super::params::GapMerge;
 use crate::cloud::PointCloud;
+use crate::disjoint_sets::DisjointSets;
 use crate::range_image::RangeImage;
 
 /// M x 2: up to how far across the ground and in height each object pixel touches others, metres.
@@ -80,7 +81,7 @@ pub fn join_by_gaps(
     let space = Space::new(objects, &groups, params);
     join_touching(objects, &space, &mut groups);
     join_leftovers(objects, &space, &mut groups, params);
-    (groups.numbered(), groups.joins)
+    (groups.sets.numbered(), groups.joins)
 }
 
 /// Pieces with pixels that touch become one.
@@ -108,7 +109,8 @@ fn join_touching(objects: &ObjectPixels, space: &Space, groups: &mut Groups) {
 fn join_leftovers(objects: &ObjectPixels, space: &Space, groups: &mut Groups, params: &GapMerge) {
     let is_leftover: Vec<bool> =
         groups.pixels.iter().map(|&pixels| pixels < params.leftover).collect();
-    let root_of: Vec<usize> = (0..groups.parent.len()).map(|piece| groups.root(piece)).collect();
+    let root_of: Vec<usize> =
+        (0..groups.pixels.len()).map(|piece| groups.sets.root(piece)).collect();
     let root = |object: u32| root_of[groups.piece[object as usize] as usize];
     let mut nearest: FxHashMap<(usize, usize), (f64, u32, u32)> = FxHashMap::default();
     let chosen = |cell: &Cell| is_leftover[root(space.objects(cell)[0])];
@@ -155,7 +157,7 @@ fn within(objects: &ObjectPixels, a: u32, b: u32, at_most: f64) -> Option<f64> {
 struct Groups {
     /// M: the piece of each object pixel from 0, or [`NO_PIECE`].
     piece: Vec<u32>,
-    parent: Vec<usize>,
+    sets: DisjointSets,
     /// Pixels of the group under the number of its first piece.
     pixels: Vec<usize>,
     joins: Vec<Join>,
@@ -174,21 +176,13 @@ impl Groups {
         for &piece in piece.iter().filter(|&&piece| piece != NO_PIECE) {
             pixels[piece as usize] += 1;
         }
-        let parent = (0..merge.count as usize).collect();
-        Groups { piece, parent, pixels, joins: Vec::new() }
-    }
-
-    fn root(&mut self, mut piece: usize) -> usize {
-        while self.parent[piece] != piece {
-            self.parent[piece] = self.parent[self.parent[piece]];
-            piece = self.parent[piece];
-        }
-        piece
+        let sets = DisjointSets::new(merge.count as usize);
+        Groups { piece, sets, pixels, joins: Vec::new() }
     }
 
     /// The group of an object pixel that has a piece.
     fn of(&mut self, object: u32) -> usize {
-        self.root(self.piece[object as usize] as usize)
+        self.sets.root(self.piece[object as usize] as usize)
     }
 
     /// The groups of two pixels become one: because they touch, or because one was a leftover of so many
@@ -199,25 +193,12 @@ impl Groups {
             return;
         }
         let (a, b) = (a.min(b), a.max(b));
-        self.parent[b] = a;
+        self.sets.join(a, b);
         self.pixels[a] += self.pixels[b];
         let [p, q] = [p, q].map(|object| objects.position[object as usize].map(f64::from));
         let gap = (0..3).map(|axis| (p[axis] - q[axis]).powi(2)).sum::<f64>().sqrt();
         let evidence = leftover.map_or(Evidence::Touching, |pixels| Evidence::Leftover { pixels });
         self.joins.push(Join { target: a as u32 + 1, query: b as u32 + 1, gap, evidence });
-    }
-
-    fn numbered(&mut self) -> Vec<u32> {
-        let mut number = vec![0; self.parent.len()];
-        let mut count = 0;
-        let mut group = |root: usize| {
-            if number[root] == 0 {
-                count += 1;
-                number[root] = count;
-            }
-            number[root]
-        };
-        (0..self.parent.len()).map(|piece| group(self.root(piece))).collect()
     }
 }
 

@@ -31,6 +31,7 @@ use rustc_hash::FxHashMap;
 use serde::Serialize;
 
 use crate::cloud::PointCloud;
+use crate::disjoint_sets::DisjointSets;
 
 /// Points of one class no farther apart than this, metres, belong to one true object.
 pub const TOLERANCE: f64 = 0.5;
@@ -187,24 +188,24 @@ pub fn euclidean_clusters(cloud: &PointCloud, group: &[Option<u32>], tolerance: 
         }
         cell_of.push(key);
     }
-    let mut parent: Vec<u32> = (0..cloud.len() as u32).collect();
+    let mut sets = DisjointSets::new(cloud.len());
     for (&(group, [x, y, z]), points) in &cells {
         for &other in &points[1..] {
-            unite(&mut parent, points[0], other);
+            sets.join(points[0] as usize, other as usize);
         }
         for [i, j, k] in half_of_reach() {
             let Some(others) = cells.get(&(group, [x + i, y + j, z + k])) else { continue };
-            if root(&mut parent, points[0]) != root(&mut parent, others[0])
+            if sets.root(points[0] as usize) != sets.root(others[0] as usize)
                 && are_near(cloud, points, others, tolerance)
             {
-                unite(&mut parent, points[0], others[0]);
+                sets.join(points[0] as usize, others[0] as usize);
             }
         }
     }
     let mut number = vec![0; cloud.len()];
     let mut count = 0;
     let mut cluster = |point: usize| {
-        let root = root(&mut parent, point as u32) as usize;
+        let root = sets.root(point);
         if number[root] == 0 {
             count += 1;
             number[root] = count;
@@ -229,20 +230,6 @@ fn are_near(cloud: &PointCloud, points: &[u32], others: &[u32], tolerance: f64) 
             (0..3).map(|axis| (p[axis] - q[axis]).powi(2)).sum::<f64>() <= tolerance * tolerance
         })
     })
-}
-
-fn root(parent: &mut [u32], mut point: u32) -> u32 {
-    while parent[point as usize] != point {
-        parent[point as usize] = parent[parent[point as usize] as usize];
-        point = parent[point as usize];
-    }
-    point
-}
-
-/// The lower root stays, so that the result does not depend on the order of the cells.
-fn unite(parent: &mut [u32], a: u32, b: u32) {
-    let (a, b) = (root(parent, a), root(parent, b));
-    parent[a.max(b) as usize] = a.min(b);
 }
 
 #[cfg(test)]
@@ -335,18 +322,18 @@ mod tests {
             };
             let cloud = PointCloud::new(column(|p| p.0), column(|p| p.1), column(|p| p.2)).unwrap();
             let group: Vec<Option<u32>> = points.iter().map(|p| Some(p.3)).collect();
-            let mut expected: Vec<u32> = (0..points.len() as u32).collect();
+            let mut expected = DisjointSets::new(points.len());
             for a in 0..points.len() {
                 for b in 0..a {
                     if group[a] == group[b] && are_near(&cloud, &[a as u32], &[b as u32], 0.5) {
-                        unite(&mut expected, a as u32, b as u32);
+                        expected.join(a, b);
                     }
                 }
             }
             let found = euclidean_clusters(&cloud, &group, 0.5);
             for a in 0..points.len() {
                 for b in 0..a {
-                    let same = root(&mut expected, a as u32) == root(&mut expected, b as u32);
+                    let same = expected.root(a) == expected.root(b);
                     assert_eq!(same, found[a] == found[b]);
                 }
             }

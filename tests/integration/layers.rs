@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 /// row, none beside it.
 const LAYERS: &[&[&str]] = &[
     &["error"],
-    &["grid", "cloud", "footprint", "kd_tree", "palette", "taxonomy"],
+    &["grid", "cloud", "disjoint_sets", "footprint", "kd_tree", "palette", "taxonomy"],
     &["instances"],
     &["simulate", "evaluate"],
     &["range_image"],

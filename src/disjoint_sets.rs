@@ -22,6 +22,11 @@ impl DisjointSets {
         element
     }
 
+    /// Whether an element is the least of its set.
+    pub fn is_root(&self, element: usize) -> bool {
+        self.parent[element] as usize == element
+    }
+
     /// Makes one set of those of two elements. Whether they were two.
     pub fn join(&mut self, a: usize, b: usize) -> bool {
         let (a, b) = (self.root(a), self.root(b));
@@ -54,6 +59,7 @@ mod tests {
         let mut sets = DisjointSets::new(5);
         assert!(sets.join(4, 1) && sets.join(3, 0) && sets.join(0, 2));
         assert!(!sets.join(2, 3));
+        assert!(sets.is_root(1) && !sets.is_root(4));
         assert_eq!(sets.numbered(), [1, 2, 1, 1, 2]);
     }
 }
