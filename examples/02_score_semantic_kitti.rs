@@ -33,9 +33,7 @@ fn main() -> Result<()> {
 }
 
 fn scores() -> Panoptic {
-    let taxonomy = Taxonomy::semantic_kitti();
-    let classes = taxonomy.classes();
-    Panoptic::new(classes.len(), |class| classes[class].is_ignored, MIN_POINTS)
+    Panoptic::of(&Taxonomy::semantic_kitti(), MIN_POINTS)
 }
 
 /// Clusters one scan with its true classes and adds it to some scores; returns milliseconds.
@@ -64,9 +62,7 @@ fn score(scan: &LabelledScan, config: &Config, scores: &mut [&mut Panoptic]) -> 
 /// Mean PQ over the thing classes that truth has with 50 points or more, and each of them.
 fn things(scores: &Panoptic) -> String {
     let taxonomy = Taxonomy::semantic_kitti();
-    let present = |class: usize| {
-        taxonomy.classes()[class].is_thing && scores.true_points(class) >= MIN_POINTS
-    };
+    let present = |class: usize| scores.is_thing_present(&taxonomy, class);
     let each = (0..taxonomy.classes().len()).filter(|&class| present(class)).map(|class| {
         let quality = scores.class(class);
         format!("{} {:.1}", taxonomy.classes()[class].name, quality.pq * 100.0)

@@ -118,9 +118,7 @@ fn table(title: &str, frames: &[Frame]) {
 }
 
 fn scores() -> Panoptic {
-    let taxonomy = Taxonomy::semantic_kitti();
-    let classes = taxonomy.classes();
-    Panoptic::new(classes.len(), |class| classes[class].is_ignored, MIN_POINTS)
+    Panoptic::of(&Taxonomy::semantic_kitti(), MIN_POINTS)
 }
 
 fn add(frame: &Frame, config: &Config, scores: &mut [&mut Panoptic]) {
@@ -139,10 +137,8 @@ fn add(frame: &Frame, config: &Config, scores: &mut [&mut Panoptic]) {
 fn things(scores: &Panoptic, names: &[&str]) -> String {
     let taxonomy = Taxonomy::semantic_kitti();
     let chosen = |class: usize| {
-        let known = &taxonomy.classes()[class];
-        known.is_thing
-            && scores.true_points(class) >= MIN_POINTS
-            && (names.is_empty() || names.contains(&known.name.as_str()))
+        scores.is_thing_present(&taxonomy, class)
+            && (names.is_empty() || names.contains(&taxonomy.classes()[class].name.as_str()))
     };
     match (0..taxonomy.classes().len()).any(chosen) {
         true => format!("{:.2}", scores.mean(chosen).pq * 100.0),

@@ -168,10 +168,11 @@ pub fn run(cloud: &PointCloud, mask: MaskSource, config: &Config) -> Stages {
 
     let pixels = instance_pixels(&components, &merge, &birds_eye, params);
     let mut labels = label_points(cloud, &image, &mask, &objects, &components, &pixels, params);
-    let points = &objects.points;
-    let mut instances = describe(cloud, &mask, points, &components, &pixels, mask_of, &mut labels);
+    let members = members(&objects.points, &labels.instance, pixels.pixels.len());
+    let mut instances =
+        describe(cloud, &mask, &members, &components, &pixels, mask_of, &mut labels);
     if !mask.has_classes() {
-        liken(cloud, &image, &objects, &pixels, &labels, &mut instances);
+        liken(cloud, &image, &objects, &members, &pixels, &labels, &mut instances);
     }
     let labels_ms = clock.lap();
 
@@ -289,13 +290,12 @@ fn label_points(
 fn describe(
     cloud: &PointCloud,
     mask: &ObjectMask,
-    points: &[u32],
+    (points_of, start): &Members,
     components: &Components,
     pixels: &InstancePixels,
     source: MaskSource,
     labels: &mut PointLabels,
 ) -> Vec<Instance> {
-    let (points_of, start) = members(points, &labels.instance, pixels.pixels.len());
     let component_counts = component_counts(components, pixels);
     let mut instances = Vec::with_capacity(pixels.pixels.len());
     for id in 1..=pixels.pixels.len() as u32 {
@@ -331,11 +331,11 @@ fn liken(
     cloud: &PointCloud,
     image: &RangeImage,
     objects: &ObjectPixels,
+    (points_of, start): &Members,
     pixels: &InstancePixels,
     labels: &PointLabels,
     instances: &mut [Instance],
 ) {
-    let (points_of, start) = members(&objects.points, &labels.instance, pixels.pixels.len());
     let mut appearance = Appearance::new(cloud, &labels.reason, image, objects, &pixels.instance);
     for instance in instances {
         let points = &points_of[start[instance.id as usize - 1]..start[instance.id as usize]];
@@ -344,9 +344,12 @@ fn liken(
     }
 }
 
-/// Of the object points those of all instances, instance after instance; those of instance k from start\[k - 1\] to
+/// The points of all instances, instance after instance; those of instance k from start\[k - 1\] to
 /// start\[k\].
-fn members(points: &[u32], instance: &[u32], count: usize) -> (Vec<u32>, Vec<usize>) {
+type Members = (Vec<u32>, Vec<usize>);
+
+/// Of the object points those of each instance.
+fn members(points: &[u32], instance: &[u32], count: usize) -> Members {
     let labelled =
         || points.iter().map(|&p| (p, instance[p as usize] as usize)).filter(|&(_, id)| id != 0);
     let mut start = vec![0; count + 1];

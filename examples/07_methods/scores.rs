@@ -18,9 +18,7 @@ pub const CLASSES: [(&str, &[&str]); 6] = [
 
 /// Empty sums.
 pub fn scores() -> Panoptic {
-    let taxonomy = Taxonomy::semantic_kitti();
-    let classes = taxonomy.classes();
-    Panoptic::new(classes.len(), |class| classes[class].is_ignored, MIN_POINTS)
+    Panoptic::of(&Taxonomy::semantic_kitti(), MIN_POINTS)
 }
 
 /// Adds a frame to some sums.
@@ -41,10 +39,8 @@ pub fn quality<'a>(method: &Method, frames: impl IntoIterator<Item = &'a Frame>)
 pub fn things(scores: &Panoptic, names: &[&str]) -> Option<f64> {
     let taxonomy = Taxonomy::semantic_kitti();
     let chosen = |class: usize| {
-        let known = &taxonomy.classes()[class];
-        known.is_thing
-            && scores.true_points(class) >= MIN_POINTS
-            && (names.is_empty() || names.contains(&known.name.as_str()))
+        scores.is_thing_present(&taxonomy, class)
+            && (names.is_empty() || names.contains(&taxonomy.classes()[class].name.as_str()))
     };
     let occurs = (0..taxonomy.classes().len()).any(chosen);
     occurs.then(|| scores.mean(chosen).pq * 100.0)

@@ -4,6 +4,8 @@
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 
+use crate::taxonomy::Taxonomy;
+
 /// An unmatched segment counts as false from this many points on; a match counts whatever its size.
 pub const MIN_POINTS: u64 = 50;
 
@@ -69,6 +71,12 @@ impl Panoptic {
             false_negatives: vec![0; classes],
             confusion: vec![0; classes * classes],
         }
+    }
+
+    /// Empty sums over the classes of a taxonomy, those left out that it ignores.
+    pub fn of(taxonomy: &Taxonomy, min_points: u64) -> Self {
+        let classes = taxonomy.classes();
+        Self::new(classes.len(), |class| classes[class].is_ignored, min_points)
     }
 
     /// Adds a frame of N points: class numbers and segment ids, true and predicted.
@@ -170,6 +178,11 @@ impl Panoptic {
     /// Points that truth gives to a class (ignored classes: none).
     pub fn true_points(&self, class: usize) -> u64 {
         (0..self.classes).map(|predicted| self.confusion[predicted * self.classes + class]).sum()
+    }
+
+    /// Whether a class number is a thing of which truth has [`MIN_POINTS`] points or more.
+    pub fn is_thing_present(&self, taxonomy: &Taxonomy, class: usize) -> bool {
+        taxonomy.classes()[class].is_thing && self.true_points(class) >= MIN_POINTS
     }
 
     /// Means over the classes that `includes` accepts; ignored classes are never among them, absent

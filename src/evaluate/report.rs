@@ -68,9 +68,8 @@ mod tests {
     #[test]
     fn dagger_takes_the_iou_of_stuff() {
         let taxonomy = Taxonomy::semantic_kitti();
-        let classes = taxonomy.classes();
         let [car, road] = ["car", "road"].map(|name| taxonomy.class_named(name).unwrap());
-        let mut scores = Panoptic::new(classes.len(), |class| classes[class].is_ignored, 1);
+        let mut scores = Panoptic::of(&taxonomy, 1);
         // A car in two halves, and a road of which four points in ten are taken for the car.
         let truth = [vec![car; 10], vec![road; 10]].concat();
         let found = [vec![car; 14], vec![road; 6]].concat();

@@ -59,9 +59,7 @@ impl ObjectMask {
         }
         points
     }
-}
 
-impl ObjectMask {
     /// Whether objects were told by their classes.
     pub fn has_classes(&self) -> bool {
         self.sizes.len() > 1

@@ -94,10 +94,8 @@ fn best_beats_paper_on_simulated_scenes() {
     use divmerge::evaluate::panoptic::{MIN_POINTS, Panoptic};
     let taxonomy = Taxonomy::semantic_kitti();
     let class_of = taxonomy.lookup();
-    let classes = taxonomy.classes();
     let quality = |config: &Config| {
-        let ignored = |class: usize| classes[class].is_ignored;
-        let mut scores = Panoptic::new(classes.len(), ignored, MIN_POINTS);
+        let mut scores = Panoptic::of(&taxonomy, MIN_POINTS);
         for scene in Scene::ALL {
             let frame = Drive::new(Sensor::Vlp16, scene, 5).frame(10);
             let stages = pipeline::run(&frame.cloud, MaskSource::Classes(&taxonomy), config);
@@ -106,8 +104,7 @@ fn best_beats_paper_on_simulated_scenes() {
             let ids: Vec<u32> = frame.true_instance.iter().map(|&id| u32::from(id)).collect();
             scores.add(&fold(&stages.labels.semantic), &stages.labels.instance, &truth, &ids);
         }
-        let things = |class: usize| classes[class].is_thing && scores.true_points(class) >= 50;
-        scores.mean(things).pq
+        scores.mean(|class| scores.is_thing_present(&taxonomy, class)).pq
     };
     let (paper, best) = (quality(&Config::paper()), quality(&Config::best()));
     assert!(best > paper, "best {best:.3}, paper {paper:.3}");

@@ -78,8 +78,7 @@ fn simulate(drive: &Path, frames: usize) -> Result<()> {
 fn score(annotated: &Path) -> Result<Panoptic> {
     let taxonomy = Taxonomy::semantic_kitti();
     let class_of = taxonomy.lookup();
-    let classes = taxonomy.classes();
-    let mut scores = Panoptic::new(classes.len(), |class| classes[class].is_ignored, MIN_POINTS);
+    let mut scores = Panoptic::of(&taxonomy, MIN_POINTS);
     let topic = format!("{CLOUD_TOPIC}/instances");
     let overview = Overview::read(annotated)?;
     let channel = overview.channels_of(&topic).next().context("no annotated clouds")?.id;
@@ -110,7 +109,7 @@ fn score(annotated: &Path) -> Result<Panoptic> {
 fn print_scores(scores: &Panoptic) {
     let taxonomy = Taxonomy::semantic_kitti();
     let classes = taxonomy.classes();
-    let occurs = |class: usize| classes[class].is_thing && scores.true_points(class) >= MIN_POINTS;
+    let occurs = |class: usize| scores.is_thing_present(&taxonomy, class);
     println!("panoptic quality against the simulated truth, classes given (%):");
     println!("class            PQ     SQ     RQ     found  spurious  missed");
     for class in (0..classes.len()).filter(|&class| occurs(class)) {

@@ -78,13 +78,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         None => Taxonomy::semantic_kitti(),
     };
     let pairs = pairs(arguments)?;
-    let classes = taxonomy.classes();
-    let is_ignored = |class: usize| classes[class].is_ignored;
-    let mut scores = Panoptic::new(classes.len(), is_ignored, arguments.min_points);
+    let mut scores = Panoptic::of(&taxonomy, arguments.min_points);
+    let class_of = class_of(&taxonomy);
     let mut points = 0;
     let bar = frame_bar("scoring", pairs.len() as u64);
     for pair in &pairs {
-        points += add(pair, &taxonomy, &mut scores)?;
+        points += add(pair, &class_of, &taxonomy.name, &mut scores)?;
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -173,23 +172,38 @@ fn by_scan(
 }
 
 /// Adds a scan to the scores; returns its points.
-fn add(pair: &Pair, taxonomy: &Taxonomy, scores: &mut Panoptic) -> Result<u64> {
+fn add(
+    pair: &Pair,
+    class_of: &[Option<u16>],
+    taxonomy: &str,
+    scores: &mut Panoptic,
+) -> Result<u64> {
     let (truth, prediction) = (read_labels(&pair.truth)?, read_labels(&pair.prediction)?);
     if truth.len() != prediction.len() {
         bail!("{}: {} labels", pair.prediction.display(), prediction.len());
     }
-    let true_class = classes(&truth, taxonomy, &pair.truth)?;
-    let found_class = classes(&prediction, taxonomy, &pair.prediction)?;
+    let true_class = classes(&truth, class_of, taxonomy, &pair.truth)?;
+    let found_class = classes(&prediction, class_of, taxonomy, &pair.prediction)?;
     scores.add(&found_class, &prediction, &true_class, &truth);
     Ok(truth.len() as u64)
 }
 
-/// Class numbers of label words; a class that the taxonomy does not know is an error.
-fn classes(words: &[u32], taxonomy: &Taxonomy, path: &Path) -> Result<Vec<u16>> {
+/// Class number for every possible raw id, `None` for those that the taxonomy does not know.
+fn class_of(taxonomy: &Taxonomy) -> Vec<Option<u16>> {
     let mut class_of = vec![None; 1 << 16];
     for (id, class) in taxonomy.known_ids() {
         class_of[usize::from(id)] = Some(class);
     }
+    class_of
+}
+
+/// Class numbers of label words; a class that the taxonomy of that name does not know is an error.
+fn classes(
+    words: &[u32],
+    class_of: &[Option<u16>],
+    taxonomy: &str,
+    path: &Path,
+) -> Result<Vec<u16>> {
     let class = |&word: &u32| class_of[(word & 0xffff) as usize].ok_or(word & 0xffff);
     words.iter().map(class).collect::<std::result::Result<Vec<u16>, u32>>().map_err(|unknown| {
         let count = words.iter().filter(|&&word| word & 0xffff == unknown).count();
@@ -197,7 +211,7 @@ fn classes(words: &[u32], taxonomy: &Taxonomy, path: &Path) -> Result<Vec<u16>> 
             "{}: class {unknown} ({} points) is not in taxonomy {}",
             path.display(),
             grouped(count as u64),
-            taxonomy.name
+            taxonomy
         )
     })
 }
