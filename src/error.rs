@@ -84,6 +84,15 @@ pub enum Error {
         problem: String,
     },
 
+    /// Truth that cannot be used.
+    #[error("{at}: {problem}")]
+    Truth {
+        /// The file, or the cloud of a recording.
+        at: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+
     /// The output would collide with something in the input.
     #[error("{}: {problem}", path.display())]
     Conflict {

@@ -8,6 +8,7 @@ pub mod annotation;
 pub mod cdr;
 pub mod drive;
 pub mod frames;
+pub mod labelled;
 pub mod markers;
 pub mod point_cloud2;
 pub mod recording;
@@ -16,6 +17,9 @@ pub mod semantic_kitti;
 pub use annotation::{PointAnnotation, annotated_cloud};
 pub use cdr::ByteOrder;
 pub use frames::{CloudMessage, CloudMessages, Which, cloud_message_at};
+pub use labelled::{
+    LabelledFrame, LabelledFrames, LabelledOptions, SeenClasses, Truth, TruthSource,
+};
 pub use markers::{MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA, MarkerBox, marker_array};
 pub use point_cloud2::{Datatype, POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA, PointCloud2, PointField};
 pub use recording::{
