@@ -67,6 +67,16 @@ impl Config {
         self.baseline.as_ref().map_or("divide-and-merge", AnyBaseline::name)
     }
 
+    /// The parameters in a few words, as in `preset best` or `euclidean in place of divide and merge, preset best`.
+    pub fn describe(&self) -> String {
+        match &self.baseline {
+            None => format!("preset {}", self.preset),
+            Some(other) => {
+                format!("{} in place of divide and merge, preset {}", other.name(), self.preset)
+            }
+        }
+    }
+
     /// Preset `best`: ours, the default.
     pub fn best() -> Self {
         Config {

@@ -7,6 +7,7 @@ use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use divmerge::Taxonomy;
 use divmerge::annotate::{Method, Semantics};
+use divmerge::baselines::{Alpine, AnyBaseline};
 use divmerge::cluster::params::{BirdsEye, ClusterParams, Region};
 use divmerge::io::Overview;
 use divmerge::pipeline::Config;
@@ -26,6 +27,11 @@ pub struct MethodArguments {
     /// map `thing_class` (class: true) [default: SemanticKITTI's ids]
     #[arg(long, value_name = "FILE")]
     taxonomy: Option<PathBuf>,
+
+    /// Who cuts the objects into instances; the others, from their papers, take the place of divide, merge and
+    /// what follows: projection, object mask and back-projection stay those of the preset
+    #[arg(long, value_enum, value_name = "METHOD", default_value_t = Cutter::DivideAndMerge)]
+    method: Cutter,
 
     /// Parameters to start from; each of the following overrides one of them
     #[arg(long, value_enum, default_value_t = Preset::Best)]
@@ -66,6 +72,43 @@ enum Preset {
     Paper,
     /// What the authors' released C++ does, less its memory errors
     Authors,
+}
+
+/// Who cuts objects into instances.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum Cutter {
+    /// Zhao, Zhang and Huang 2021: this program's own
+    DivideAndMerge,
+    /// Neighbours in the range image whose angle beta exceeds 8.6 degrees (Bogoslavskyi and Stachniss 2016)
+    DepthClustering,
+    /// Runs of near points in a beam, joined to the beam above (Zermas et al. 2017)
+    ScanLineRun,
+    /// Points within half a metre of each other (Rusu 2010)
+    Euclidean,
+    /// DBSCAN, 0.5 m and 5 points (Ester et al. 1996)
+    Dbscan,
+    /// Supervoxels of 0.5 m voxels from seeds 8 m apart (VCCS, Papon et al. 2013)
+    Supervoxel,
+    /// Nearest neighbours on the ground plane, split by the size of the class (Sautier et al. 2025)
+    Alpine,
+    /// All objects of a class are one
+    OnePerClass,
+}
+
+impl Cutter {
+    /// The method with its usual parameters; `None`: divide and merge.
+    pub fn baseline(self, taxonomy: &Taxonomy) -> Option<AnyBaseline> {
+        match self {
+            Cutter::DivideAndMerge => None,
+            Cutter::DepthClustering => Some(AnyBaseline::DepthClustering(Default::default())),
+            Cutter::ScanLineRun => Some(AnyBaseline::ScanLineRun(Default::default())),
+            Cutter::Euclidean => Some(AnyBaseline::Euclidean(Default::default())),
+            Cutter::Dbscan => Some(AnyBaseline::Dbscan(Default::default())),
+            Cutter::Supervoxel => Some(AnyBaseline::Supervoxel(Default::default())),
+            Cutter::Alpine => Some(AnyBaseline::Alpine(Alpine::new(taxonomy))),
+            Cutter::OnePerClass => Some(AnyBaseline::OnePerClass(Default::default())),
+        }
+    }
 }
 
 /// What stands for an instance on the bird's-eye plane.
@@ -122,16 +165,23 @@ impl MethodArguments {
         {
             bail!("preset `authors` merges on the bird's-eye plane with boxes or not at all");
         }
+        let taxonomy = taxonomy(self.taxonomy.as_deref())?;
+        config.baseline = self.method.baseline(&taxonomy);
         Ok(Method {
             semantics: self.semantics.clone(),
-            taxonomy: match &self.taxonomy {
-                Some(path) => Taxonomy::from_yaml_file(path)?,
-                None => Taxonomy::semantic_kitti(),
-            },
+            taxonomy,
             ground: GroundParams::default(),
             config,
         })
     }
+}
+
+/// The taxonomy of a file, or SemanticKITTI's.
+pub fn taxonomy(file: Option<&Path>) -> Result<Taxonomy> {
+    Ok(match file {
+        Some(path) => Taxonomy::from_yaml_file(path)?,
+        None => Taxonomy::semantic_kitti(),
+    })
 }
 
 /// The preset's bird's-eye merge with another region.
