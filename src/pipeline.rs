@@ -181,13 +181,15 @@ pub fn run_with(
     let mask = object_mask(cloud, &image, mask_of, config.smoothing.as_ref());
     let mask_ms = clock.lap();
 
+    let back_projection = params.back_projection;
+    let view = View { cloud, image: &image, mask: &mask, back_projection, detections };
+    let of_point = config.baseline.as_ref().map(|baseline| baseline.instances(view));
+    let baseline_ms = clock.lap();
     let objects = ObjectPixels::new(cloud, &image, &mask, params);
-    let cut = match &config.baseline {
+    let cut = match of_point {
         None => divide_and_merge(&objects, &mask, params, &mut clock),
-        Some(baseline) => {
-            let back_projection = params.back_projection;
-            let view = View { cloud, image: &image, mask: &mask, back_projection, detections };
-            cut_by(baseline, view, &objects, &mut clock)
+        Some(of_point) => {
+            Cut { divide_ms: baseline_ms, ..one_component_each(of_point, &image, &objects) }
         }
     };
 
@@ -262,11 +264,10 @@ fn divide_and_merge(
     Cut { seeds, components, votes, merge, birds_eye, joins, of_point, divide_ms, merge_ms }
 }
 
-/// Another method, whose instances become components and instances of the merge step one by one.
-fn cut_by(baseline: &AnyBaseline, view: View, objects: &ObjectPixels, clock: &mut Clock) -> Cut {
-    let of_point = baseline.instances(view);
+/// Another method's instances of N points, which become components and instances of the merge step one by one.
+fn one_component_each(of_point: Vec<u32>, image: &RangeImage, objects: &ObjectPixels) -> Cut {
     let count = of_point.iter().copied().max().unwrap_or(0);
-    let point_of = |&pixel: &u32| view.image.point_of_pixel.values()[pixel as usize] as usize;
+    let point_of = |&pixel: &u32| image.point_of_pixel.values()[pixel as usize] as usize;
     let label = objects.pixel.iter().map(|pixel| of_point[point_of(pixel)]).collect();
     let each: Vec<u32> = (1..=count).collect();
     Cut {
@@ -275,7 +276,6 @@ fn cut_by(baseline: &AnyBaseline, view: View, objects: &ObjectPixels, clock: &mu
         merge: Merge { instance_of_component: each.clone(), count, steps: Vec::new() },
         birds_eye: each,
         of_point: Some(of_point),
-        divide_ms: clock.lap(),
         ..Cut::default()
     }
 }

@@ -18,13 +18,14 @@ const LAYERS: &[&[&str]] = &[
     &["explain"],
     &["io"],
     &["annotate"],
-    &["replay"],
+    &["replay", "comparison"],
     &["view"],
 ];
 
 /// Which dependencies may be named where.
 const ROOMS: &[(&str, &[&str])] = &[
     ("mcap", &["io", "error"]),
+    ("kiddo", &["kd_tree"]),
     ("clap", &["bin"]),
     ("anyhow", &["bin"]),
     ("indicatif", &["bin"]),

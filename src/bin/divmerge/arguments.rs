@@ -14,9 +14,9 @@ use divmerge::pipeline::Config;
 use divmerge::replay::FrameRange;
 use divmerge::semantics::GroundParams;
 
-/// How clouds are cut into instances.
+/// What is an object.
 #[derive(Args)]
-pub struct MethodArguments {
+pub struct ObjectArguments {
     /// Where objects come from: `field:NAME` a semantic class per point; `ground` everything that ground
     /// removal leaves; `all` every return; `auto` a field label, semantic, class_id or class_ids if the
     /// cloud has one, else ground
@@ -27,6 +27,25 @@ pub struct MethodArguments {
     /// map `thing_class` (class: true) [default: SemanticKITTI's ids]
     #[arg(long, value_name = "FILE")]
     taxonomy: Option<PathBuf>,
+}
+
+impl ObjectArguments {
+    /// Preset `best` on these objects.
+    pub fn method(&self) -> Result<Method> {
+        Ok(Method {
+            semantics: self.semantics.clone(),
+            taxonomy: taxonomy(self.taxonomy.as_deref())?,
+            ground: GroundParams::default(),
+            config: Config::best(),
+        })
+    }
+}
+
+/// How clouds are cut into instances.
+#[derive(Args)]
+pub struct MethodArguments {
+    #[command(flatten)]
+    objects: ObjectArguments,
 
     /// Who cuts the objects into instances; the others, from their papers, take the place of divide, merge and
     /// what follows: projection, object mask and back-projection stay those of the preset
@@ -64,14 +83,25 @@ pub struct MethodArguments {
 }
 
 /// Parameters to start from.
-#[derive(Clone, Copy, ValueEnum)]
-enum Preset {
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum Preset {
     /// Ours: free to differ from the paper where measurement says so
     Best,
     /// The paper to the letter
     Paper,
     /// What the authors' released C++ does, less its memory errors
     Authors,
+}
+
+impl Preset {
+    /// The parameters.
+    pub fn config(self) -> Config {
+        match self {
+            Preset::Best => Config::best(),
+            Preset::Paper => Config::paper(),
+            Preset::Authors => Config::authors(),
+        }
+    }
 }
 
 /// Who cuts objects into instances.
@@ -129,11 +159,7 @@ enum Bev {
 impl MethodArguments {
     /// The method that the arguments ask for.
     pub fn method(&self) -> Result<Method> {
-        let mut config = match self.preset {
-            Preset::Best => Config::best(),
-            Preset::Paper => Config::paper(),
-            Preset::Authors => Config::authors(),
-        };
+        let mut config = self.preset.config();
         let params = &mut config.cluster;
         if let Some(degrees) = self.angle {
             params.condition.angle = degrees.to_radians();
@@ -165,14 +191,9 @@ impl MethodArguments {
         {
             bail!("preset `authors` merges on the bird's-eye plane with boxes or not at all");
         }
-        let taxonomy = taxonomy(self.taxonomy.as_deref())?;
-        config.baseline = self.method.baseline(&taxonomy);
-        Ok(Method {
-            semantics: self.semantics.clone(),
-            taxonomy,
-            ground: GroundParams::default(),
-            config,
-        })
+        let method = self.objects.method()?;
+        config.baseline = self.method.baseline(&method.taxonomy);
+        Ok(Method { config, ..method })
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod annotate;
 mod arguments;
+mod compare;
 mod completions;
 mod demo;
 mod evaluate;
@@ -11,7 +12,10 @@ mod figure;
 mod info;
 mod interrupt;
 mod simulate;
+mod sweep;
+mod table;
 mod terminal;
+mod truth;
 mod view;
 mod viewer;
 
@@ -48,6 +52,8 @@ enum Command {
     Figure(figure::Arguments),
     Evaluate(evaluate::Arguments),
     Export(export::Arguments),
+    Compare(compare::Arguments),
+    Sweep(sweep::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -86,6 +92,8 @@ fn main() -> ExitCode {
         Command::Figure(arguments) => figure::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
+        Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     };
     match result {
