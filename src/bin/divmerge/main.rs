@@ -5,6 +5,7 @@ mod arguments;
 mod compare;
 mod completions;
 mod demo;
+mod diff;
 mod evaluate;
 mod explain;
 mod export;
@@ -54,6 +55,7 @@ enum Command {
     Export(export::Arguments),
     Compare(compare::Arguments),
     Sweep(sweep::Arguments),
+    Diff(diff::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -94,6 +96,7 @@ fn main() -> ExitCode {
         Command::Export(arguments) => export::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
+        Command::Diff(arguments) => diff::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     };
     match result {
