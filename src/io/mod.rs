@@ -5,6 +5,7 @@
 //! ([`annotation`], [`markers`]).
 
 pub mod annotation;
+pub mod camera_info;
 pub mod cdr;
 pub mod cloud_recording;
 pub mod definitions;
@@ -12,7 +13,9 @@ pub mod drive;
 pub mod frames;
 pub mod markers;
 pub mod point_cloud2;
+pub mod problems;
 pub mod recording;
+pub mod scans;
 pub mod semantic_kitti;
 
 pub use annotation::{PointAnnotation, annotated_cloud};
