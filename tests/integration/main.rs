@@ -1,6 +1,7 @@
 //! One binary for all integration tests.
 
 mod cli;
+mod convert;
 mod evaluate;
 mod examples;
 mod explain;

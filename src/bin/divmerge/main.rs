@@ -3,6 +3,7 @@
 mod annotate;
 mod arguments;
 mod completions;
+mod convert;
 mod demo;
 mod evaluate;
 mod explain;
@@ -41,6 +42,7 @@ struct Cli {
 enum Command {
     Demo(demo::Arguments),
     Simulate(simulate::Arguments),
+    Convert(convert::Arguments),
     Info(info::Arguments),
     Annotate(annotate::Arguments),
     View(view::Arguments),
@@ -79,6 +81,7 @@ fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Annotate(arguments) => annotate::run(&arguments),
         Command::View(arguments) => view::run(&arguments),

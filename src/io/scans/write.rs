@@ -15,6 +15,9 @@ use crate::io::problems::Problems;
 /// since 1970. Not 1970 itself: a stamp of 0 means "the latest" to ROS's transforms.
 pub const EPOCH_NS: u64 = 946_684_800_000_000_000;
 
+/// The last nanosecond that a stamp can say, whose seconds have 31 bits.
+const LAST_NS: u64 = i32::MAX as u64 * 1_000_000_000 + 999_999_999;
+
 /// A scan to be written.
 pub struct Frame {
     /// When it was taken, nanoseconds since 1970.
@@ -87,6 +90,11 @@ fn encoded(
 ) -> std::result::Result<(), String> {
     let scan = frame.scan.as_ref().map_err(ToString::to_string)?;
     let number = written.clouds;
+    if frame.stamp_ns > LAST_NS {
+        return Err(format!(
+            "scan {number} is of a time after January 2038, which no stamp can say"
+        ));
+    }
     let cloud = scan.message(frame.stamp_ns, frame_id);
     cloud
         .and_then(|cloud| cloud.encode(message))
