@@ -358,7 +358,7 @@ fn broken_files_are_told_with_what_is_wrong() {
         (with("WIDTH 7\nHEIGHT 1", "WIDTH 99999999999\nHEIGHT 1").to_vec(), "POINTS 7 where"),
         (body(header.clone(), &pcd_points()[1..]), "146 bytes of points where the header has 147"),
         (body(header.clone(), &[pcd_points(), vec![1]].concat()), "148 bytes"),
-        (body(header.replace("y", "x"), &pcd_points()), "no field `y`"),
+        (body(header.replace("FIELDS x y", "FIELDS x x"), &pcd_points()), "no field `y`"),
         (body(pcd("ascii", [1, 8]), pcd_lines().as_bytes()), "7 points where the header has 8"),
         (body(pcd("ascii", [1, 6]), pcd_lines().as_bytes()), "more than the 6 points"),
         (body(pcd("ascii", [1, 1]), b"1 2 3 0 0 0 x 1\n"), "`x` is no number for `intensity`"),
@@ -479,11 +479,11 @@ fn a_sequence_becomes_a_recording() {
     }
     let poses: Vec<_> = messages(&output, "/tf").iter().map(|(_, data)| transform(data)).collect();
     let half = std::f64::consts::FRAC_1_SQRT_2;
-    // 0.25 m behind a camera that has turned to the right: 0.25 m to its left.
+    // The camera began at x = 0.25 and went 2 m; 0.25 m behind it, when it looks to the right, is to the left.
     let expected = [
         [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
         [2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
-        [2.0 - 0.25, 0.25, 0.0, 0.0, 0.0, -half, half],
+        [2.25, 0.25, 0.0, 0.0, 0.0, -half, half],
     ];
     assert_eq!(poses.len(), 3);
     for ((pose, expected), time) in poses.iter().zip(expected).zip(times) {
