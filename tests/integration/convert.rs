@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use divmerge::Error;
 use divmerge::io::cdr::CdrReader;
 use divmerge::io::frames::CloudMessages;
-use divmerge::io::scans::{Columns, Format, Scan};
-use divmerge::io::{Overview, PointCloud2, Record, RecordingReader};
+use divmerge::io::scans::{Columns, FolderOptions, Format, Scan, ScanFolder};
+use divmerge::io::{Overview, PointCloud2, Record, RecordingReader, WriteOptions};
 use proptest::prelude::*;
 use tempfile::TempDir;
 
@@ -311,9 +311,9 @@ fn broken_folders_are_named_and_nothing_is_written() {
         ("a.npy", npy("'<f4'", false, "(7, 4)", &good())),
         ("b.npy", npy("'<f4'", false, "(7, 3)", &bytes(&numbers(3)))),
     ];
-    refused(&other, &[], &["scan 1 has the fields x f4, y f4, z f4 where the first has"]);
+    refused(&other, &[], &["b.npy: the fields x f4, y f4, z f4 where the first scan has"]);
     let late = [("a.bin", good())];
-    refused(&late, &["--start", "2147483648"], &["after January 2038"]);
+    refused(&late, &["--start", "2147483648"], &["a.bin: a time after January 2038"]);
     let pcd_file = [("a.pcd", [pcd("binary", [1, 7]).into_bytes(), pcd_points()].concat())];
     refused(&pcd_file, &["--columns", "x,y,z"], &["names its fields itself"]);
     let labelled = [
@@ -764,6 +764,73 @@ fn real_labels_come_back_byte_by_byte() {
         scans += 1;
     }
     assert_eq!(scans, 32);
+}
+
+/// docs/semantickitti.md: convert, annotate, export, evaluate, with the classes of the truth and with another
+/// method's, which are here the truth's once more.
+#[test]
+fn real_sequences_go_all_the_way_to_figures() {
+    let Some(data) = shared_data() else { return };
+    let (root, here) = (data.join("semantickitti"), folder());
+    let network = here.path().join("network");
+    for scan in divmerge::io::semantic_kitti::labelled_scans(&root).expect("sequences") {
+        let name = scan.labels.file_name().expect("a name");
+        let folder = network.join("sequences").join(&scan.sequence).join("predictions");
+        write(&folder.join(name), std::fs::read(&scan.labels).expect("labels"));
+    }
+    let recordings = format!("{}/recordings/", path(here.path()));
+    let chosen = ["--sequence", "01,03", "--labels", "--predictions", path(&network)];
+    let (code, _, errors) = kitti(&[&[path(&root), "-o", &recordings], &chosen[..]].concat());
+    assert_eq!(code, Some(0), "{errors}");
+    let run = |arguments: &[&str]| {
+        let done = divmerge(arguments);
+        assert_eq!(done.status.code(), Some(0), "{arguments:?}: {}", text(&done.stderr));
+    };
+    let figures = |name: &str, more: &[&str]| -> serde_json::Value {
+        let annotated = ["01", "03"].map(|nn| format!("{}/{name}-{nn}.mcap", path(here.path())));
+        for (nn, output) in ["01", "03"].iter().zip(&annotated) {
+            let input = format!("{recordings}{nn}.mcap");
+            run(&[&["annotate", &input, "-o", output], more].concat());
+        }
+        let mine = here.path().join(name);
+        run(&["export", &annotated[0], &annotated[1], "--root", path(&mine)]);
+        let json = mine.join("figures.json");
+        let folders =
+            ["--truth", path(&root), "--predictions", path(&mine), "--sequences", "01,03"];
+        run(&[&["evaluate", "--json", path(&json)], &folders[..]].concat());
+        serde_json::from_slice(&std::fs::read(json).expect("figures")).expect("JSON")
+    };
+    let mut found = figures("mine", &[]);
+    let mut of_network = figures("submission", &["--semantics", "field:predicted_label"]);
+    assert_eq!(found["scans"], 5);
+    assert_eq!(found["classes"][0]["name"], "car");
+    assert!(found["classes"][0]["pq"].as_f64() > Some(0.9), "{found}");
+    for class in found["classes"].as_array().expect("classes").iter().skip(8) {
+        assert!(class["true_points"] == 0 || class["pq"] == 1.0, "{class}");
+    }
+    found["predictions"].take();
+    of_network["predictions"].take();
+    assert_eq!(found, of_network);
+}
+
+#[test]
+fn an_interrupted_conversion_leaves_nothing() {
+    use std::ops::ControlFlow;
+    let here = folder();
+    let scans = here.path().join("scans");
+    ["0.bin", "1.bin", "2.bin"]
+        .iter()
+        .for_each(|name| write(&scans.join(name), bytes(&numbers(4))));
+    let folder = ScanFolder::open(&scans, &FolderOptions::default()).expect("scans");
+    let output = here.path().join("out.mcap");
+    let mut frames = 0;
+    let done = folder.write(&output, "/points", "lidar", &WriteOptions::default(), || {
+        frames += 1;
+        if frames == 2 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    assert!(matches!(done, Err(Error::Interrupted { .. })), "{done:?}");
+    assert_eq!((folder.len(), frames), (3, 2));
+    assert_eq!(std::fs::read_dir(here.path()).expect("listed").count(), 1);
 }
 
 proptest! {

@@ -197,3 +197,24 @@ def test_arrays_that_numpy_saves(tmp_path, kind):
         assert (table[name] == array[:, column]).all(), name
     if kind == "records":
         assert (table["ring"] == np.arange(60)).all()
+
+
+@pytest.mark.parametrize("encoding", ["ASCII", "BINARY", "BINARY_COMPRESSED"])
+def test_pcd_files_that_another_writer_makes(tmp_path, encoding):
+    pypcd4 = pytest.importorskip("pypcd4")
+    rng = np.random.default_rng(2)
+    # Two digits behind the point, which repeat enough to be compressed.
+    columns = {name: np.round(rng.normal(size=3000), 2).astype("f4") for name in ("x", "y", "z")}
+    columns["intensity"] = rng.integers(0, 4, 3000).astype("u1")
+    columns["t"] = np.round(rng.normal(size=3000), 3)
+    columns["ring"] = rng.integers(0, 64, 3000).astype("u2")
+    types = [column.dtype.type for column in columns.values()]
+    cloud = pypcd4.PointCloud.from_points(list(columns.values()), list(columns), types)
+    (tmp_path / "scans").mkdir()
+    cloud.save(tmp_path / "scans" / "0.pcd", encoding=pypcd4.Encoding[encoding])
+    run("convert", "folder", tmp_path / "scans", "-o", tmp_path / "out.mcap")
+    ((_, message),) = decoded(tmp_path / "out.mcap")["/points"]
+    table = points(message)
+    assert table.dtype.names == tuple(columns)
+    for name, column in columns.items():
+        assert table[name].dtype == column.dtype and (table[name] == column).all(), name

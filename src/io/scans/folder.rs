@@ -119,6 +119,7 @@ impl ScanFolder {
         let mut recording = CloudRecording::create(output, topic, options)?;
         recording.write_metadata(SOURCE, &self.metadata())?;
         let frames = self.files.iter().map(|file| Frame {
+            path: &file.path,
             stamp_ns: file.stamp_ns,
             pose: None,
             scan: self.scan(file),
@@ -174,6 +175,9 @@ pub fn append_labels(scan: &mut Scan, labels: &Path, fields: [&str; 2]) -> Resul
 }
 
 /// Names of everything in a folder but hidden files, sorted.
+///
+/// # Errors
+/// [`Error::Io`] if it cannot be listed, or a name is not Unicode.
 pub fn names(folder: &Path) -> Result<Vec<String>> {
     let at = |source| Error::Io { path: folder.to_owned(), source };
     let mut names = Vec::new();

@@ -19,7 +19,9 @@ pub const EPOCH_NS: u64 = 946_684_800_000_000_000;
 const LAST_NS: u64 = i32::MAX as u64 * 1_000_000_000 + 999_999_999;
 
 /// A scan to be written.
-pub struct Frame {
+pub struct Frame<'a> {
+    /// Its file, for errors.
+    pub path: &'a Path,
     /// When it was taken, nanoseconds since 1970.
     pub stamp_ns: u64,
     /// The sensor in `map`, metres, if known.
@@ -50,11 +52,11 @@ pub struct Written {
 /// [`Error::Folder`] for `source` with every scan that could not be read, is no cloud, or has other fields than the
 /// first; then the recording is not written, but the other scans are still looked at. [`Error::Interrupted`]; those
 /// of [`CloudRecording`].
-pub fn write_scans(
+pub fn write_scans<'a>(
     mut recording: CloudRecording,
     frame_id: &str,
     [source, output]: [&Path; 2],
-    frames: impl Iterator<Item = Frame>,
+    frames: impl Iterator<Item = Frame<'a>>,
     mut on_frame: impl FnMut() -> ControlFlow<()>,
 ) -> Result<Written> {
     let (mut written, mut problems) = (Written::default(), Problems::default());
@@ -89,27 +91,21 @@ fn encoded(
     message: &mut Vec<u8>,
 ) -> std::result::Result<(), String> {
     let scan = frame.scan.as_ref().map_err(ToString::to_string)?;
-    let number = written.clouds;
+    let path = frame.path.display();
     if frame.stamp_ns > LAST_NS {
-        return Err(format!(
-            "scan {number} is of a time after January 2038, which no stamp can say"
-        ));
+        return Err(format!("{path}: a time after January 2038, which no stamp can say"));
     }
     let cloud = scan.message(frame.stamp_ns, frame_id);
-    cloud
-        .and_then(|cloud| cloud.encode(message))
-        .map_err(|error| format!("scan {number}: {error}"))?;
+    cloud.and_then(|cloud| cloud.encode(message)).map_err(|error| format!("{path}: {error}"))?;
     let layout = scan.layout();
-    written.clouds += 1;
     match written.layout.as_str() {
         "" => written.layout = layout,
         first if first != layout => {
-            return Err(format!(
-                "scan {number} has the fields {layout} where the first has {first}"
-            ));
+            return Err(format!("{path}: the fields {layout} where the first scan has {first}"));
         }
         _ => {}
     }
+    written.clouds += 1;
     written.points += scan.len() as u64;
     written.left_out.extend(scan.left_out.iter().cloned());
     Ok(())

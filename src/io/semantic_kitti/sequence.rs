@@ -164,6 +164,7 @@ impl Sequence {
         }
         let is_known = known(taxonomy);
         let frames = self.scans.iter().enumerate().map(|(number, path)| Frame {
+            path,
             stamp_ns: self.stamp_ns(number),
             pose: self.poses.as_ref().map(|poses| poses[number]),
             scan: self.scan(path, &is_known, &taxonomy.name),
@@ -273,7 +274,7 @@ impl Sequence {
                 problems.add(format!("{name} has {lines} lines for {scans} scans"));
             }
             Some(lines) if lines > scans => {
-                let what = "the last of them are not used, or scans are missing at the end";
+                let what = "the rest is not used (are scans missing at the end?)";
                 self.notes.push(format!("{name} has {lines} lines for {scans} scans: {what}"));
             }
             _ => {}
