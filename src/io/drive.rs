@@ -34,7 +34,7 @@ const POINT_STEP: u32 = 28;
 /// size in bytes.
 ///
 /// # Errors
-/// Those of [`RecordingWriter`]; [`Error::Interrupted`].
+/// Those of [`CloudRecording`]; [`Error::Interrupted`].
 pub fn write_drive(
     drive: &Drive,
     frames: usize,

@@ -235,7 +235,7 @@ fn opened(arguments: &SemanticKitti, chosen: &[(String, PathBuf)]) -> Result<Vec
         }
     }
     if !problems.is_empty() {
-        bail!("nothing written\n{}", problems.join("\n"));
+        bail!("nothing written: {}", problems.join("\n"));
     }
     Ok(sequences)
 }
