@@ -23,18 +23,6 @@ impl Problems {
         }
     }
 
-    /// Adds those of another folder, or hands on any other error.
-    ///
-    /// # Errors
-    /// Every error but [`Error::Folder`].
-    pub fn add_of(&mut self, error: Error) -> Result<()> {
-        let Error::Folder { path, problems, count } = error else { return Err(error) };
-        let more = count - problems.len();
-        problems.into_iter().for_each(|problem| self.add(format!("{}: {problem}", path.display())));
-        self.count += more;
-        Ok(())
-    }
-
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.count == 0
