@@ -1,7 +1,7 @@
 //! The library's errors. Every variant carries the values that offended; the command line adds the
 //! file, the topic and the offset.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What can go wrong in the library.
 #[derive(Debug, thiserror::Error)]
@@ -93,6 +93,17 @@ pub enum Error {
         problem: String,
     },
 
+    /// A folder whose files do not fit together or cannot be read.
+    #[error("{}", folder(path, problems, *count))]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// What is wrong, a line each, with the names of the files; the first ones if there are many.
+        problems: Vec<String>,
+        /// How many there are.
+        count: usize,
+    },
+
     /// The output would collide with something in the input.
     #[error("{}: {problem}", path.display())]
     Conflict {
@@ -157,6 +168,16 @@ pub enum Error {
     /// The MCAP writer refused.
     #[error("writing MCAP: {0}")]
     Write(#[from] mcap::McapError),
+}
+
+fn folder(path: &Path, problems: &[String], count: usize) -> String {
+    let more = match count - problems.len() {
+        0 => String::new(),
+        more => format!("\n  and {more} more"),
+    };
+    let lines = problems.join("\n  ");
+    let noun = if count == 1 { "problem" } else { "problems" };
+    format!("{}: {count} {noun}:\n  {lines}{more}", path.display())
 }
 
 fn nothing_there(at: [f64; 3], within: f64, nearest: Option<([f32; 3], f64)>) -> String {

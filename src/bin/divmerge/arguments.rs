@@ -288,16 +288,20 @@ pub fn moment(text: &str) -> Result<Moment, String> {
     if !absolute {
         return Ok(Moment::FromStart(seconds));
     }
+    since_1970(digits).map(Moment::Absolute)
+}
+
+/// Reads seconds since 1970, with a fraction or without, as nanoseconds.
+pub fn since_1970(text: &str) -> Result<u64, String> {
     // Through text: a double does not hold nanoseconds since 1970.
-    let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
+    let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
     let nanoseconds: String = fraction.chars().chain("000000000".chars()).take(9).collect();
     match (whole.parse::<u64>(), nanoseconds.parse::<u64>()) {
         (Ok(whole), Ok(nanoseconds)) => whole
             .checked_mul(1_000_000_000)
             .and_then(|whole| whole.checked_add(nanoseconds))
-            .map(Moment::Absolute)
             .ok_or_else(|| "too far in the future".to_owned()),
-        _ => Err("use seconds since 1970, as in @1317384506.4".into()),
+        _ => Err("use seconds since 1970, as in 1317384506.4".into()),
     }
 }
 
