@@ -84,6 +84,15 @@ pub enum Error {
         problem: String,
     },
 
+    /// Detection boxes that cannot be read, or do not belong to the clouds.
+    #[error("boxes of {source_name}: {problem}")]
+    Boxes {
+        /// The topic or the file.
+        source_name: String,
+        /// What is wrong, with the values.
+        problem: String,
+    },
+
     /// Truth that cannot be used.
     #[error("{at}: {problem}")]
     Truth {

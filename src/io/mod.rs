@@ -5,6 +5,7 @@
 //! ([`annotation`], [`markers`]).
 
 pub mod annotation;
+pub mod boxes;
 pub mod cdr;
 pub mod drive;
 pub mod frames;
@@ -16,7 +17,8 @@ pub mod semantic_kitti;
 
 pub use annotation::{PointAnnotation, annotated_cloud};
 pub use cdr::ByteOrder;
-pub use frames::{CloudMessage, CloudMessages, Which, cloud_message_at};
+pub use boxes::{BoxSource, FrameBoxes, FrameDetections};
+pub use frames::{CloudMessage, CloudMessages, CloudNumber, Which, cloud_message_at};
 pub use labelled::{
     LabelledFrame, LabelledFrames, LabelledOptions, SeenClasses, Truth, TruthSource,
 };
