@@ -168,6 +168,14 @@ pub enum Error {
     Write(#[from] mcap::McapError),
 }
 
+impl Error {
+    /// Whether boxes, or a file that they are read from, do not fit the clouds. What is wrong with one cloud is a
+    /// matter of that cloud; what is wrong with the boxes is one of what was asked for.
+    pub fn is_of_boxes(&self) -> bool {
+        matches!(self, Error::Boxes { .. })
+    }
+}
+
 fn nothing_there(at: [f64; 3], within: f64, nearest: Option<([f32; 3], f64)>) -> String {
     let [x, y, z] = at;
     match nearest {

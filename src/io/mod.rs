@@ -16,8 +16,8 @@ pub mod recording;
 pub mod semantic_kitti;
 
 pub use annotation::{PointAnnotation, annotated_cloud};
-pub use cdr::ByteOrder;
 pub use boxes::{BoxSource, FrameBoxes, FrameDetections};
+pub use cdr::ByteOrder;
 pub use frames::{CloudMessage, CloudMessages, CloudNumber, Which, cloud_message_at};
 pub use labelled::{
     LabelledFrame, LabelledFrames, LabelledOptions, SeenClasses, Truth, TruthSource,

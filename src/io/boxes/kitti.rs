@@ -59,10 +59,10 @@ impl KittiBoxes {
     /// The label files of a folder with a calibration, or a folder of a calibration for each.
     ///
     /// # Errors
-    /// [`Error::Boxes`] if there is no label file at all, or the one calibration cannot be used; [`Error::Io`].
+    /// [`Error::Boxes`] if there is no label file at all, or the one calibration cannot be used.
     pub fn open(labels: &Path, calibration: &Path, taxonomy: &Taxonomy) -> Result<Self> {
-        let at = |source| Error::Io { path: labels.into(), source };
-        let mut names = std::fs::read_dir(labels).map_err(at)?;
+        let unlisted = |error: std::io::Error| problem(labels, error.to_string());
+        let mut names = std::fs::read_dir(labels).map_err(unlisted)?;
         if !names.any(|name| name.is_ok_and(|name| is_numbered(&name.path()))) {
             return Err(problem(labels, "no label file `NNNNNN.txt` is in it".into()));
         }
@@ -79,7 +79,7 @@ impl KittiBoxes {
     /// files for frames without objects.
     ///
     /// # Errors
-    /// [`Error::Boxes`] if the label file or its calibration cannot be used, [`Error::Io`] if one cannot be read.
+    /// [`Error::Boxes`] if the label file or its calibration cannot be read or used.
     pub fn of(&self, number: u64) -> Result<FrameDetections<'static>> {
         let path = numbered(&self.labels, number);
         if !path.exists() {
@@ -155,8 +155,8 @@ impl Calibration {
     /// tracking) or of odometry (`Tr`).
     ///
     /// # Errors
-    /// [`Error::Boxes`] if it has none of these or they are not as many numbers as they should be or cannot be
-    /// turned round; [`Error::Io`].
+    /// [`Error::Boxes`] if it cannot be read, has none of these, or they are not as many numbers as they should be or
+    /// cannot be turned round.
     pub fn read(path: &Path) -> Result<Self> {
         Self::parse(&read(path)?).map_err(|what| problem(path, what))
     }
@@ -165,9 +165,8 @@ impl Calibration {
         let lines = text.lines().filter_map(|line| line.trim().split_once(char::is_whitespace));
         let lines: BTreeMap<&str, &str> =
             lines.map(|(name, values)| (name.trim_end_matches(':'), values)).collect();
-        let first = |names: &[&'static str]| {
-            names.iter().find_map(|&name| Some((name, *lines.get(name)?)))
-        };
+        let first =
+            |names: &[&'static str]| names.iter().find_map(|&name| Some((name, *lines.get(name)?)));
         let to_camera = first(&["Tr_velo_to_cam", "Tr_velo_cam"]);
         let rectification = first(&["R0_rect", "R_rect"]);
         let (rectification, to_camera) = match (to_camera, rectification, first(&["Tr"])) {
@@ -229,7 +228,7 @@ fn is_numbered(path: &Path) -> bool {
 }
 
 fn read(path: &Path) -> Result<String> {
-    std::fs::read_to_string(path).map_err(|source| Error::Io { path: path.into(), source })
+    std::fs::read_to_string(path).map_err(|error| problem(path, error.to_string()))
 }
 
 fn problem(path: &Path, problem: String) -> Error {
@@ -303,7 +302,9 @@ mod tests {
         let object = "0.00 0 -1.5 100 200 300 400 1.5 1.8 4.0 2.0 1.6 10.0 -1.2";
         let names = ["Van", "Person_sitting", "Cyclist", "Tram", "Truck"];
         let mut lines: String = names.iter().map(|name| format!("{name} {object}\n")).collect();
-        lines += &format!("Car {object} 0.25\nDontCare -1 -1 -10 1 2 3 4 -1 -1 -1 -1000 -1000 -1000 -10\n");
+        lines += &format!(
+            "Car {object} 0.25\nDontCare -1 -1 -10 1 2 3 4 -1 -1 -1 -1000 -1000 -1000 -10\n"
+        );
         let found = boxes(&lines).unwrap().detections;
         let taxonomy = Taxonomy::semantic_kitti();
         let classes = ["car", "person", "bicyclist", "other-vehicle", "truck", "car"];

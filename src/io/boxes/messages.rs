@@ -235,7 +235,9 @@ fn skip_bytes(reader: &mut CdrReader) -> Result<()> {
 fn same_frame(reader: &CdrReader, one: &str, other: &str) -> Result<()> {
     match one == other {
         true => Ok(()),
-        false => Err(reader.malformed(format!("boxes in the frames `{one}` and `{other}` at once"))),
+        false => {
+            Err(reader.malformed(format!("boxes in the frames `{one}` and `{other}` at once")))
+        }
     }
 }
 
@@ -244,7 +246,8 @@ fn check_end(reader: &CdrReader) -> Result<()> {
     match reader.remaining() {
         0..8 => Ok(()),
         rest => {
-            let problem = format!("{rest} bytes are left behind its end: another layout of the type");
+            let problem =
+                format!("{rest} bytes are left behind its end: another layout of the type");
             Err(reader.malformed(problem))
         }
     }

@@ -56,9 +56,8 @@ impl TopicBoxes {
             }
         }
         let periods = stamps.into_iter();
-        let cloud_period_ns = periods
-            .filter_map(|(topic, stamps)| Some((topic, median_period(stamps)?)))
-            .collect();
+        let cloud_period_ns =
+            periods.filter_map(|(topic, stamps)| Some((topic, median_period(stamps)?))).collect();
         Ok(TopicBoxes { topic: topic.to_owned(), messages: merged(messages), cloud_period_ns })
     }
 
