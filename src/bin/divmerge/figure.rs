@@ -233,6 +233,7 @@ fn video(
         crate::refuse_existing(&output, arguments.force)?;
         let frame = match Frame::new(&message, method) {
             Ok(frame) => frame,
+            Err(error) if is_of_boxes(&error) => return Err(error),
             Err(error) => {
                 bar.suspend(|| eprintln!("warning: {error:#}; not drawn"));
                 unreadable += 1;
@@ -253,6 +254,11 @@ fn video(
     bar.finish_and_clear();
     println!("wrote {drawn} pictures to {}", folder.join("frame_*.png").display());
     Ok(if unreadable == 0 { Outcome::Done } else { Outcome::Incomplete })
+}
+
+/// Whether boxes do not fit the clouds, which the next cloud would meet again.
+fn is_of_boxes(error: &anyhow::Error) -> bool {
+    error.downcast_ref::<divmerge::Error>().is_some_and(divmerge::Error::is_of_boxes)
 }
 
 fn steps(
