@@ -31,8 +31,8 @@ enum How {
     OwnClass(Box<Config>),
     /// The true objects, on the points that are given as things.
     Truth,
-    /// Cut out by upright boxes around the true objects that count.
-    TrueBoxes,
+    /// Cut out by upright boxes around the true objects of so many points and more.
+    TrueBoxes(u64),
 }
 
 /// What a method says of N points.
@@ -65,7 +65,7 @@ impl Method {
                 Found { class, ..ours(frame, config) }
             }
             How::Truth => truth(frame),
-            How::TrueBoxes => in_true_boxes(frame),
+            How::TrueBoxes(points) => in_true_boxes(frame, *points),
         }
     }
 }
@@ -89,8 +89,8 @@ fn ours(frame: &Frame, config: &Config) -> Found {
     Found { class: classes(&stages.labels.semantic), instance: stages.labels.instance }
 }
 
-/// The given things, cut out by boxes around the true objects of as many points as count in a score.
-fn in_true_boxes(frame: &Frame) -> Found {
+/// The given things, cut out by boxes around the true objects of `least` points and more.
+fn in_true_boxes(frame: &Frame, least: u64) -> Found {
     let taxonomy = Taxonomy::semantic_kitti();
     let mut objects: BTreeMap<(u16, u32), Vec<u32>> = BTreeMap::new();
     for (point, object) in (0..).zip(frame.true_class.iter().copied().zip(frame.true_id.clone())) {
@@ -98,7 +98,7 @@ fn in_true_boxes(frame: &Frame) -> Found {
             objects.entry(object).or_default().push(point);
         }
     }
-    let counted = objects.into_iter().filter(|(_, points)| points.len() as u64 >= MIN_POINTS);
+    let counted = objects.into_iter().filter(|(_, points)| points.len() as u64 >= least);
     let detections = counted.filter_map(|((class, _), points)| {
         let bounds = UprightBox::around(&frame.cloud, &points)?;
         Some(Detection { bounds, class: Some(class), score: 1.0 })
@@ -160,9 +160,15 @@ pub fn true_instances() -> Method {
     Method { name: "true instances", how: How::Truth }
 }
 
-/// Cut out by boxes around the true objects: as far as a detector's boxes can come.
+/// Cut out by boxes around the true objects that count in a score. What is left of the others stays together, as
+/// one spurious object of each class.
 pub fn true_boxes() -> Method {
-    Method { name: "boxes around the true objects", how: How::TrueBoxes }
+    Method { name: "boxes around the true objects", how: How::TrueBoxes(MIN_POINTS) }
+}
+
+/// Cut out by boxes around all true objects: as far as boxes can come.
+pub fn all_true_boxes() -> Method {
+    Method { name: "boxes around all true objects", how: How::TrueBoxes(1) }
 }
 
 /// Preset `paper`, whose points keep the class that was given.
@@ -198,6 +204,7 @@ pub fn all() -> Vec<Method> {
         ),
         Method::theirs("supervoxel", Any::Supervoxel(Supervoxel::default())),
         true_boxes(),
+        all_true_boxes(),
         Method::theirs("one per class", Any::OnePerClass(OnePerClass)),
         euclidean_classless(),
         classless("depth clustering, classes alike", depth),

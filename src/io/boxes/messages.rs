@@ -140,7 +140,8 @@ fn read_marker(reader: &mut CdrReader, has_textures: bool) -> Result<Marker> {
     let [id, kind, action] = [reader.i32()?, reader.i32()?, reader.i32()?];
     let pose = read_pose(reader)?;
     skip_f32(reader, 4)?; // colour
-    (reader.i32()?, reader.u32()?); // lifetime
+    reader.i32()?; // lifetime
+    reader.u32()?;
     reader.bool()?; // frame_locked
     for _ in 0..reader.sequence(24)? {
         read_f64::<3>(reader)?; // points
