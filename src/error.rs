@@ -84,6 +84,15 @@ pub enum Error {
         problem: String,
     },
 
+    /// Detection boxes that cannot be read, or do not belong to the clouds.
+    #[error("boxes of {source_name}: {problem}")]
+    Boxes {
+        /// The topic or the file.
+        source_name: String,
+        /// What is wrong, with the values.
+        problem: String,
+    },
+
     /// Truth that cannot be used.
     #[error("{at}: {problem}")]
     Truth {
@@ -178,6 +187,14 @@ fn folder(path: &Path, problems: &[String], count: usize) -> String {
     let lines = problems.join("\n  ");
     let noun = if count == 1 { "problem" } else { "problems" };
     format!("{}: {count} {noun}:\n  {lines}{more}", path.display())
+}
+
+impl Error {
+    /// Whether boxes, or a file that they are read from, do not fit the clouds. What is wrong with one cloud is a
+    /// matter of that cloud; what is wrong with the boxes is one of what was asked for.
+    pub fn is_of_boxes(&self) -> bool {
+        matches!(self, Error::Boxes { .. })
+    }
 }
 
 fn nothing_there(at: [f64; 3], within: f64, nearest: Option<([f32; 3], f64)>) -> String {

@@ -5,6 +5,7 @@
 //! ([`annotation`], [`markers`]).
 
 pub mod annotation;
+pub mod boxes;
 pub mod camera_info;
 pub mod cdr;
 pub mod cloud_recording;
@@ -20,11 +21,12 @@ pub mod scans;
 pub mod semantic_kitti;
 
 pub use annotation::{PointAnnotation, annotated_cloud};
+pub use boxes::{BoxSource, FrameBoxes, FrameDetections};
 pub use cdr::ByteOrder;
 pub use definitions::{
     MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA, POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA,
 };
-pub use frames::{CloudMessage, CloudMessages, Which, cloud_message_at};
+pub use frames::{CloudMessage, CloudMessages, CloudNumber, Which, cloud_message_at};
 pub use labelled::{
     LabelledFrame, LabelledFrames, LabelledOptions, SeenClasses, Truth, TruthSource,
 };

@@ -1,5 +1,6 @@
 //! One binary for all integration tests.
 
+mod boxes;
 mod cli;
 mod compare;
 mod convert;
