@@ -8,7 +8,8 @@ use crate::error::Result;
 use crate::instances::Instance;
 use crate::io::boxes::AskedCloud;
 use crate::io::{
-    self, CloudNumber, FrameBoxes, FrameDetections, MarkerBox, PointAnnotation, PointCloud2,
+    self, CloudNumber, FrameBoxes, FrameDetections, LabelledFrame, MarkerBox, PointAnnotation,
+    PointCloud2,
 };
 use crate::pipeline::{self, Config, Stages};
 use crate::semantics::{GroundParams, MaskSource};
@@ -132,6 +133,18 @@ pub fn cluster(wire: &PointCloud2, which: CloudNumber, method: &Method) -> Resul
     let decode_ms = started.elapsed().as_secs_f64() * 1e3;
     let stages = pipeline::run_with(&cloud, mask, &detections, &method.config);
     Ok(Clustered { cloud, stages, semantics, missing_boxes, decode_ms })
+}
+
+/// Clusters a cloud with truth, which the method does not look at.
+///
+/// # Errors
+/// Those of [`FrameBoxes::of`].
+pub fn cluster_labelled(frame: &LabelledFrame, method: &Method) -> Result<Stages> {
+    let which = CloudNumber { topic: &frame.source, number: frame.number };
+    let asked = AskedCloud { which, stamp_ns: frame.stamp_ns, frame_id: &frame.frame_id };
+    let detections = method.boxes.of(&asked)?.detections;
+    let mask = method.mask(&frame.cloud);
+    Ok(pipeline::run_with(&frame.cloud, mask, &detections, &method.config))
 }
 
 /// Clusters the cloud in a message and writes the two messages that annotate it into `annotated`, whose

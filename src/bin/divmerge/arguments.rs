@@ -4,16 +4,17 @@ use std::ops::Bound;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
-use clap::error::ErrorKind;
-use clap::{Args, CommandFactory, ValueEnum};
+use clap::{Args, ValueEnum};
 use divmerge::Taxonomy;
 use divmerge::annotate::{Method, Semantics};
 use divmerge::baselines::{Alpine, AnyBaseline};
 use divmerge::cluster::params::{BirdsEye, ClusterParams, Region};
-use divmerge::io::{BoxSource, FrameBoxes, Overview};
+use divmerge::io::{FrameBoxes, Overview};
 use divmerge::pipeline::Config;
 use divmerge::replay::FrameRange;
 use divmerge::semantics::GroundParams;
+
+use crate::boxes::BoxArguments;
 
 /// What is an object.
 #[derive(Args)]
@@ -54,23 +55,8 @@ pub struct MethodArguments {
     #[arg(long, value_enum, value_name = "METHOD", default_value_t = Cutter::DivideAndMerge)]
     method: Cutter,
 
-    /// Boxes for `--method boxes`, all in the clouds' frame: `topic:NAME` a MarkerArray or Detection3DArray of the
-    /// recording (a cloud's are those with its stamp, else the nearest within half a cloud period); `kitti:DIR`
-    /// KITTI label files NNNNNN.txt by the number of the cloud, with --boxes-calibration
-    #[arg(long, value_name = "SOURCE", value_parser = box_source)]
-    boxes: Option<BoxesFrom>,
-
-    /// KITTI's calibration for all clouds, or a folder of one for each, NNNNNN.txt
-    #[arg(long, value_name = "PATH", requires = "boxes")]
-    boxes_calibration: Option<PathBuf>,
-
-    /// How far outside a box a point may lie in metres [default: 0.1]
-    #[arg(long, value_name = "M", value_parser = not_negative, requires = "boxes")]
-    boxes_margin: Option<f64>,
-
-    /// Leave out boxes less sure than this [default: 0; boxes without a score have 1]
-    #[arg(long, value_name = "S", value_parser = number, allow_hyphen_values = true, requires = "boxes")]
-    least_score: Option<f64>,
+    #[command(flatten)]
+    boxes: BoxArguments,
 
     /// Parameters to start from; each of the following overrides one of them
     #[arg(long, value_enum, default_value_t = Preset::Best)]
@@ -147,15 +133,6 @@ pub enum Cutter {
     OnePerClass,
 }
 
-/// The source of boxes as it is written.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub enum BoxesFrom {
-    /// A topic of the recording.
-    Topic(String),
-    /// A folder of KITTI label files.
-    Kitti(PathBuf),
-}
-
 impl Cutter {
     /// The method with its usual parameters; `None`: divide and merge.
     pub fn baseline(self, taxonomy: &Taxonomy) -> Option<AnyBaseline> {
@@ -191,7 +168,7 @@ enum Bev {
 impl MethodArguments {
     /// The method that the arguments ask for, for the clouds of a recording. Wrong usage ends the program.
     pub fn method(&self, recording: &Path) -> Result<Method> {
-        let box_source = self.box_source();
+        let box_source = self.boxes.source(self.method == Cutter::Boxes);
         let mut config = self.preset.config();
         let params = &mut config.cluster;
         if let Some(degrees) = self.angle {
@@ -226,60 +203,9 @@ impl MethodArguments {
         }
         let method = self.objects.method()?;
         config.baseline = self.method.baseline(&method.taxonomy);
-        if let Some(AnyBaseline::Boxes(boxes)) = &mut config.baseline {
-            boxes.margin = self.boxes_margin.unwrap_or(boxes.margin);
-            boxes.least_score = self.least_score.unwrap_or(boxes.least_score);
-        }
-        let boxes = match &box_source {
-            Some(source) => FrameBoxes::open(source, recording, &method.taxonomy)?,
-            None => FrameBoxes::Nothing,
-        };
+        self.boxes.set(&mut config);
+        let boxes = BoxArguments::open(box_source.as_ref(), recording, &method.taxonomy)?;
         Ok(Method { config, boxes, ..method })
-    }
-
-    /// Where boxes are. Ends the program with exit code 2 if that and the method do not fit each other.
-    fn box_source(&self) -> Option<BoxSource> {
-        use ErrorKind::{ArgumentConflict, MissingRequiredArgument};
-        let calibration = self.boxes_calibration.clone();
-        match (self.method, &self.boxes, calibration) {
-            (Cutter::Boxes, Some(BoxesFrom::Topic(topic)), None) => {
-                Some(BoxSource::Topic(topic.clone()))
-            }
-            (Cutter::Boxes, Some(BoxesFrom::Kitti(labels)), Some(calibration)) => {
-                Some(BoxSource::Kitti { labels: labels.clone(), calibration })
-            }
-            (Cutter::Boxes, None, _) => wrong_usage(
-                MissingRequiredArgument,
-                "--method boxes needs boxes: --boxes topic:NAME, or --boxes kitti:DIR with --boxes-calibration \
-                 PATH",
-            ),
-            (Cutter::Boxes, Some(BoxesFrom::Kitti(_)), None) => wrong_usage(
-                MissingRequiredArgument,
-                "--boxes kitti:DIR needs --boxes-calibration PATH: KITTI's boxes are in a camera's frame",
-            ),
-            (Cutter::Boxes, Some(BoxesFrom::Topic(_)), Some(_)) => wrong_usage(
-                ArgumentConflict,
-                "--boxes-calibration is for --boxes kitti:DIR; boxes of a topic are in the clouds' frame",
-            ),
-            (_, Some(_), _) => wrong_usage(
-                ArgumentConflict,
-                "--boxes is for --method boxes; no other method looks at boxes",
-            ),
-            (_, None, _) => None,
-        }
-    }
-}
-
-/// Ends the program with exit code 2.
-fn wrong_usage(kind: ErrorKind, problem: &str) -> ! {
-    crate::Cli::command().error(kind, problem).exit()
-}
-
-fn box_source(text: &str) -> Result<BoxesFrom, String> {
-    match text.split_once(':') {
-        Some(("topic", name)) if !name.is_empty() => Ok(BoxesFrom::Topic(name.to_owned())),
-        Some(("kitti", folder)) if !folder.is_empty() => Ok(BoxesFrom::Kitti(folder.into())),
-        _ => Err("use topic:NAME or kitti:DIR".into()),
     }
 }
 
@@ -326,7 +252,7 @@ pub fn positive(text: &str) -> Result<f64, String> {
     number(text).and_then(|n| if n > 0.0 { Ok(n) } else { Err("must be above 0".into()) })
 }
 
-fn not_negative(text: &str) -> Result<f64, String> {
+pub fn not_negative(text: &str) -> Result<f64, String> {
     number(text).and_then(|n| if n >= 0.0 { Ok(n) } else { Err("must not be below 0".into()) })
 }
 

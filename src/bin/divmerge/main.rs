@@ -2,6 +2,7 @@
 
 mod annotate;
 mod arguments;
+mod boxes;
 mod compare;
 mod completions;
 mod convert;
