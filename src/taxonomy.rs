@@ -38,7 +38,29 @@ impl Class {
         let found = SIZES.iter().find(|(names, ..)| names.contains(&name.as_str()));
         found.map(|&(_, length, width)| ClassSize { length, width })
     }
+
+    /// Whether the class is ground, by its name: what no clustering is asked for.
+    pub fn is_ground(&self) -> bool {
+        let name = normalised(&self.name);
+        self.name.starts_with("flat.") || GROUND_NAMES.contains(&name.as_str())
+    }
 }
+
+/// Names under which SemanticKITTI, nuScenes and Waymo keep the ground.
+const GROUND_NAMES: &[&str] = &[
+    "road",
+    "lane-marking",
+    "lane-marker",
+    "driveable-surface",
+    "parking",
+    "sidewalk",
+    "walkable",
+    "curb",
+    "other-ground",
+    "other-flat",
+    "ground",
+    "terrain",
+];
 
 /// Names of classes that are easily taken for each other, so that one object may carry several of them.
 const FAMILIES: &[&[&str]] = &[

@@ -7,6 +7,7 @@ mod demo;
 mod evaluate;
 mod explain;
 mod export;
+mod failures;
 mod figure;
 mod info;
 mod interrupt;
@@ -45,6 +46,7 @@ enum Command {
     Annotate(annotate::Arguments),
     View(view::Arguments),
     Explain(explain::Arguments),
+    Failures(failures::Arguments),
     Figure(figure::Arguments),
     Evaluate(evaluate::Arguments),
     Export(export::Arguments),
@@ -83,6 +85,7 @@ fn main() -> ExitCode {
         Command::Annotate(arguments) => annotate::run(&arguments),
         Command::View(arguments) => view::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
+        Command::Failures(arguments) => failures::run(&arguments),
         Command::Figure(arguments) => figure::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
