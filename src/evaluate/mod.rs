@@ -2,12 +2,14 @@
 
 pub mod corruption;
 pub mod entropy;
+pub mod over_time;
 pub mod panoptic;
 pub mod report;
 pub mod verdict;
 
 pub use corruption::{Corruption, Surroundings, corrupt};
 pub use entropy::Entropies;
+pub use over_time::{Lstq, OverTime};
 pub use panoptic::{ClassQuality, Panoptic, PanopticQuality};
 pub use report::Report;
 pub use verdict::{Judged, Verdict, Verdicts, verdicts};

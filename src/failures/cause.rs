@@ -86,8 +86,10 @@ pub enum Merged {
     },
     /// The votes kept two parts apart: the weakest link of the best way between them.
     Apart(Box<Link>),
-    /// Nothing links two parts, and nothing that follows joins parts.
+    /// No pair of neighbouring pixels links two parts, and no merge that follows is there to join parts.
     Unlinked {
+        /// Pairs of pixels on their border, all of which fail the condition; 0 where they have none.
+        border: usize,
         /// How far apart they are, metres.
         distance: f64,
     },
@@ -101,7 +103,7 @@ pub enum Posted {
     Joined(Join),
     /// The bird's-eye merge put it together with something else.
     Overlapped(LaterStage),
-    /// The merge by size, by gaps or on the bird's-eye plane left two parts apart.
+    /// The merge by size or by gaps left two parts apart.
     Apart(LaterStage),
     /// Its instance had too few pixels.
     TooSmall {
@@ -308,22 +310,22 @@ impl Search<'_> {
     }
 
     fn kept_apart(&self, explanation: Explanation) -> Option<Cause> {
-        let distance = match explanation.votes {
+        let (border, distance) = match explanation.votes {
             Some(VoteEvidence::Failed { mut links, weakest, .. }) => {
                 return Some(Cause::Merge(Merged::Apart(Box::new(links.swap_remove(weakest)))));
             }
-            Some(VoteEvidence::NoTrueCondition { distance, .. }) => distance,
-            Some(VoteEvidence::DifferentClasses { distance, .. }) => distance,
+            Some(VoteEvidence::NoTrueCondition { border, distance, .. }) => {
+                (border.len(), distance)
+            }
+            Some(VoteEvidence::DifferentClasses { distance, .. }) => (0, distance),
             _ => return None,
         };
-        let has_said = |stage: &LaterStage| match stage {
-            LaterStage::BirdsEye { joined, region, .. } => !joined && region.is_some(),
-            LaterStage::Fragments { joined, .. } | LaterStage::Gaps { joined, .. } => !joined,
-            _ => false,
+        let joins_parts = |stage: &LaterStage| {
+            matches!(stage, LaterStage::Fragments { .. } | LaterStage::Gaps { .. })
         };
-        Some(match explanation.later.into_iter().find(has_said) {
+        Some(match explanation.later.into_iter().find(joins_parts) {
             Some(stage) => Cause::Post(Box::new(Posted::Apart(stage))),
-            None => Cause::Merge(Merged::Unlinked { distance }),
+            None => Cause::Merge(Merged::Unlinked { border, distance }),
         })
     }
 

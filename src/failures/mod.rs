@@ -8,8 +8,8 @@
 //! | mask | with true classes (without classes: true ground) in place of the given ones the run is right; or so many of its points are lost or misnamed that no clustering could be; or a spurious instance |
 //! | projection | it is right among the seen points alone: the shadowed ones spoil it, or all of it is shadowed |
 //! | divide | it is not right even if every component went to the true object that most of its pixels have: a component straddles two objects, or pixels are unreached |
-//! | merge | votes joined a part of it with something else, or voted against joining two parts of it |
-//! | post | bird's-eye, size or gap merge joined it with something else or left parts of it apart that votes never had to join; or the minimum size dropped it |
+//! | merge | votes joined a part of it with something else, or kept two parts of it apart; or nothing links two parts and no merge by size or gaps follows, whose job that is |
+//! | post | bird's-eye, size or gap merge joined it with something else; size or gap merge left parts of it apart that nothing links; or the minimum size dropped it |
 //! | unexplained | none of these does, or no single decision made the difference |
 //!
 //! Merges and joins form a tree over the parts of an instance. The one that is named is the one without which

@@ -60,9 +60,13 @@ impl Merged {
                 "components {} and {} stayed apart with V+ {} to V- {}",
                 link.target, link.query, link.positive, link.negative
             ),
-            Merged::Unlinked { distance } => {
-                format!("nothing links two parts, {distance:.2} m apart")
+            Merged::Unlinked { border: 0, distance } => {
+                format!("nothing links two parts {distance:.2} m apart: they have no common border")
             }
+            Merged::Unlinked { border, distance } => format!(
+                "nothing links two parts {distance:.2} m apart: none of the {border} pairs of pixels on \
+                 their border passes the condition"
+            ),
         }
     }
 }
@@ -121,10 +125,6 @@ fn apart(stage: &LaterStage) -> String {
         LaterStage::Gaps { test: Some(test), .. } => format!(
             "the merge by gaps left two parts apart: {:.2} m, {:.2} times the reach of touching",
             test.gap, test.separation
-        ),
-        LaterStage::BirdsEye { gaps, .. } if !gaps.is_empty() => format!(
-            "the bird's-eye merge left two parts apart: their regions are {:.2} m apart",
-            gaps[0]
         ),
         _ => "the merge after the votes left two parts apart".into(),
     }

@@ -81,11 +81,11 @@ pub struct Arguments {
 pub struct TruthArguments {
     /// Field of the true class
     #[arg(long, default_value = "label", value_name = "NAME")]
-    truth_class_field: String,
+    pub truth_class_field: String,
 
     /// Field of the true instance
     #[arg(long, default_value = "true_instance", value_name = "NAME")]
-    truth_instance_field: String,
+    pub truth_instance_field: String,
 
     /// In place of fields a folder of NNNNNN.label files, NNNNNN the number of the cloud
     #[arg(long, value_name = "DIR")]
@@ -93,6 +93,11 @@ pub struct TruthArguments {
 }
 
 impl TruthArguments {
+    /// The folder of label files, if there is one.
+    pub fn folder(&self) -> Option<&PathBuf> {
+        self.labels.as_ref()
+    }
+
     /// What they say.
     pub fn source(&self) -> TruthSource {
         match &self.labels {
