@@ -4,6 +4,7 @@ mod cli;
 mod evaluate;
 mod examples;
 mod explain;
+mod failures;
 mod figure;
 mod layers;
 mod oracle;
