@@ -212,3 +212,35 @@ fn entropies_of_folders_need_scans() {
     let under = figures["entropy"][1]["under"].as_f64().expect("a number");
     assert!((under - 2.0_f64.ln()).abs() < 1e-12 && figures["entropy"][1]["over"] == 0.0);
 }
+
+/// The taxonomy that docs/evaluation.md gives for nuScenes.
+#[test]
+fn nuscenes_by_the_taxonomy_of_the_docs() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/evaluation.md");
+    let page = std::fs::read_to_string(page).expect("the page");
+    let yaml = page.split("```yaml\n").nth(1).and_then(|rest| rest.split("```").next());
+    let (t, p) = (tempfile::tempdir().expect("t"), tempfile::tempdir().expect("p"));
+    let file = t.path().join("nuscenes.yaml");
+    std::fs::write(&file, yaml.expect("a taxonomy")).expect("a file");
+    // An articulated bus, a police officer, a wheelchair, which is ignored, a cone, and the road.
+    let word = |class: u32, instance: u32| vec![class | instance << 16; 60];
+    let of_truth = [word(15, 1), word(6, 1), word(8, 1), word(12, 1), word(24, 0)].concat();
+    let rigid = [word(16, 9), word(2, 3), word(17, 4), word(12, 7), word(25, 0)].concat();
+    write(t.path(), "labels", "000000", &of_truth);
+    write(p.path(), "predictions", "000000", &rigid);
+    let json = p.path().join("figures.json");
+    let more = ["--taxonomy", path(&file), "--json", path(&json), "--min-points", "15"];
+    let (code, said, errors) = evaluate(t.path(), p.path(), &more);
+    assert_eq!(code, Some(0), "{errors}");
+    let figures: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(&json).expect("figures")).expect("JSON");
+    let classes = figures["classes"].as_array().expect("classes");
+    let things = classes.iter().filter(|class| class["is_thing"] == true).count();
+    assert_eq!((classes.len(), things), (16, 10), "{said}");
+    let pq = |name: &str| {
+        let class = classes.iter().find(|class| class["name"] == name).expect("a class");
+        class["pq"].as_f64().expect("a number")
+    };
+    let found = ["bus", "pedestrian", "car", "traffic_cone", "driveable_surface", "other_flat"];
+    assert_eq!(found.map(pq), [1.0, 1.0, 0.0, 1.0, 0.0, 0.0]);
+}
