@@ -42,7 +42,7 @@ fn main() {
 /// around, so many metres deep.
 fn worst_cases(rounds: usize) {
     println!(
-        "worst cases, decoded cloud to labels, ms, best of {rounds} rounds; goal: total at most {WORST_GOAL_MS} ms"
+        "worst cases, decoded cloud to labels, ms, best of {rounds} rounds; goal: total at most {WORST_GOAL_MS} ms\n"
     );
     print_scan_head();
     for depth in [1.0, 3.0, 6.0] {
@@ -89,7 +89,7 @@ fn cloud_to_labels(data: &Path, rounds: usize) {
         return;
     }
     let clouds: Vec<PointCloud> = scans.iter().map(read_cloud).collect();
-    println!("decoded cloud to labels, {} scans, ms, best of {rounds} rounds each", scans.len());
+    println!("decoded cloud to labels, {} scans, ms, best of {rounds} rounds each\n", scans.len());
     print_scan_head();
     for config in [Config::best(), Config::paper()] {
         let mut measured: Vec<Scan> =
@@ -127,10 +127,14 @@ fn measure(cloud: &PointCloud, config: &Config, rounds: usize) -> Scan {
     Scan { points, objects, instances, times: times.unwrap_or_default(), copy_ms }
 }
 
+/// The head of a table in Markdown: a column of words and some of numbers.
+fn print_head(words: &str, numbers: &[&str]) {
+    println!("| {words:<34} | {} |", numbers.join(" | "));
+    println!("| {} |{}", "-".repeat(34), " ---: |".repeat(numbers.len()));
+}
+
 fn print_scan_head() {
-    println!(
-        "{:<34} {:>8} {:>8} {:>9} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7}",
-        "preset, scan",
+    let numbers = [
         "points",
         "objects",
         "instances",
@@ -140,15 +144,16 @@ fn print_scan_head() {
         "merge",
         "label",
         "total",
-        "/copy"
-    );
+        "/copy",
+    ];
+    print_head("preset, scan", &numbers);
 }
 
 fn print_scan(preset: &str, which: &str, scan: &Scan, goal_ms: Option<f64>) {
     let Scan { points, objects, instances, times, copy_ms } = scan;
     let total = times.total_ms();
     println!(
-        "{:<34} {points:>8} {objects:>8} {instances:>9} {:>7.2} {:>7.2} {:>7.2} {:>7.2} {:>7.2} {total:>7.2} {:>7.1}{}",
+        "| {:<34} | {points:>8} | {objects:>8} | {instances:>9} | {:>7.2} | {:>7.2} | {:>7.2} | {:>7.2} | {:>7.2} | {total:>7.2} | {:>7.1} |{}",
         format!("{preset}, {which}"),
         times.projection_ms,
         times.mask_ms,
@@ -162,21 +167,6 @@ fn print_scan(preset: &str, which: &str, scan: &Scan, goal_ms: Option<f64>) {
 
 fn message_to_message(data: &Path, rounds: usize) {
     println!("message to message, ms, median of {rounds} rounds; goal: total at most {GOAL_MS} ms");
-    println!(
-        "{:<34} {:>8} {:>8} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7}",
-        "frames, mask, preset",
-        "points",
-        "objects",
-        "decode",
-        "project",
-        "mask",
-        "divide",
-        "merge",
-        "label",
-        "encode",
-        "total",
-        "/copy"
-    );
     let mut sets: Vec<(String, Vec<Vec<u8>>)> = [Scene::Street, Scene::Parking, Scene::Crowd]
         .map(|scene| (format!("simulated {scene}"), simulated(scene)))
         .into();
@@ -184,6 +174,12 @@ fn message_to_message(data: &Path, rounds: usize) {
         Some(messages) => sets.push(("SemanticKITTI 04".into(), messages)),
         None => println!("(no {}: real frames skipped)", data.display()),
     }
+    let numbers = [
+        "points", "objects", "decode", "project", "mask", "divide", "merge", "label", "encode",
+        "total", "/copy",
+    ];
+    println!();
+    print_head("frames, mask, preset", &numbers);
     for (name, messages) in &sets {
         for semantics in [Semantics::Auto, Semantics::Ground] {
             for config in [Config::best(), Config::paper()] {
@@ -235,7 +231,7 @@ fn report(name: &str, messages: &[Vec<u8>], semantics: &Semantics, config: Confi
     let mask = if *semantics == Semantics::Ground { "ground" } else { "things" };
     let stages = times.stages;
     println!(
-        "{:<34} {points:>8} {objects:>8} {:>7.2} {:>7.2} {:>7.2} {:>7.2} {:>7.2} {:>7.2} {:>7.2} {total:>7.2} {:>7.1}{}",
+        "| {:<34} | {points:>8} | {objects:>8} | {:>7.2} | {:>7.2} | {:>7.2} | {:>7.2} | {:>7.2} | {:>7.2} | {:>7.2} | {total:>7.2} | {:>7.1} |{}",
         format!("{name}, {mask}, {}", method.config.preset),
         times.decode_ms,
         stages.projection_ms,

@@ -190,24 +190,44 @@ const fn usual(name: &'static str, change: fn(&mut Drive)) -> Situation {
 fn simulated() {
     let sensors = Sensor::ALL.map(|sensor| sensor.to_string()).join(" | ");
     let mut by_sensor = Sensor::ALL.map(|_| Vec::new());
+    let mut summary = Vec::new();
     println!("| Scene | situation | {sensors} |\n| --- | --- |{}", " ---: |".repeat(4));
     for scene in Scene::ALL {
+        let mut figures: Vec<[f64; 4]> = Vec::new();
         for situation in &SITUATIONS {
             let mut cells = Vec::new();
-            for (sensor, all) in Sensor::ALL.into_iter().zip(&mut by_sensor) {
+            let mut all_f1 = [0.0; 4];
+            let sensors = Sensor::ALL.into_iter().zip(&mut by_sensor);
+            for ((sensor, all), own_f1) in sensors.zip(&mut all_f1) {
                 let scores: Vec<_> = SEEDS.map(|s| sweep(sensor, scene, s, situation)).collect();
                 let [f1, precision, recall] = mean(&scores);
                 cells.push(format!("{f1:.1} ({precision:.1}, {recall:.1})"));
+                *own_f1 = f1;
                 all.extend(scores);
             }
+            figures.push(all_f1);
             println!("| {scene} | {} | {} |", situation.name, cells.join(" | "));
         }
+        summary.push(format!("| {scene} | {} |", usual_and_lowest(&figures).join(" | ")));
     }
+    println!();
+    println!("| Usual; lowest | {sensors} |\n| --- |{}", " ---: |".repeat(4));
+    summary.iter().for_each(|row| println!("{row}"));
     println!();
     let names = Sensor::ALL.map(|sensor| sensor.to_string());
     let reliabilities = by_sensor.map(|scores| Reliability::of(scores.iter()));
     let columns = names.iter().map(String::as_str).zip(reliabilities);
     print_reliability(&columns.collect::<Vec<_>>());
+}
+
+/// For each sensor the F1 of the first situation, and the lowest with its situation.
+fn usual_and_lowest(figures: &[[f64; 4]]) -> [String; 4] {
+    std::array::from_fn(|sensor| {
+        let of_sensor = || figures.iter().map(|row| row[sensor]).zip(&SITUATIONS);
+        let lowest = of_sensor().min_by(|a, b| a.0.total_cmp(&b.0));
+        let lowest = lowest.map_or(String::new(), |(f1, s)| format!("{f1:.1} ({})", s.name));
+        format!("{:.1}; {lowest}", figures[0][sensor])
+    })
 }
 
 fn sweep(sensor: Sensor, scene: Scene, seed: u64, situation: &Situation) -> Score {

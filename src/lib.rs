@@ -30,6 +30,7 @@ pub mod annotate;
 pub mod baselines;
 pub mod cloud;
 pub mod cluster;
+pub mod comparison;
 pub mod disjoint_sets;
 pub mod error;
 pub mod evaluate;

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
+use crate::baselines::{AnyBaseline, Baseline, Detection, View};
 use crate::cloud::PointCloud;
 use crate::cluster::back_projection::label_source;
 use crate::cluster::{self, ClusterParams, Components, Join, Merge, ObjectPixels, Votes};
@@ -26,6 +27,9 @@ pub struct Config {
     pub smoothing: Option<Smoothing>,
     /// Divide, merge and what follows.
     pub cluster: ClusterParams,
+    /// Another method in place of divide, merge and what follows. Projection, mask, back-projection and minimum
+    /// size stay.
+    pub baseline: Option<AnyBaseline>,
 }
 
 impl Config {
@@ -36,6 +40,7 @@ impl Config {
             projection: ProjectionParams { wrap: Wrap::Always, ..ProjectionParams::default() },
             smoothing: None,
             cluster: ClusterParams::paper(),
+            baseline: None,
         }
     }
 
@@ -53,6 +58,22 @@ impl Config {
             },
             smoothing: None,
             cluster: ClusterParams::authors(),
+            baseline: None,
+        }
+    }
+
+    /// Name of the method that cuts objects into instances, as at the command line.
+    pub fn method_name(&self) -> &'static str {
+        self.baseline.as_ref().map_or("divide-and-merge", AnyBaseline::name)
+    }
+
+    /// The parameters in a few words, as in `preset best` or `euclidean in place of divide and merge, preset best`.
+    pub fn describe(&self) -> String {
+        match &self.baseline {
+            None => format!("preset {}", self.preset),
+            Some(other) => {
+                format!("{} in place of divide and merge, preset {}", other.name(), self.preset)
+            }
         }
     }
 
@@ -63,6 +84,7 @@ impl Config {
             projection: ProjectionParams::default(),
             smoothing: Some(Smoothing::default()),
             cluster: ClusterParams::best(),
+            baseline: None,
         }
     }
 }
@@ -74,6 +96,9 @@ impl Default for Config {
 }
 
 /// Every intermediate of a run, owned. N points, H x W pixels, M object pixels, m components.
+///
+/// With another method than divide and merge each of its instances stands as a component of its own, and there
+/// are neither seeds nor votes, merges and joins.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stages {
     /// The range image.
@@ -136,6 +161,16 @@ impl StageTimes {
 
 /// Clusters one cloud.
 pub fn run(cloud: &PointCloud, mask: MaskSource, config: &Config) -> Stages {
+    run_with(cloud, mask, &[], config)
+}
+
+/// Clusters one cloud of which a detector has said something, for methods that want to know.
+pub fn run_with(
+    cloud: &PointCloud,
+    mask: MaskSource,
+    detections: &[Detection],
+    config: &Config,
+) -> Stages {
     let params = &config.cluster;
     let mut clock = Clock::start();
 
@@ -146,36 +181,29 @@ pub fn run(cloud: &PointCloud, mask: MaskSource, config: &Config) -> Stages {
     let mask = object_mask(cloud, &image, mask_of, config.smoothing.as_ref());
     let mask_ms = clock.lap();
 
+    let back_projection = params.back_projection;
+    let view = View { cloud, image: &image, mask: &mask, back_projection, detections };
+    let of_point = config.baseline.as_ref().map(|baseline| baseline.instances(view));
+    let baseline_ms = clock.lap();
     let objects = ObjectPixels::new(cloud, &image, &mask, params);
-    let seeds = cluster::seeds(&objects, params);
-    let (components, votes) = cluster::divide(&objects, &seeds, params); // Alg. 1
-    let divide_ms = clock.lap();
-
-    let merge = cluster::merge(&votes, params); // Alg. 2
-    let gaps = params.gaps.filter(|_| !mask.has_classes());
-    let (birds_eye, joins) = match (gaps, &params.fragments) {
-        (Some(gaps), _) => cluster::join_by_gaps(&objects, &components, &merge, &gaps),
-        (None, None) => {
-            (cluster::birds_eye(&objects, &components, &merge, params.birds_eye), vec![])
-        } // III.E
-        (None, Some(by_size)) => {
-            let fragments =
-                cluster::fragments(&objects, &components, &merge, &mask.sizes, &mask.families);
-            cluster::assemble(&fragments, by_size)
+    let cut = match of_point {
+        None => divide_and_merge(&objects, &mask, params, &mut clock),
+        Some(of_point) => {
+            Cut { divide_ms: baseline_ms, ..one_component_each(of_point, &image, &objects) }
         }
     };
-    let merge_ms = clock.lap();
 
-    let pixels = instance_pixels(&components, &merge, &birds_eye, params);
-    let mut labels = label_points(cloud, &image, &mask, &objects, &components, &pixels, params);
+    let pixels = instance_pixels(&cut, params);
+    let mut labels = label_points(cloud, &image, &mask, &objects, &cut, &pixels, params);
     let members = members(&objects.points, &labels.instance, pixels.pixels.len());
     let mut instances =
-        describe(cloud, &mask, &members, &components, &pixels, mask_of, &mut labels);
+        describe(cloud, &mask, &members, &cut.components, &pixels, mask_of, &mut labels);
     if !mask.has_classes() {
         liken(cloud, &image, &objects, &members, &pixels, &labels, &mut instances);
     }
     let labels_ms = clock.lap();
 
+    let Cut { seeds, components, votes, merge, birds_eye, joins, divide_ms, merge_ms, .. } = cut;
     Stages {
         image,
         mask,
@@ -189,6 +217,66 @@ pub fn run(cloud: &PointCloud, mask: MaskSource, config: &Config) -> Stages {
         labels,
         instances,
         times: StageTimes { projection_ms, mask_ms, divide_ms, merge_ms, labels_ms },
+    }
+}
+
+/// Objects cut into instances.
+#[derive(Default)]
+struct Cut {
+    seeds: Vec<u32>,
+    components: Components,
+    votes: Votes,
+    merge: Merge,
+    birds_eye: Vec<u32>,
+    joins: Vec<Join>,
+    /// N: the component of each point, where a method says it of points; else that of its pixel counts.
+    of_point: Option<Vec<u32>>,
+    divide_ms: f64,
+    merge_ms: f64,
+}
+
+/// The paper's method, and what follows it.
+fn divide_and_merge(
+    objects: &ObjectPixels,
+    mask: &ObjectMask,
+    params: &ClusterParams,
+    clock: &mut Clock,
+) -> Cut {
+    let seeds = cluster::seeds(objects, params);
+    let (components, votes) = cluster::divide(objects, &seeds, params); // Alg. 1
+    let divide_ms = clock.lap();
+
+    let merge = cluster::merge(&votes, params); // Alg. 2
+    let gaps = params.gaps.filter(|_| !mask.has_classes());
+    let (birds_eye, joins) = match (gaps, &params.fragments) {
+        (Some(gaps), _) => cluster::join_by_gaps(objects, &components, &merge, &gaps),
+        (None, None) => {
+            (cluster::birds_eye(objects, &components, &merge, params.birds_eye), vec![])
+        } // III.E
+        (None, Some(by_size)) => {
+            let fragments =
+                cluster::fragments(objects, &components, &merge, &mask.sizes, &mask.families);
+            cluster::assemble(&fragments, by_size)
+        }
+    };
+    let merge_ms = clock.lap();
+    let of_point = None;
+    Cut { seeds, components, votes, merge, birds_eye, joins, of_point, divide_ms, merge_ms }
+}
+
+/// Another method's instances of N points, which become components and instances of the merge step one by one.
+fn one_component_each(of_point: Vec<u32>, image: &RangeImage, objects: &ObjectPixels) -> Cut {
+    let count = of_point.iter().copied().max().unwrap_or(0);
+    let point_of = |&pixel: &u32| image.point_of_pixel.values()[pixel as usize] as usize;
+    let label = objects.pixel.iter().map(|pixel| of_point[point_of(pixel)]).collect();
+    let each: Vec<u32> = (1..=count).collect();
+    Cut {
+        components: Components { label, count, grown: Vec::new() },
+        votes: Votes { components: count, pairs: Vec::new() },
+        merge: Merge { instance_of_component: each.clone(), count, steps: Vec::new() },
+        birds_eye: each,
+        of_point: Some(of_point),
+        ..Cut::default()
     }
 }
 
@@ -206,49 +294,59 @@ impl Clock {
     }
 }
 
-/// The final instance of each object pixel, or why it has none.
+/// The final instance of each component and object pixel, or why it has none.
 struct InstancePixels {
+    /// m + 1: final instance of each component from 1, or 0; component k at k.
+    of_component: Vec<u32>,
     /// M: final instance from 1, or 0.
     instance: Vec<u32>,
-    /// M: why there is none.
-    reason: Vec<Reason>,
     /// Pixels of each final instance; instance k at k - 1.
     pixels: Vec<u32>,
 }
 
+impl InstancePixels {
+    /// Why points of a component have no instance.
+    fn reason(&self, component: u32) -> Reason {
+        match (component, self.of_component[component as usize]) {
+            (0, _) => Reason::Unreached,
+            (_, 0) => Reason::TooSmall,
+            _ => Reason::None,
+        }
+    }
+}
+
 /// Instances with fewer pixels than the minimum are dropped and the others numbered from 1, in the order
 /// of the merge.
-fn instance_pixels(
-    components: &Components,
-    merge: &Merge,
-    birds_eye: &[u32],
-    params: &ClusterParams,
-) -> InstancePixels {
-    let merged = |label: u32| match label {
-        0 => 0,
-        label => birds_eye[merge.instance_of_component[label as usize - 1] as usize - 1],
-    };
+fn instance_pixels(cut: &Cut, params: &ClusterParams) -> InstancePixels {
+    let (birds_eye, components) = (&cut.birds_eye, &cut.components);
+    let of_merge = cut.merge.instance_of_component.iter();
+    let merged: Vec<u32> =
+        std::iter::once(0).chain(of_merge.map(|&merged| birds_eye[merged as usize - 1])).collect();
     let count = birds_eye.iter().copied().max().unwrap_or(0) as usize;
     let mut sizes = vec![0_u32; count + 1];
     for &label in &components.label {
-        sizes[merged(label) as usize] += 1;
+        sizes[merged[label as usize] as usize] += 1;
+    }
+    // A method that looks at points may have found one of whose points none is seen in the image.
+    let mut is_there: Vec<bool> = sizes.iter().map(|&size| size > 0).collect();
+    for &label in cut.of_point.iter().flatten() {
+        is_there[merged[label as usize] as usize] = true;
     }
     let mut number = vec![0_u32; count + 1];
     let mut pixels = Vec::new();
     for instance in 1..=count {
-        if sizes[instance] > 0 && sizes[instance] as usize >= params.min_pixels {
+        if is_there[instance] && sizes[instance] as usize >= params.min_pixels {
             pixels.push(sizes[instance]);
             number[instance] = pixels.len() as u32;
         }
     }
-    let instance: Vec<u32> =
-        components.label.iter().map(|&label| number[merged(label) as usize]).collect();
-    let reason = components.label.iter().zip(&instance).map(|pair| match pair {
-        (0, _) => Reason::Unreached,
-        (_, 0) => Reason::TooSmall,
-        _ => Reason::None,
-    });
-    InstancePixels { reason: reason.collect(), instance, pixels }
+    let of_component: Vec<u32> = merged.iter().map(|&merged| number[merged as usize]).collect();
+    let of_label = |&label: &u32| of_component[label as usize];
+    InstancePixels {
+        instance: components.label.iter().map(of_label).collect(),
+        of_component,
+        pixels,
+    }
 }
 
 /// Every point gets the instance of its pixel; a shadowed one that of a pixel of its class nearby; all
@@ -258,7 +356,7 @@ fn label_points(
     image: &RangeImage,
     mask: &ObjectMask,
     objects: &ObjectPixels,
-    components: &Components,
+    cut: &Cut,
     pixels: &InstancePixels,
     params: &ClusterParams,
 ) -> PointLabels {
@@ -271,16 +369,21 @@ fn label_points(
     for &(point, id) in &mask.corrected {
         labels.semantic[point as usize] = id;
     }
+    let source = |point| label_source(cloud, image, mask, objects, point, params.back_projection);
     for point in objects.points.iter().map(|&point| point as usize) {
-        let source = label_source(cloud, image, mask, objects, point, params.back_projection);
-        let Some(object) = source else {
+        let component = match &cut.of_point {
+            Some(of_point) => Some(of_point[point]),
+            None => source(point).map(|object| cut.components.label[object]),
+        };
+        let Some(component) = component else {
             labels.reason[point] = Reason::Shadowed;
             continue;
         };
-        labels.instance[point] = pixels.instance[object];
-        labels.reason[point] = pixels.reason[object];
-        if pixels.instance[object] != 0 {
-            labels.component[point] = components.label[object];
+        let instance = pixels.of_component[component as usize];
+        labels.instance[point] = instance;
+        labels.reason[point] = pixels.reason(component);
+        if instance != 0 {
+            labels.component[point] = component;
         }
     }
     labels

@@ -104,6 +104,7 @@ fn table(title: &str, frames: &[Frame], first_seed: u64) -> LineChart {
         title: format!("{title}: classes flipped at the borders of objects"),
         x_name: "% of the points in the border band".into(),
         y_name: "Mean PQ of things, %".into(),
+        is_log: false,
         x_ticks: FLIPS.map(|share| share * 100.0).into_iter().filter(|t| *t != 1.0).collect(),
         lines: lines.to_vec(),
     }

@@ -2,8 +2,8 @@
 
 use divmerge::Taxonomy;
 use divmerge::baselines::{
-    Alpine, Baseline, Dbscan, DepthClustering, Euclidean, OnePerClass, ScanLineRun, View,
-    majority_class, without_classes,
+    Alpine, AnyBaseline, Baseline, Dbscan, DepthClustering, Euclidean, OnePerClass, ScanLineRun,
+    Supervoxel, View, majority_class, without_classes,
 };
 use divmerge::cluster::ClusterParams;
 use divmerge::pipeline::{self, Config};
@@ -21,9 +21,8 @@ pub struct Method {
 
 enum How {
     Ours(Box<Config>),
-    Theirs(Box<dyn Baseline>),
-    /// Clusters objects of all classes alike.
-    Classless(Box<dyn Baseline>),
+    /// Clusters objects of all classes alike, and takes shadowed points back by range in 5 x 5.
+    Classless(AnyBaseline),
     /// A preset whose points keep the class that was given, whatever their instance's.
     OwnClass(Box<Config>),
     /// The true objects, on the points that are given as things.
@@ -44,16 +43,17 @@ impl Method {
         Method { name, how: How::Ours(Box::new(config)) }
     }
 
-    fn theirs(name: &'static str, baseline: impl Baseline + 'static) -> Self {
-        Method { name, how: How::Theirs(Box::new(baseline)) }
+    /// Another method, on the same classes as they are given and with the same back-projection.
+    fn theirs(name: &'static str, baseline: AnyBaseline) -> Self {
+        let baseline = Some(baseline);
+        Method::ours(name, Config { baseline, smoothing: None, ..Config::best() })
     }
 
     /// Labels a frame.
     pub fn run(&self, frame: &Frame) -> Found {
         match &self.how {
             How::Ours(config) => ours(frame, config),
-            How::Theirs(baseline) => theirs(frame, baseline.as_ref(), false),
-            How::Classless(baseline) => theirs(frame, baseline.as_ref(), true),
+            How::Classless(baseline) => classes_alike(frame, baseline),
             How::OwnClass(config) => {
                 let class = classes(frame.cloud.class.as_deref().unwrap_or_default());
                 Found { class, ..ours(frame, config) }
@@ -82,12 +82,17 @@ fn ours(frame: &Frame, config: &Config) -> Found {
     Found { class: classes(&stages.labels.semantic), instance: stages.labels.instance }
 }
 
-fn theirs(frame: &Frame, baseline: &dyn Baseline, classless: bool) -> Found {
+fn classes_alike(frame: &Frame, baseline: &AnyBaseline) -> Found {
     let taxonomy = Taxonomy::semantic_kitti();
     let image = RangeImage::new(&frame.cloud, &ProjectionParams::default());
     let mask = object_mask(&frame.cloud, &image, MaskSource::Classes(&taxonomy), None);
-    let seen = if classless { without_classes(&mask) } else { mask.clone() };
-    let instance = baseline.instances(View { cloud: &frame.cloud, image: &image, mask: &seen });
+    let instance = baseline.instances(View {
+        cloud: &frame.cloud,
+        image: &image,
+        mask: &without_classes(&mask),
+        back_projection: ClusterParams::paper().back_projection,
+        detections: &[],
+    });
     Found { class: majority_class(&instance, &mask.class), instance }
 }
 
@@ -103,22 +108,22 @@ pub fn paper() -> Method {
 
 /// DBSCAN(0.5, 5).
 pub fn dbscan() -> Method {
-    Method::theirs("DBSCAN 0.5 m, 5", Dbscan::default())
+    Method::theirs("DBSCAN 0.5 m, 5", AnyBaseline::Dbscan(Dbscan::default()))
 }
 
 /// ALPINE, k = 32, with splitting.
 pub fn alpine() -> Method {
-    Method::theirs("ALPINE", Alpine::new(&Taxonomy::semantic_kitti()))
+    Method::theirs("ALPINE", AnyBaseline::Alpine(Alpine::new(&Taxonomy::semantic_kitti())))
 }
 
 /// Connected components within half a metre.
 pub fn euclidean() -> Method {
-    Method::theirs("Euclidean 0.5 m", Euclidean::default())
+    Method::theirs("Euclidean 0.5 m", AnyBaseline::Euclidean(Euclidean::default()))
 }
 
 /// The same of all objects, whatever their class.
 pub fn euclidean_classless() -> Method {
-    classless("Euclidean 0.5 m, classes alike", Euclidean::default())
+    classless("Euclidean 0.5 m, classes alike", AnyBaseline::Euclidean(Euclidean::default()))
 }
 
 /// The true instances: as far as anything can come with the classes that were given.
@@ -131,36 +136,37 @@ pub fn paper_own_class() -> Method {
     Method { name: "`paper`, classes as given", how: How::OwnClass(Box::new(Config::paper())) }
 }
 
-fn classless(name: &'static str, baseline: impl Baseline + 'static) -> Method {
-    Method { name, how: How::Classless(Box::new(baseline)) }
+fn classless(name: &'static str, baseline: AnyBaseline) -> Method {
+    Method { name, how: How::Classless(baseline) }
 }
 
-/// All of them: ours, the others class by class, and three as the pipelines of 2021 were released, which
+/// All of them: ours, the others class by class, and four as the pipelines of 2021 were released, which
 /// cluster objects of all classes alike and take shadowed points back by range in 5 x 5.
 pub fn all() -> Vec<Method> {
+    use AnyBaseline as Any;
     let unsplit = Alpine { margin: f64::INFINITY, ..Alpine::new(&Taxonomy::semantic_kitti()) };
-    let back_projection = ClusterParams::paper().back_projection;
+    let depth = Any::DepthClustering(DepthClustering::default());
+    let run = ScanLineRun::default();
     vec![
         best(),
         paper(),
         Method::ours("`authors`", Config::authors()),
         alpine(),
-        Method::theirs("ALPINE without splitting", unsplit),
+        Method::theirs("ALPINE without splitting", Any::Alpine(unsplit)),
         euclidean(),
-        Method::theirs("Euclidean 1 m", Euclidean { reach: 1.0 }),
+        Method::theirs("Euclidean 1 m", Any::Euclidean(Euclidean { reach: 1.0 })),
         dbscan(),
-        Method::theirs("depth clustering", DepthClustering::default()),
-        Method::theirs("scan-line run", ScanLineRun::default()),
+        Method::theirs("depth clustering", depth.clone()),
+        Method::theirs("scan-line run", Any::ScanLineRun(run)),
         Method::theirs(
             "scan-line run, 4 beams up",
-            ScanLineRun { beams: 4, ..ScanLineRun::default() },
+            Any::ScanLineRun(ScanLineRun { beams: 4, ..run }),
         ),
-        Method::theirs("one per class", OnePerClass),
+        Method::theirs("supervoxel", Any::Supervoxel(Supervoxel::default())),
+        Method::theirs("one per class", Any::OnePerClass(OnePerClass)),
         euclidean_classless(),
-        classless("depth clustering, classes alike", DepthClustering { back_projection }),
-        classless(
-            "scan-line run, classes alike",
-            ScanLineRun { back_projection, ..ScanLineRun::default() },
-        ),
+        classless("depth clustering, classes alike", depth),
+        classless("scan-line run, classes alike", Any::ScanLineRun(run)),
+        classless("supervoxel, classes alike", Any::Supervoxel(Supervoxel::default())),
     ]
 }

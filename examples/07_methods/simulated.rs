@@ -27,16 +27,22 @@ pub fn tables() {
     }
     row("all", &cases);
     println!();
+    head("`best` is", &["cases".to_owned(), "which".to_owned()]);
     for (number, method) in methods.iter().enumerate().skip(1) {
         let behind = cases.iter().filter(|case| case.quality[number] >= case.quality[0]);
         let behind: Vec<String> = behind.map(|case| describe(case, number)).collect();
-        println!("- not ahead of {} in {} of {} cases", method.name, behind.len(), cases.len());
-        behind.iter().for_each(|case| println!("  - {case}"));
+        println!(
+            "| not ahead of {} | {} of {} | {} |",
+            method.name,
+            behind.len(),
+            cases.len(),
+            behind.join("<br>")
+        );
     }
     let below = cases.iter().filter(|case| case.quality[0] < 95.0);
-    println!("- below 95 in {} cases", below.clone().count());
-    below.for_each(|case| println!("  - {}: {:.2}", case.name, case.quality[0]));
-    println!();
+    let below: Vec<String> =
+        below.map(|case| format!("{}: {:.2}", case.name, case.quality[0])).collect();
+    println!("| below 95 | {} of {} | {} |\n", below.len(), cases.len(), below.join("<br>"));
 }
 
 /// A frame's mean PQ and figures by each method.

@@ -50,6 +50,17 @@ pub struct Decoded<'a> {
 }
 
 impl Method {
+    /// Where the object mask of a cloud comes from that has been decoded, with its classes if it has some.
+    pub fn mask(&self, cloud: &PointCloud) -> MaskSource<'_> {
+        match self.semantics {
+            Semantics::All => MaskSource::All,
+            Semantics::Auto | Semantics::Field(_) if cloud.class.is_some() => {
+                MaskSource::Classes(&self.taxonomy)
+            }
+            _ => MaskSource::NotGround(&self.ground),
+        }
+    }
+
     /// The cloud in a message, and where its object mask comes from.
     ///
     /// # Errors
@@ -62,12 +73,12 @@ impl Method {
             Semantics::Ground | Semantics::All => None,
         };
         let cloud = wire.to_cloud(field)?;
-        let (mask, semantics) = match (&self.semantics, field) {
-            (Semantics::All, _) => (MaskSource::All, "all".to_owned()),
-            (_, Some(field)) => (MaskSource::Classes(&self.taxonomy), format!("field:{field}")),
-            (_, None) => (MaskSource::NotGround(&self.ground), "ground".to_owned()),
+        let semantics = match (&self.semantics, field) {
+            (Semantics::All, _) => "all".to_owned(),
+            (_, Some(field)) => format!("field:{field}"),
+            (_, None) => "ground".to_owned(),
         };
-        Ok(Decoded { cloud, mask, semantics })
+        Ok(Decoded { mask: self.mask(&cloud), cloud, semantics })
     }
 }
 

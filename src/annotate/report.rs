@@ -159,6 +159,7 @@ pub(super) fn metadata(report: &Report, method: &Method) -> BTreeMap<String, Str
     let mut metadata = BTreeMap::from([
         ("version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
         ("input_sha256".to_owned(), report.input_sha256.clone()),
+        ("method".to_owned(), method.config.method_name().to_owned()),
         ("preset".to_owned(), method.config.preset.to_owned()),
         ("taxonomy".to_owned(), method.taxonomy.name.clone()),
         ("parameters".to_owned(), json(serde_json::json!(method.config))),

@@ -19,7 +19,7 @@ use crate::taxonomy::{ClassSize, Taxonomy};
 ///
 /// One departure from the released code: in its version of March 2025 a loop overwrites k by the number of
 /// the last class. Here k is 32, as the paper has it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Alpine {
     /// Neighbours of a point. Default 32 (the paper's).
     pub neighbours: usize,

@@ -1,5 +1,4 @@
-//! Density-based clustering (Ester, Kriegel, Sander and Xu 1996), and Euclidean clustering as its special
-//! case in which a point alone is dense.
+//! Density-based clustering (Ester, Kriegel, Sander and Xu 1996).
 
 use crate::disjoint_sets::DisjointSets;
 use rustc_hash::FxHashMap;
@@ -12,7 +11,7 @@ use super::{Baseline, View, per_class};
 /// Core points no farther apart than that are one cluster; other points join the nearest core point within
 /// reach (the original: the first that comes, so that the order of the points matters), or are noise and
 /// get no instance.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Dbscan {
     /// Epsilon, metres. Default 0.5.
     pub reach: f64,
@@ -32,31 +31,11 @@ impl Baseline for Dbscan {
     }
 }
 
-/// Connected components of the points of a class no farther apart than a distance (Rusu 2010).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Euclidean {
-    /// The distance, metres. Default 0.5.
-    pub reach: f64,
-}
-
-impl Default for Euclidean {
-    fn default() -> Self {
-        Euclidean { reach: 0.5 }
-    }
-}
-
-impl Baseline for Euclidean {
-    fn instances(&self, view: View) -> Vec<u32> {
-        let params = Dbscan { reach: self.reach, min_points: 1 };
-        per_class(view, |_, points| dbscan(points, params))
-    }
-}
-
 /// For each point its cluster from 1, or 0 for noise.
 ///
 /// In cells whose diagonal is the reach (Gunawan 2013) all points of a cell are within reach of each other,
 /// so that a full cell needs no search, and a pair of cells none after the first link.
-fn dbscan(points: &[[f64; 3]], params: Dbscan) -> Vec<u32> {
+pub(super) fn dbscan(points: &[[f64; 3]], params: Dbscan) -> Vec<u32> {
     let cells = Cells::new(points, params.reach);
     let is_core = core_points(&cells, params.min_points);
     let mut sets = DisjointSets::new(points.len());
@@ -168,7 +147,6 @@ impl<'a> Cells<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{CAR, PERSON, instances};
     use super::*;
 
     fn on_a_line(x: &[f64]) -> Vec<[f64; 3]> {
@@ -188,13 +166,6 @@ mod tests {
         assert_eq!(dbscan(&points, Dbscan::default()), [1, 1, 1, 1, 1, 1, 0]);
         // Four points are not dense.
         assert_eq!(dbscan(&points[1..5], Dbscan::default()), [0; 4]);
-    }
-
-    #[test]
-    fn classes_stay_apart() {
-        let at = |x: f32, class| ([x, 5.0, 0.0], class);
-        let points = [at(0.0, CAR), at(0.1, PERSON), at(0.2, CAR), at(3.0, CAR)];
-        assert_eq!(instances(&Euclidean::default(), 4, &points), [1, 3, 1, 2]);
     }
 
     proptest::proptest! {

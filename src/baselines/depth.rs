@@ -1,29 +1,31 @@
 //! Depth clustering (Bogoslavskyi and Stachniss 2016).
 
+use serde::Serialize;
+
 use super::{Baseline, View, object_pixels, to_points};
-use crate::cluster::params::{BackProjection, ClusterParams};
 use crate::disjoint_sets::DisjointSets;
 use crate::range_image::NO_NEIGHBOUR;
 
-/// Connected components of the 4-connected range image under the angle condition beta > 10 degrees.
+/// Connected components of the 4-connected range image under the angle condition beta > theta.
 ///
 /// Theirs works on all that is not ground; here on the pixels of one class after the other. Theirs fills
 /// holes in the depth image first; this does not.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct DepthClustering {
-    /// Where shadowed points look for an instance. Default: as preset `best`.
-    pub back_projection: BackProjection,
+    /// Least angle beta between neighbours of one object, radians. Default 0.15 (Zhao, Zhang and Huang's
+    /// survey, arXiv 2108.09522; the paper's examples have 10 degrees).
+    pub angle: f64,
 }
 
 impl Default for DepthClustering {
     fn default() -> Self {
-        DepthClustering { back_projection: ClusterParams::best().back_projection }
+        DepthClustering { angle: 0.15 }
     }
 }
 
 impl Baseline for DepthClustering {
     fn instances(&self, view: View) -> Vec<u32> {
-        let objects = object_pixels(view);
+        let objects = object_pixels(view, self.angle);
         let mut sets = DisjointSets::new(objects.len());
         for (pixel, neighbours) in objects.neighbours.iter().enumerate() {
             for (&other, connected) in neighbours.iter().zip(objects.connected[pixel]) {
@@ -32,7 +34,7 @@ impl Baseline for DepthClustering {
                 }
             }
         }
-        to_points(view, &objects, &sets.numbered(), self.back_projection)
+        to_points(view, &objects, &sets.numbered())
     }
 }
 

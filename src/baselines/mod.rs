@@ -8,17 +8,23 @@
 //! | [`Dbscan`] | Ester et al. 1996 |
 //! | [`DepthClustering`] | Bogoslavskyi and Stachniss 2016 |
 //! | [`ScanLineRun`] | Zermas, Izzat and Papanikolopoulos 2017 |
+//! | [`Supervoxel`] | VCCS, Papon et al. 2013 |
+//! | [`Boxes`] | cut out by 3-D detection boxes, as in Behley et al. 2020 |
 //! | [`Alpine`] | Sautier et al. 2025 |
 //!
 //! Each clusters the points of one class apart from those of all others. To have a method see all objects
 //! alike, as the released pipelines of 2021 do, give it a mask [without classes](without_classes).
 
 mod alpine;
+mod boxes;
 mod dbscan;
 mod depth;
+mod euclidean;
 mod scan_line_run;
+mod supervoxel;
 
 use rustc_hash::FxHashMap;
+use serde::Serialize;
 
 use crate::cloud::PointCloud;
 use crate::cluster::ObjectPixels;
@@ -28,9 +34,12 @@ use crate::range_image::RangeImage;
 use crate::semantics::ObjectMask;
 
 pub use alpine::Alpine;
-pub use dbscan::{Dbscan, Euclidean};
+pub use boxes::{Boxes, Detection};
+pub use dbscan::Dbscan;
 pub use depth::DepthClustering;
+pub use euclidean::Euclidean;
 pub use scan_line_run::ScanLineRun;
+pub use supervoxel::Supervoxel;
 
 /// What a method sees of a frame of N points.
 #[derive(Debug, Clone, Copy)]
@@ -41,6 +50,10 @@ pub struct View<'a> {
     pub image: &'a RangeImage,
     /// Which of them are objects, and of which class.
     pub mask: &'a ObjectMask,
+    /// Where shadowed points look for an instance, for methods on the range image.
+    pub back_projection: BackProjection,
+    /// What a detector found in the frame.
+    pub detections: &'a [Detection],
 }
 
 /// A method that cuts objects into instances.
@@ -49,8 +62,58 @@ pub trait Baseline {
     fn instances(&self, view: View) -> Vec<u32>;
 }
 
+/// One of the methods with its parameters.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[allow(missing_docs)] // each says what it is
+pub enum AnyBaseline {
+    Alpine(Alpine),
+    Boxes(Boxes),
+    Dbscan(Dbscan),
+    DepthClustering(DepthClustering),
+    Euclidean(Euclidean),
+    OnePerClass(OnePerClass),
+    ScanLineRun(ScanLineRun),
+    Supervoxel(Supervoxel),
+}
+
+impl AnyBaseline {
+    fn inner(&self) -> &dyn Baseline {
+        match self {
+            AnyBaseline::Alpine(method) => method,
+            AnyBaseline::Boxes(method) => method,
+            AnyBaseline::Dbscan(method) => method,
+            AnyBaseline::DepthClustering(method) => method,
+            AnyBaseline::Euclidean(method) => method,
+            AnyBaseline::OnePerClass(method) => method,
+            AnyBaseline::ScanLineRun(method) => method,
+            AnyBaseline::Supervoxel(method) => method,
+        }
+    }
+
+    /// Name of the method, as at the command line.
+    pub fn name(&self) -> &'static str {
+        match self {
+            AnyBaseline::Alpine(_) => "alpine",
+            AnyBaseline::Boxes(_) => "boxes",
+            AnyBaseline::Dbscan(_) => "dbscan",
+            AnyBaseline::DepthClustering(_) => "depth-clustering",
+            AnyBaseline::Euclidean(_) => "euclidean",
+            AnyBaseline::OnePerClass(_) => "one-per-class",
+            AnyBaseline::ScanLineRun(_) => "scan-line-run",
+            AnyBaseline::Supervoxel(_) => "supervoxel",
+        }
+    }
+}
+
+impl Baseline for AnyBaseline {
+    fn instances(&self, view: View) -> Vec<u32> {
+        self.inner().instances(view)
+    }
+}
+
 /// All points of a class are one instance.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct OnePerClass;
 
 impl Baseline for OnePerClass {
@@ -104,25 +167,22 @@ fn per_class(view: View, cluster: impl Fn(u16, &[[f64; 3]]) -> Vec<u32>) -> Vec<
 }
 
 /// The object pixels of a range image, their neighbours of the same class, and the angle condition of the
-/// paper between them.
-fn object_pixels(view: View) -> ObjectPixels {
-    let params = ClusterParams { same_class_neighbours: true, ..ClusterParams::paper() };
+/// paper between them, for an angle in radians.
+fn object_pixels(view: View, angle: f64) -> ObjectPixels {
+    let mut params = ClusterParams { same_class_neighbours: true, ..ClusterParams::paper() };
+    params.condition.angle = angle;
     ObjectPixels::new(view.cloud, view.image, view.mask, &params)
 }
 
 /// From the instances of the M object pixels to those of the N points: a shadowed point takes that of the
-/// nearest pixel of its class in a window.
-fn to_points(
-    view: View,
-    objects: &ObjectPixels,
-    instance: &[u32],
-    window: BackProjection,
-) -> Vec<u32> {
+/// nearest pixel of its class in the view's window.
+fn to_points(view: View, objects: &ObjectPixels, instance: &[u32]) -> Vec<u32> {
+    let View { cloud, image, mask, back_projection, .. } = view;
     let of_point = |point| {
-        let source = label_source(view.cloud, view.image, view.mask, objects, point, window);
+        let source = label_source(cloud, image, mask, objects, point, back_projection);
         source.map_or(0, |object| instance[object])
     };
-    (0..view.cloud.len()).map(of_point).collect()
+    (0..cloud.len()).map(of_point).collect()
 }
 
 #[cfg(test)]
@@ -136,12 +196,23 @@ mod tests {
     pub(super) const PERSON: u16 = 30;
     const ROAD: u16 = 40;
 
+    /// A cloud with its image and its mask.
+    pub(super) struct Frame {
+        cloud: PointCloud,
+        image: RangeImage,
+        mask: ObjectMask,
+    }
+
+    impl Frame {
+        pub fn view<'a>(&'a self, detections: &'a [Detection]) -> View<'a> {
+            let Frame { cloud, image, mask } = self;
+            let back_projection = ClusterParams::best().back_projection;
+            View { cloud, image, mask, back_projection, detections }
+        }
+    }
+
     /// A cloud whose points are an image of `width` columns, row by row.
-    pub(super) fn instances(
-        method: &dyn Baseline,
-        width: usize,
-        points: &[([f32; 3], u16)],
-    ) -> Vec<u32> {
+    pub(super) fn frame(width: usize, points: &[([f32; 3], u16)]) -> Frame {
         let column = |axis: usize| points.iter().map(|(position, _)| position[axis]).collect();
         let cloud = PointCloud::new(column(0), column(1), column(2)).expect("columns");
         let cloud = cloud.with_class(points.iter().map(|&(_, class)| class).collect());
@@ -149,7 +220,16 @@ mod tests {
         let image = RangeImage::new(&cloud, &ProjectionParams::default());
         let taxonomy = Taxonomy::semantic_kitti();
         let mask = object_mask(&cloud, &image, MaskSource::Classes(&taxonomy), None);
-        method.instances(View { cloud: &cloud, image: &image, mask: &mask })
+        Frame { cloud, image, mask }
+    }
+
+    /// What a method makes of such a cloud.
+    pub(super) fn instances(
+        method: &dyn Baseline,
+        width: usize,
+        points: &[([f32; 3], u16)],
+    ) -> Vec<u32> {
+        method.instances(frame(width, points).view(&[]))
     }
 
     /// The instances of one beam's points; a beam below sees the road.

@@ -1,8 +1,9 @@
 //! Scan-line run (Zermas, Izzat and Papanikolopoulos 2017).
 
+use serde::Serialize;
+
 use super::{Baseline, View, object_pixels, to_points};
 use crate::cluster::ObjectPixels;
-use crate::cluster::params::{BackProjection, ClusterParams};
 use crate::disjoint_sets::DisjointSets;
 use crate::range_image::RangeImage;
 
@@ -13,7 +14,7 @@ use crate::range_image::RangeImage;
 /// run if they are nearer than `within`; a point joins the nearest one in the beam above if that is nearer
 /// than `between`. The paper finds that one by its place in the list or by a k-d tree; here all columns in
 /// which it can lie are looked at. As in the paper a beam sees the one above it only.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ScanLineRun {
     /// Between points of a run, metres. Default 0.5 (the paper's th_run).
     pub within: f64,
@@ -21,20 +22,17 @@ pub struct ScanLineRun {
     pub between: f64,
     /// Beams above that are looked at, the next only if nothing is near in those before. Default 1.
     pub beams: usize,
-    /// Where shadowed points look for an instance. Default: as preset `best`.
-    pub back_projection: BackProjection,
 }
 
 impl Default for ScanLineRun {
     fn default() -> Self {
-        let back_projection = ClusterParams::best().back_projection;
-        ScanLineRun { within: 0.5, between: 1.0, beams: 1, back_projection }
+        ScanLineRun { within: 0.5, between: 1.0, beams: 1 }
     }
 }
 
 impl Baseline for ScanLineRun {
     fn instances(&self, view: View) -> Vec<u32> {
-        let objects = object_pixels(view);
+        let objects = object_pixels(view, 0.0); // the condition is not asked
         let mut sets = DisjointSets::new(objects.len());
         let columns = view.image.columns();
         let all: Vec<usize> = (0..objects.len()).collect();
@@ -50,7 +48,7 @@ impl Baseline for ScanLineRun {
                 }
             }
         }
-        to_points(view, &objects, &sets.numbered(), self.back_projection)
+        to_points(view, &objects, &sets.numbered())
     }
 }
 

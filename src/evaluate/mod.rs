@@ -1,6 +1,7 @@
 //! Scores against truth, verdicts on objects, and classes spoiled on purpose.
 
 pub mod corruption;
+pub mod difference;
 pub mod entropy;
 pub mod over_time;
 pub mod panoptic;
@@ -8,6 +9,7 @@ pub mod report;
 pub mod verdict;
 
 pub use corruption::{Corruption, Surroundings, corrupt};
+pub use difference::{Change, Difference, differences};
 pub use entropy::Entropies;
 pub use over_time::{Lstq, OverTime};
 pub use panoptic::{ClassQuality, Panoptic, PanopticQuality};

@@ -2,7 +2,7 @@
 //! ALGORITHM section 9).
 
 use rustc_hash::FxHashMap;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::taxonomy::Taxonomy;
 
@@ -24,7 +24,7 @@ pub struct Panoptic {
 }
 
 /// The figures of one class.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ClassQuality {
     /// Panoptic quality, SQ times RQ.
     pub pq: f64,
@@ -43,7 +43,7 @@ pub struct ClassQuality {
 }
 
 /// Means over classes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PanopticQuality {
     /// Panoptic quality.
     pub pq: f64,

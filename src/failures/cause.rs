@@ -43,6 +43,11 @@ pub enum Cause {
     Merge(Merged),
     /// What follows the votes joined it with something else, left it apart or dropped it.
     Post(Box<Posted>),
+    /// Another method cut the objects, which keeps no steps to look at.
+    Method {
+        /// Its name.
+        name: &'static str,
+    },
     /// No oracle makes it right, and no single decision spoils it.
     Unexplained,
 }
@@ -118,8 +123,8 @@ pub enum Posted {
 
 impl Cause {
     /// Names of the steps.
-    pub const STEPS: [&'static str; 6] =
-        ["mask", "projection", "divide", "merge", "post", "unexplained"];
+    pub const STEPS: [&'static str; 7] =
+        ["mask", "projection", "divide", "merge", "post", "method", "unexplained"];
 
     /// The step.
     pub fn step(&self) -> &'static str {
@@ -129,6 +134,7 @@ impl Cause {
             Cause::Divide(_) => "divide",
             Cause::Merge(_) => "merge",
             Cause::Post(_) => "post",
+            Cause::Method { .. } => "method",
             Cause::Unexplained => "unexplained",
         }
     }
@@ -140,6 +146,7 @@ pub(super) fn cause(case: &Case, oracles: &Oracles, target: &Target) -> (Cause, 
     let found = search
         .mask()
         .or_else(|| search.projection())
+        .or_else(|| search.other_method())
         .or_else(|| search.divide())
         .or_else(|| search.later());
     match found {
@@ -209,6 +216,11 @@ impl Search<'_> {
             unlabelled: unlabelled as u64,
         };
         Some((cause, shadowed.iter().find(is_wrong).into_iter().copied().collect()))
+    }
+
+    fn other_method(&self) -> Found {
+        let baseline = self.case.frame.config.baseline.as_ref()?;
+        Some((Cause::Method { name: baseline.name() }, Vec::new()))
     }
 
     fn divide(&self) -> Found {

@@ -10,6 +10,7 @@
 //! | divide | it is not right even if every component went to the true object that most of its pixels have: a component straddles two objects, or pixels are unreached |
 //! | merge | votes joined a part of it with something else, or kept two parts of it apart; or nothing links two parts and no merge by size or gaps follows, whose job that is |
 //! | post | bird's-eye, size or gap merge joined it with something else; size or gap merge left parts of it apart that nothing links; or the minimum size dropped it |
+//! | method | another method than ours cut the objects: its steps are not known |
 //! | unexplained | none of these does, or no single decision made the difference |
 //!
 //! Merges and joins form a tree over the parts of an instance. The one that is named is the one without which

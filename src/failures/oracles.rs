@@ -112,14 +112,12 @@ fn true_mask(case: &Case, true_class: &[u16]) -> Option<Ruling> {
         let cloud = PointCloud { class, ..frame.cloud.clone() };
         pipeline::run(&cloud, MaskSource::Classes(case.taxonomy), frame.config)
     } else {
-        let given = &frame.stages.mask.is_object;
+        let of_class: Vec<Option<bool>> =
+            classes.iter().map(|class| (!class.is_ignored).then(|| !class.is_ground())).collect();
         let marked: Vec<bool> = true_class
             .iter()
-            .zip(given)
-            .map(|(&class, &given)| match &classes[usize::from(class)] {
-                class if class.is_ignored => given,
-                class => !class.is_ground(),
-            })
+            .zip(&frame.stages.mask.is_object)
+            .map(|(&class, &given)| of_class[usize::from(class)].unwrap_or(given))
             .collect();
         pipeline::run(frame.cloud, MaskSource::Marked(&marked), frame.config)
     };

@@ -18,6 +18,7 @@ impl Cause {
             Cause::Divide(divided) => divided.describe(),
             Cause::Merge(merged) => merged.describe(),
             Cause::Post(posted) => posted.describe(),
+            Cause::Method { name } => format!("{name} cut it so"),
             Cause::Unexplained => "no single step or decision accounts for it".into(),
         }
     }

@@ -13,8 +13,10 @@ pub struct LineChart {
     pub x_name: String,
     /// Above the vertical axis.
     pub y_name: String,
-    /// Places on the horizontal axis with a number.
+    /// Places on the horizontal axis with a number; none: round ones.
     pub x_ticks: Vec<f64>,
+    /// Whether the horizontal axis is logarithmic; numbers not above 0 are then left out.
+    pub is_log: bool,
     /// The lines, the one that matters first.
     pub lines: Vec<Line>,
 }
@@ -29,12 +31,14 @@ pub struct Line {
 }
 
 const PLOT: Area = Area { x: 56.0, y: 64.0, width: 460.0, height: 300.0 };
-const PAGE_HEIGHT: f64 = 420.0;
+const CHART_HEIGHT: f64 = 420.0;
+/// Height of a title over several charts.
+const TITLE_HEIGHT: f64 = 30.0;
 const NAME_STEP: f64 = 15.0;
 const RULE: Colour = [226, 228, 232, 255];
 
-/// Okabe and Ito's colours that are dark enough for a white page.
-const COLOURS: [[u8; 3]; 8] = [
+/// Okabe and Ito's colours that are dark enough for a white page, and some more.
+const COLOURS: [[u8; 3]; 12] = [
     [0, 114, 178],
     [213, 94, 0],
     [0, 158, 115],
@@ -43,6 +47,10 @@ const COLOURS: [[u8; 3]; 8] = [
     [176, 131, 0],
     [45, 45, 45],
     [150, 110, 220],
+    [0, 140, 150],
+    [150, 30, 60],
+    [90, 110, 30],
+    [60, 60, 160],
 ];
 
 fn colour(line: usize) -> Colour {
@@ -51,60 +59,139 @@ fn colour(line: usize) -> Colour {
 
 /// Draws a chart on a page of its own.
 pub fn line_chart(chart: &LineChart) -> Canvas {
-    let names = chart.lines.iter().map(|line| width(&line.name, SMALL, Weight::Medium));
-    // A fifth more: a viewer without our font takes another.
-    let room = 1.2 * names.fold(40.0, f64::max);
-    let mut canvas = Canvas::new(PLOT.right() + 14.0 + room + 16.0, PAGE_HEIGHT, PAGE);
-    let heading = text(HEADING, Weight::Medium, INK, Anchor::Start);
-    canvas.text([16.0, 26.0], &chart.title, heading);
-    let scale = Scale::of(chart);
-    axes(&mut canvas, chart, &scale);
-    for (number, line) in chart.lines.iter().enumerate().rev() {
-        draw_line(&mut canvas, line, &scale, colour(number));
-    }
-    draw_names(&mut canvas, chart, &scale);
+    let mut canvas = Canvas::new(chart_width(chart), CHART_HEIGHT, PAGE);
+    draw(&mut canvas, chart, [0.0, 0.0]);
     canvas
+}
+
+/// Draws charts side by side under a title.
+pub fn line_charts(title: &str, charts: &[LineChart]) -> Canvas {
+    let width = charts.iter().map(chart_width).sum::<f64>().max(200.0);
+    let mut canvas = Canvas::new(width, TITLE_HEIGHT + CHART_HEIGHT, PAGE);
+    canvas.text([16.0, 26.0], title, text(HEADING, Weight::Medium, INK, Anchor::Start));
+    let mut left = 0.0;
+    for chart in charts {
+        draw(&mut canvas, chart, [left, TITLE_HEIGHT]);
+        left += chart_width(chart);
+    }
+    canvas
+}
+
+/// A line's name as it is written: with its number where points have numbers.
+fn names(chart: &LineChart) -> Vec<String> {
+    let numbered = has_numbers(chart);
+    let name = |(number, line): (usize, &Line)| match numbered {
+        true => format!("{}  {}", number + 1, line.name),
+        false => line.name.clone(),
+    };
+    chart.lines.iter().enumerate().map(name).collect()
+}
+
+/// Lines of one point are told apart by numbers: colour alone says too little of a dot.
+fn has_numbers(chart: &LineChart) -> bool {
+    chart.lines.iter().any(|line| line.points.len() == 1)
+}
+
+fn chart_width(chart: &LineChart) -> f64 {
+    let names = names(chart);
+    let widths = names.iter().map(|name| width(name, SMALL, Weight::Medium));
+    // A fifth more: a viewer without our font takes another.
+    PLOT.right() + 14.0 + 1.2 * widths.fold(40.0, f64::max) + 16.0
+}
+
+fn draw(canvas: &mut Canvas, chart: &LineChart, [x, y]: [f64; 2]) {
+    let plot = Area { x: PLOT.x + x, y: PLOT.y + y, ..PLOT };
+    let heading = text(HEADING, Weight::Medium, INK, Anchor::Start);
+    canvas.text([x + 16.0, y + 26.0], &chart.title, heading);
+    let scale = Scale::of(chart, plot);
+    axes(canvas, chart, &scale);
+    for (number, line) in chart.lines.iter().enumerate().rev() {
+        draw_line(canvas, line, &scale, colour(number));
+    }
+    if has_numbers(chart) {
+        for (number, line) in chart.lines.iter().enumerate() {
+            let style = text(SMALL, Weight::Medium, colour(number), Anchor::Start);
+            if let Some(point) = scale.places(line).last() {
+                canvas.text([point[0] + 5.0, point[1] - 4.0], (number + 1).to_string(), style);
+            }
+        }
+    }
+    draw_names(canvas, chart, &scale);
 }
 
 /// From figures to places on the page.
 struct Scale {
+    plot: Area,
+    is_log: bool,
+    /// Of the logarithm where the axis is logarithmic.
     x: [f64; 2],
     y: [f64; 2],
     y_step: f64,
 }
 
 impl Scale {
-    fn of(chart: &LineChart) -> Self {
-        let points = || chart.lines.iter().flat_map(finite);
-        let x = range(points().map(|p| p[0]).chain(chart.x_ticks.iter().copied()));
-        let [low, high] = range(points().map(|p| p[1]));
+    fn of(chart: &LineChart, plot: Area) -> Self {
+        let is_log = chart.is_log;
+        let points = || chart.lines.iter().flat_map(|line| shown(line, is_log));
+        let along = |x: f64| if is_log { x.log10() } else { x };
+        let ends = points().map(|p| p[0]).chain(chart.x_ticks.iter().copied()).map(along);
+        let mut x = range(ends, 0.1);
+        if chart.x_ticks.is_empty() {
+            // A little room, so that no dot sits on the frame.
+            let room = (x[1] - x[0]) * 0.06;
+            x = [x[0] - room, x[1] + room];
+        }
+        let [low, high] = range(points().map(|p| p[1]), 1.0);
         let y_step = tick_step(high - low);
         let y = [(low / y_step).floor() * y_step, (high / y_step).ceil() * y_step];
-        Scale { x, y, y_step }
+        Scale { plot, is_log, x, y, y_step }
     }
 
     fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let x = if self.is_log { x.log10() } else { x };
         let part = |value: f64, [low, high]: [f64; 2]| (value - low) / (high - low);
         let down = 1.0 - part(y, self.y);
-        [PLOT.x + part(x, self.x) * PLOT.width, PLOT.y + down * PLOT.height]
+        [self.plot.x + part(x, self.x) * self.plot.width, self.plot.y + down * self.plot.height]
+    }
+
+    fn places(&self, line: &Line) -> impl Iterator<Item = [f64; 2]> {
+        shown(line, self.is_log).map(|point| self.place(point))
     }
 
     fn y_ticks(&self) -> impl Iterator<Item = f64> {
-        let count = ((self.y[1] - self.y[0]) / self.y_step).round() as usize;
-        let [low, step] = [self.y[0], self.y_step];
-        (0..=count).map(move |tick| low + tick as f64 * step)
+        steps(self.y, self.y_step)
+    }
+
+    /// Round places on the horizontal axis.
+    fn x_ticks(&self) -> Vec<f64> {
+        let [low, high] = self.x;
+        if !self.is_log {
+            return steps([low, high], tick_step(high - low)).collect();
+        }
+        let powers = low.floor() as i32..=high.ceil() as i32;
+        let ticks = powers.flat_map(|power| [1.0, 2.0, 5.0].map(|m| m * 10_f64.powi(power)));
+        ticks.filter(|tick| (low..=high).contains(&tick.log10())).collect()
     }
 }
 
-fn finite(line: &Line) -> impl Iterator<Item = [f64; 2]> {
-    line.points.iter().copied().filter(|point| point.iter().all(|value| value.is_finite()))
+/// Multiples of a step from the first not below `low` on, up to `high`.
+fn steps([low, high]: [f64; 2], step: f64) -> impl Iterator<Item = f64> {
+    let first = (low / step - 1e-9).ceil();
+    let count = (high / step + 1e-9).floor() - first;
+    (0..=count.max(0.0) as usize).map(move |tick| (first + tick as f64) * step)
 }
 
-/// Least and greatest, at least 1 apart.
-fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
+/// The points of a line that can be shown.
+fn shown(line: &Line, is_log: bool) -> impl Iterator<Item = [f64; 2]> {
+    let is_finite = |point: &[f64; 2]| point.iter().all(|value| value.is_finite());
+    line.points.iter().copied().filter(move |point| is_finite(point) && (!is_log || point[0] > 0.0))
+}
+
+/// Least and greatest, so far apart at least.
+fn range(values: impl Iterator<Item = f64>, apart: f64) -> [f64; 2] {
     let (low, high) =
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
-    if low > high { [0.0, 1.0] } else { [low, high.max(low + 1.0)] }
+    if low > high { [0.0, 1.0] } else { [low, high.max(low + apart)] }
 }
 
 /// 1, 2 or 5 times a power of ten, so that at most eight steps make the span.
@@ -118,28 +205,30 @@ fn tick_step(span: f64) -> f64 {
 }
 
 fn axes(canvas: &mut Canvas, chart: &LineChart, scale: &Scale) {
+    let plot = scale.plot;
     let number = |value: f64| format!("{}", (value * 100.0).round() / 100.0);
     for tick in scale.y_ticks() {
         let y = scale.place([scale.x[0], tick])[1];
-        canvas.line([PLOT.x, y], [PLOT.right(), y], Stroke::solid(RULE, 1.0));
+        canvas.line([plot.x, y], [plot.right(), y], Stroke::solid(RULE, 1.0));
         let style = text(SMALL, Weight::Regular, FAINT_INK, Anchor::End);
-        canvas.text([PLOT.x - 8.0, y + 4.0], number(tick), style);
+        canvas.text([plot.x - 8.0, y + 4.0], number(tick), style);
     }
-    for &tick in &chart.x_ticks {
+    let round = if chart.x_ticks.is_empty() { scale.x_ticks() } else { Vec::new() };
+    for &tick in chart.x_ticks.iter().chain(&round) {
         let x = scale.place([tick, scale.y[0]])[0];
-        let bottom = PLOT.bottom();
+        let bottom = plot.bottom();
         canvas.line([x, bottom], [x, bottom + 4.0], Stroke::solid(FAINT_INK, 1.0));
         let style = text(SMALL, Weight::Regular, FAINT_INK, Anchor::Middle);
         canvas.text([x, bottom + 18.0], number(tick), style);
     }
     let style = text(TITLE, Weight::Regular, FAINT_INK, Anchor::Start);
-    canvas.text([16.0, PLOT.y - 16.0], &chart.y_name, style);
+    canvas.text([plot.x - PLOT.x + 16.0, plot.y - 16.0], &chart.y_name, style);
     let style = text(TITLE, Weight::Regular, FAINT_INK, Anchor::Middle);
-    canvas.text([PLOT.x + PLOT.width / 2.0, PLOT.bottom() + 40.0], &chart.x_name, style);
+    canvas.text([plot.x + plot.width / 2.0, plot.bottom() + 40.0], &chart.x_name, style);
 }
 
 fn draw_line(canvas: &mut Canvas, line: &Line, scale: &Scale, colour: Colour) {
-    let points: Vec<[f64; 2]> = finite(line).map(|point| scale.place(point)).collect();
+    let points: Vec<[f64; 2]> = scale.places(line).collect();
     for &centre in &points {
         canvas.circle(centre, 2.8, Some(colour), None);
     }
@@ -149,17 +238,19 @@ fn draw_line(canvas: &mut Canvas, line: &Line, scale: &Scale, colour: Colour) {
 
 /// Names at the right ends, in the order of the ends and not over each other.
 fn draw_names(canvas: &mut Canvas, chart: &LineChart, scale: &Scale) {
-    let ends = chart.lines.iter().enumerate().filter_map(|(number, line)| {
-        Some((scale.place(finite(line).last()?)[1], &line.name, colour(number)))
+    let plot = scale.plot;
+    let ends = chart.lines.iter().zip(names(chart)).enumerate();
+    let ends = ends.filter_map(|(number, (line, name))| {
+        Some((scale.places(line).last()?[1], name, colour(number)))
     });
     let mut ends: Vec<_> = ends.collect();
     ends.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let room = PLOT.bottom() - NAME_STEP * ends.len().saturating_sub(1) as f64;
+    let room = plot.bottom() - NAME_STEP * ends.len().saturating_sub(1) as f64;
     let mut lowest = f64::NEG_INFINITY;
     for (place, (y, name, colour)) in ends.into_iter().enumerate() {
         let y = y.min(room + NAME_STEP * place as f64).max(lowest + NAME_STEP);
         let style = text(SMALL, Weight::Medium, colour, Anchor::Start);
-        canvas.text([PLOT.right() + 12.0, y + 4.0], name, style);
+        canvas.text([plot.right() + 12.0, y + 4.0], name, style);
         lowest = y;
     }
 }
@@ -176,7 +267,7 @@ mod tests {
 
     #[test]
     fn corners_of_the_plot_are_the_extremes() {
-        let scale = Scale::of(&chart(&[("a", &[[0.0, 80.0], [10.0, 100.0]])]));
+        let scale = Scale::of(&chart(&[("a", &[[0.0, 80.0], [10.0, 100.0]])]), PLOT);
         assert_eq!(scale.place([0.0, 80.0]), [PLOT.x, PLOT.bottom()]);
         assert_eq!(scale.place([10.0, 100.0]), [PLOT.right(), PLOT.y]);
         assert_eq!(scale.y_ticks().collect::<Vec<_>>(), [80.0, 85.0, 90.0, 95.0, 100.0]);
@@ -204,6 +295,27 @@ mod tests {
         assert_eq!(heights.len(), 3);
         assert!(heights.windows(2).all(|pair| pair[1] - pair[0] >= NAME_STEP), "{heights:?}");
         assert!(heights[2] <= PLOT.bottom() + 4.0);
+    }
+
+    #[test]
+    fn a_logarithmic_axis_has_round_ticks_and_leaves_out_zero() {
+        let lines =
+            vec![Line { name: "a".into(), points: vec![[0.0, 1.0], [0.3, 1.0], [20.0, 2.0]] }];
+        let chart = LineChart { lines, is_log: true, ..LineChart::default() };
+        let scale = Scale::of(&chart, PLOT);
+        assert_eq!(scale.x_ticks(), [0.5, 1.0, 2.0, 5.0, 10.0, 20.0]);
+        assert_eq!(scale.places(&chart.lines[0]).count(), 2);
+        let middle = scale.place([(0.3_f64 * 20.0).sqrt(), 1.0])[0];
+        assert!((middle - (PLOT.x + PLOT.width / 2.0)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn dots_are_numbered() {
+        let page = line_chart(&chart(&[("one", &[[1.0, 2.0]]), ("two", &[[5.0, 6.0]])]));
+        let said = |wanted: &str| {
+            page.shapes.iter().any(|s| matches!(s, Shape::Text { text, .. } if text == wanted))
+        };
+        assert!(said("1") && said("2") && said("1  one") && said("2  two"));
     }
 
     #[test]

@@ -25,7 +25,7 @@ pub mod theme;
 pub mod vote_graph;
 
 pub use canvas::Canvas;
-pub use chart::{Line, LineChart, line_chart};
+pub use chart::{Line, LineChart, line_chart, line_charts};
 pub use colours::ColourTracker;
 pub use explanation::explanation;
 pub use figure::{FigureOptions, Panel, figure};

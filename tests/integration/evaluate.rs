@@ -165,9 +165,9 @@ fn what_does_not_fit_a_recording_is_named() {
     refused(&input, &[], &["no annotated topic"]);
     let topics = ["no annotated topic `/camera`", "/lidar/points/instances"];
     refused(&annotated, &["--topic", "/camera"], &topics);
-    let colour = ["--truth-class-field", "colour"];
+    let colour = ["--true-class-field", "colour"];
     refused(&annotated, &colour, &["2 problems", "cloud 1 of", "no field `colour`"]);
-    let unknown = ["--truth-class-field", "true_instance"];
+    let unknown = ["--true-class-field", "true_instance"];
     refused(&annotated, &unknown, &["nothing scored", "is not in taxonomy"]);
     let labels = folder.path().join("labels");
     std::fs::create_dir(&labels).expect("a folder");

@@ -100,11 +100,11 @@ fn objects_by_ground_removal_and_bad_input() {
             assert!(errors.contains(part), "{part} in {errors}");
         }
     };
-    refused(&["--truth-instance-field", "colour"], &["cloud 0", "no field `colour`"]);
+    refused(&["--true-instance-field", "colour"], &["cloud 0", "no field `colour`"]);
     refused(&["--labels", path(folder.path())], &["000000.label"]);
     std::fs::write(folder.path().join("000000.label"), [0; 12]).expect("a file");
     refused(&["--labels", path(folder.path())], &["000000.label: 3 labels for"]);
-    refused(&["--truth-class-field", "true_instance"], &["cloud 0", "is not in taxonomy"]);
+    refused(&["--true-class-field", "true_instance"], &["cloud 0", "is not in taxonomy"]);
     refused(&["--frames", "7"], &["no frame 7"]);
 }
 

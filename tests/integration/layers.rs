@@ -19,13 +19,14 @@ const LAYERS: &[&[&str]] = &[
     &["failures"],
     &["io"],
     &["annotate"],
-    &["replay"],
+    &["replay", "comparison"],
     &["view"],
 ];
 
 /// Which dependencies may be named where.
 const ROOMS: &[(&str, &[&str])] = &[
     ("mcap", &["io", "error"]),
+    ("kiddo", &["kd_tree"]),
     ("clap", &["bin"]),
     ("anyhow", &["bin"]),
     ("indicatif", &["bin"]),

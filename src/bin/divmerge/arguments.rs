@@ -7,15 +7,16 @@ use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use divmerge::Taxonomy;
 use divmerge::annotate::{Method, Semantics};
+use divmerge::baselines::{Alpine, AnyBaseline};
 use divmerge::cluster::params::{BirdsEye, ClusterParams, Region};
 use divmerge::io::Overview;
 use divmerge::pipeline::Config;
 use divmerge::replay::FrameRange;
 use divmerge::semantics::GroundParams;
 
-/// How clouds are cut into instances.
+/// What is an object.
 #[derive(Args)]
-pub struct MethodArguments {
+pub struct ObjectArguments {
     /// Where objects come from: `field:NAME` a semantic class per point; `ground` everything that ground
     /// removal leaves; `all` every return; `auto` a field label, semantic, class_id or class_ids if the
     /// cloud has one, else ground
@@ -26,6 +27,30 @@ pub struct MethodArguments {
     /// map `thing_class` (class: true) [default: SemanticKITTI's ids]
     #[arg(long, value_name = "FILE")]
     taxonomy: Option<PathBuf>,
+}
+
+impl ObjectArguments {
+    /// Preset `best` on these objects.
+    pub fn method(&self) -> Result<Method> {
+        Ok(Method {
+            semantics: self.semantics.clone(),
+            taxonomy: taxonomy(self.taxonomy.as_deref())?,
+            ground: GroundParams::default(),
+            config: Config::best(),
+        })
+    }
+}
+
+/// How clouds are cut into instances.
+#[derive(Args)]
+pub struct MethodArguments {
+    #[command(flatten)]
+    objects: ObjectArguments,
+
+    /// Who cuts the objects into instances; the others, from their papers, take the place of divide, merge and
+    /// what follows: projection, object mask and back-projection stay those of the preset
+    #[arg(long, value_enum, value_name = "METHOD", default_value_t = Cutter::DivideAndMerge)]
+    method: Cutter,
 
     /// Parameters to start from; each of the following overrides one of them
     #[arg(long, value_enum, default_value_t = Preset::Best)]
@@ -58,14 +83,62 @@ pub struct MethodArguments {
 }
 
 /// Parameters to start from.
-#[derive(Clone, Copy, ValueEnum)]
-enum Preset {
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum Preset {
     /// Ours: free to differ from the paper where measurement says so
     Best,
     /// The paper to the letter
     Paper,
     /// What the authors' released C++ does, less its memory errors
     Authors,
+}
+
+impl Preset {
+    /// The parameters.
+    pub fn config(self) -> Config {
+        match self {
+            Preset::Best => Config::best(),
+            Preset::Paper => Config::paper(),
+            Preset::Authors => Config::authors(),
+        }
+    }
+}
+
+/// Who cuts objects into instances.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum Cutter {
+    /// Zhao, Zhang and Huang 2021: this program's own
+    DivideAndMerge,
+    /// Neighbours in the range image whose angle beta exceeds 8.6 degrees (Bogoslavskyi and Stachniss 2016)
+    DepthClustering,
+    /// Runs of near points in a beam, joined to the beam above (Zermas et al. 2017)
+    ScanLineRun,
+    /// Points within half a metre of each other (Rusu 2010)
+    Euclidean,
+    /// DBSCAN, 0.5 m and 5 points (Ester et al. 1996)
+    Dbscan,
+    /// Supervoxels of 0.5 m voxels from seeds 8 m apart (VCCS, Papon et al. 2013)
+    Supervoxel,
+    /// Nearest neighbours on the ground plane, split by the size of the class (Sautier et al. 2025)
+    Alpine,
+    /// All objects of a class are one
+    OnePerClass,
+}
+
+impl Cutter {
+    /// The method with its usual parameters; `None`: divide and merge.
+    pub fn baseline(self, taxonomy: &Taxonomy) -> Option<AnyBaseline> {
+        match self {
+            Cutter::DivideAndMerge => None,
+            Cutter::DepthClustering => Some(AnyBaseline::DepthClustering(Default::default())),
+            Cutter::ScanLineRun => Some(AnyBaseline::ScanLineRun(Default::default())),
+            Cutter::Euclidean => Some(AnyBaseline::Euclidean(Default::default())),
+            Cutter::Dbscan => Some(AnyBaseline::Dbscan(Default::default())),
+            Cutter::Supervoxel => Some(AnyBaseline::Supervoxel(Default::default())),
+            Cutter::Alpine => Some(AnyBaseline::Alpine(Alpine::new(taxonomy))),
+            Cutter::OnePerClass => Some(AnyBaseline::OnePerClass(Default::default())),
+        }
+    }
 }
 
 /// What stands for an instance on the bird's-eye plane.
@@ -86,11 +159,7 @@ enum Bev {
 impl MethodArguments {
     /// The method that the arguments ask for.
     pub fn method(&self) -> Result<Method> {
-        let mut config = match self.preset {
-            Preset::Best => Config::best(),
-            Preset::Paper => Config::paper(),
-            Preset::Authors => Config::authors(),
-        };
+        let mut config = self.preset.config();
         let params = &mut config.cluster;
         if let Some(degrees) = self.angle {
             params.condition.angle = degrees.to_radians();
@@ -122,15 +191,9 @@ impl MethodArguments {
         {
             bail!("preset `authors` merges on the bird's-eye plane with boxes or not at all");
         }
-        Ok(Method {
-            semantics: self.semantics.clone(),
-            taxonomy: match &self.taxonomy {
-                Some(path) => Taxonomy::from_yaml_file(path)?,
-                None => Taxonomy::semantic_kitti(),
-            },
-            ground: GroundParams::default(),
-            config,
-        })
+        let method = self.objects.method()?;
+        config.baseline = self.method.baseline(&method.taxonomy);
+        Ok(Method { config, ..method })
     }
 }
 
@@ -146,15 +209,18 @@ impl MethodArguments {
         };
         add(
             "semantics",
-            match &self.semantics {
+            match &self.objects.semantics {
                 Semantics::Auto => None,
                 Semantics::Field(name) => Some(format!("field:{name}")),
                 Semantics::Ground => Some("ground".into()),
                 Semantics::All => Some("all".into()),
             },
         );
-        add("taxonomy", self.taxonomy.as_ref().map(|path| path.display().to_string()));
-        let is_default = matches!(self.preset, Preset::Best);
+        let taxonomy = self.objects.taxonomy.as_ref();
+        add("taxonomy", taxonomy.map(|path| path.display().to_string()));
+        let is_ours = self.method == Cutter::DivideAndMerge;
+        add("method", named(self.method.to_possible_value()).filter(|_| !is_ours));
+        let is_default = self.preset == Preset::Best;
         add("preset", named(self.preset.to_possible_value()).filter(|_| !is_default));
         add("voxel", self.voxel.map(|n| n.to_string()));
         add("angle", self.angle.map(|n| n.to_string()));
@@ -164,6 +230,14 @@ impl MethodArguments {
         add("bev", named(self.bev.and_then(|bev| bev.to_possible_value())));
         words
     }
+}
+
+/// The taxonomy of a file, or SemanticKITTI's.
+pub fn taxonomy(file: Option<&Path>) -> Result<Taxonomy> {
+    Ok(match file {
+        Some(path) => Taxonomy::from_yaml_file(path)?,
+        None => Taxonomy::semantic_kitti(),
+    })
 }
 
 /// The preset's bird's-eye merge with another region.

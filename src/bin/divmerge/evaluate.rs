@@ -15,8 +15,8 @@ use divmerge::evaluate::panoptic::MIN_POINTS;
 use serde::Serialize;
 
 use crate::Outcome;
-use crate::failures::TruthArguments;
 use crate::terminal::grouped;
+use crate::truth::SourceArguments;
 use sums::{Figures, Wanted};
 
 /// Score instances against the truth, as semantic-kitti-api does
@@ -48,7 +48,7 @@ pub struct Arguments {
     topic: Vec<String>,
 
     #[command(flatten)]
-    of_recording: TruthArguments,
+    of_recording: SourceArguments,
 
     /// Field of the found class in a recording
     #[arg(long, default_value = "semantic", value_name = "NAME")]

@@ -109,6 +109,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         crate::refuse_existing(output, arguments.force)?;
     }
     let method = arguments.method.method()?;
+    if let Some(other) = &method.config.baseline {
+        bail!(
+            "{} has no votes or merges to explain; `divmerge figure --method {0}` draws what it cuts",
+            other.name()
+        );
+    }
     let (path, which) = (&arguments.input, Which::Frame(arguments.frame));
     let message = cloud_message_at(path, arguments.topic.as_deref(), which)?;
     let place = || format!("{}: frame {} of {}", path.display(), message.number, message.topic);

@@ -10,18 +10,16 @@ use divmerge::evaluate::panoptic::MIN_POINTS;
 use divmerge::evaluate::{Judged, Verdict};
 use divmerge::explain::Frame;
 use divmerge::failures::{Case, Cause, Failure, PixelBounds, Side, failures};
-use divmerge::io::labelled::{
-    LabelledFrame, LabelledFrames, LabelledOptions, SeenClasses, TruthSource,
-};
+use divmerge::io::LabelledFrame;
 use divmerge::pipeline;
-use divmerge::replay::FrameRange;
 use divmerge::semantics::MaskSource;
 use divmerge::{PointCloud, Taxonomy};
 use serde::Serialize;
 
 use crate::Outcome;
-use crate::arguments::{MethodArguments, frames};
+use crate::arguments::MethodArguments;
 use crate::terminal::{frame_bar, grouped};
+use crate::truth::CloudArguments;
 
 /// List the objects that the clustering gets wrong, the worst first, each with its cause
 ///
@@ -29,7 +27,8 @@ use crate::terminal::{frame_bar, grouped};
 /// class, over-segmented, under-segmented, missed, spurious. For each that is not correct the method runs again
 /// with one step perfect after the other, to say which lost it: mask (the semantics did), projection (its points
 /// are shadowed), divide (a component straddles two objects, or pixels are unreached), merge (a vote, named) or
-/// post (bird's-eye, size or gap merge, minimum size).
+/// post (bird's-eye, size or gap merge, minimum size); of another --method than our own only mask, projection, or
+/// the method itself.
 ///
 /// The worst is what has the most points: as many are not in a right instance.
 ///
@@ -37,24 +36,8 @@ use crate::terminal::{frame_bar, grouped};
 /// a folder of SemanticKITTI (sequences/NN/velodyne and labels).
 #[derive(Args)]
 pub struct Arguments {
-    /// The recording (MCAP) or SemanticKITTI folder
-    #[arg(value_name = "IN")]
-    input: PathBuf,
-
-    /// Cloud topic [default: the first that can be read]
-    #[arg(long, value_name = "T")]
-    topic: Option<String>,
-
-    /// Only these sequences of a folder, such as 00,04
-    #[arg(long, value_delimiter = ',', value_name = "NN,...")]
-    sequences: Vec<String>,
-
-    /// Only these clouds of the topic or of each sequence: 5..10 (10 is left out), 5.., ..10 or 5
-    #[arg(long, value_name = "RANGE", value_parser = frames)]
-    frames: Option<FrameRange>,
-
     #[command(flatten)]
-    truth: TruthArguments,
+    clouds: CloudArguments,
 
     #[command(flatten)]
     method: MethodArguments,
@@ -76,40 +59,6 @@ pub struct Arguments {
     json: Option<PathBuf>,
 }
 
-/// Where the truth of a recording is.
-#[derive(Args)]
-pub struct TruthArguments {
-    /// Field of the true class
-    #[arg(long, default_value = "label", value_name = "NAME")]
-    pub truth_class_field: String,
-
-    /// Field of the true instance
-    #[arg(long, default_value = "true_instance", value_name = "NAME")]
-    pub truth_instance_field: String,
-
-    /// In place of fields a folder of NNNNNN.label files, NNNNNN the number of the cloud
-    #[arg(long, value_name = "DIR")]
-    labels: Option<PathBuf>,
-}
-
-impl TruthArguments {
-    /// The folder of label files, if there is one.
-    pub fn folder(&self) -> Option<&PathBuf> {
-        self.labels.as_ref()
-    }
-
-    /// What they say.
-    pub fn source(&self) -> TruthSource {
-        match &self.labels {
-            Some(folder) => TruthSource::Files(folder.clone()),
-            None => TruthSource::Fields {
-                class: self.truth_class_field.clone(),
-                instance: self.truth_instance_field.clone(),
-            },
-        }
-    }
-}
-
 /// A failure and where it is.
 #[derive(Serialize)]
 struct Row {
@@ -124,7 +73,8 @@ struct Row {
     cause_in_words: String,
     /// Positions of the points to look at, metres.
     at: Vec<[f32; 3]>,
-    explain: String,
+    /// None of a method that has nothing to explain.
+    explain: Option<String>,
     figure: Option<String>,
 }
 
@@ -153,6 +103,7 @@ struct Sums {
 #[derive(Serialize)]
 struct Written<'a> {
     input: &'a Path,
+    method: &'a str,
     preset: &'a str,
     taxonomy: &'a str,
     min_points: u64,
@@ -163,7 +114,7 @@ struct Written<'a> {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let method = arguments.method.method()?;
-    let frames = LabelledFrames::open(&arguments.input, arguments.options(&method))?;
+    let frames = arguments.clouds.open(&method.semantics)?;
     let bar = frame_bar("judging", frames.remaining());
     let (mut sums, mut rows) = (Sums::default(), Vec::new());
     let keeps_all = arguments.csv.is_some() || arguments.json.is_some();
@@ -183,7 +134,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     if let Some(path) = &arguments.json {
         let written = Written {
-            input: &arguments.input,
+            input: &arguments.clouds.input,
+            method: method.config.method_name(),
             preset: method.config.preset,
             taxonomy: &method.taxonomy.name,
             min_points: arguments.small,
@@ -197,26 +149,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 }
 
 impl Arguments {
-    fn options(&self, method: &Method) -> LabelledOptions {
-        let all = LabelledOptions::default();
-        LabelledOptions {
-            topic: self.topic.clone(),
-            sequences: self.sequences.clone(),
-            frames: self.frames.unwrap_or(all.frames),
-            truth: self.truth.source(),
-            classes: match &method.semantics {
-                Semantics::Auto => SeenClasses::Auto,
-                Semantics::Field(name) => SeenClasses::Field(name.clone()),
-                Semantics::Ground | Semantics::All => SeenClasses::Nothing,
-            },
-        }
-    }
-
     /// The recording that the commands are to read; of a folder the one that `convert` makes of a sequence.
     fn recording(&self, source: &str) -> String {
-        match self.input.is_dir() {
+        match self.clouds.input.is_dir() {
             true => format!("{source}.mcap"),
-            false => quoted(&self.input.display().to_string()),
+            false => quoted(&self.clouds.input.display().to_string()),
         }
     }
 }
@@ -238,8 +175,9 @@ fn judge(
     sums: &mut Sums,
 ) -> Result<Vec<Row>> {
     let LabelledFrame { source, number, log_time_ns, cloud, truth } = labelled;
-    refuse_unknown(&truth.class, &method.taxonomy)
-        .with_context(|| format!("{}: cloud {number} of {source}", arguments.input.display()))?;
+    refuse_unknown(&truth.class, &method.taxonomy).with_context(|| {
+        format!("{}: cloud {number} of {source}", arguments.clouds.input.display())
+    })?;
     let (mask, config) = (mask(method, &cloud), &method.config);
     let stages = pipeline::run(&cloud, mask, config);
     let judged = failures(&Case {
@@ -268,7 +206,7 @@ fn judge(
             frame: number,
             log_time_ns: (log_time_ns != 0).then_some(log_time_ns),
             cause_in_words: failure.cause.describe(),
-            explain: place.explain(&at),
+            explain: method.config.baseline.is_none().then(|| place.explain(&at)),
             figure: failure.pixels.as_ref().and_then(|pixels| place.figure(pixels, columns)),
             at,
             failure,
@@ -316,7 +254,7 @@ impl Place<'_> {
         let input = self.arguments.recording(self.source);
         let mut words = vec!["divmerge".to_owned(), name.into(), input];
         words.extend(["--frame".into(), self.number.to_string()]);
-        if let Some(topic) = &self.arguments.topic {
+        if let Some(topic) = &self.arguments.clouds.topic {
             words.extend(["--topic".into(), quoted(topic)]);
         }
         words.extend(self.arguments.method.words().iter().map(|word| quoted(word)));
@@ -379,11 +317,11 @@ fn print(sums: &Sums, rows: &[Row], arguments: &Arguments) {
         println!();
         described(number, row);
     }
-    if arguments.input.is_dir() && shown > 0 {
+    if arguments.clouds.input.is_dir() && shown > 0 {
         println!("\nThe commands read recordings. To make one of a sequence:");
         println!(
             "  divmerge convert semantickitti {} --sequence NN --labels -o NN.mcap",
-            quoted(&arguments.input.display().to_string())
+            quoted(&arguments.clouds.input.display().to_string())
         );
     }
 }
@@ -422,9 +360,8 @@ fn described(number: usize, row: &Row) {
     );
     println!("   {}", involved(*side, judged));
     println!("   cause: {}: {}", cause.step(), row.cause_in_words);
-    println!("   {}", row.explain);
-    if let Some(figure) = &row.figure {
-        println!("   {figure}");
+    for command in row.explain.iter().chain(&row.figure) {
+        println!("   {command}");
     }
 }
 
@@ -494,7 +431,7 @@ fn csv(rows: &[Row]) -> String {
             format!("{:.4}", judged.iou),
             row.failure.cause.step().into(),
             row.cause_in_words.clone(),
-            row.explain.clone(),
+            row.explain.clone().unwrap_or_default(),
             row.figure.clone().unwrap_or_default(),
         ];
         let cells = cells.map(|cell| cell_of(&cell));

@@ -43,13 +43,8 @@ pub struct Arguments {
     topic: Option<String>,
 
     /// Panels from the top, comma separated: range, intensity, mask, components, instances, votes, bev
-    #[arg(
-        long,
-        value_name = "LIST",
-        value_delimiter = ',',
-        default_value = "mask,components,instances,votes,bev",
-        value_parser = panel
-    )]
+    /// [default: mask,components,instances,votes,bev, of other methods mask,instances,bev]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = panel)]
     panels: Vec<Panel>,
 
     /// Height to width of the whole range image
@@ -104,8 +99,13 @@ pub enum StepsBy {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let method = arguments.method.method()?;
+    let panels = match (arguments.panels.as_slice(), &method.config.baseline) {
+        ([], None) => FigureOptions::default().panels,
+        ([], Some(_)) => vec![Panel::Mask, Panel::Instances, Panel::BirdsEye],
+        (chosen, _) => chosen.to_vec(),
+    };
     let options = FigureOptions {
-        panels: arguments.panels.clone(),
+        panels,
         aspect: arguments.aspect,
         crop: arguments.crop.clone().unwrap_or_default(),
         region: arguments.view,
@@ -190,12 +190,12 @@ impl Frame {
             colour_numbers: colours.colour_numbers(&stages.instances),
             heading: format!("frame {}  ·  {seconds:.3} s", message.number),
             remark: format!(
-                "{}  ·  range image {} × {} ({})  ·  objects: {semantics}  ·  preset {}",
+                "{}  ·  range image {} × {} ({})  ·  objects: {semantics}  ·  {}",
                 message.topic,
                 stages.image.rows(),
                 stages.image.columns(),
                 stages.image.projection.describe(),
-                method.config.preset,
+                method.config.describe(),
             ),
         }
     }

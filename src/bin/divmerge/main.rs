@@ -2,8 +2,10 @@
 
 mod annotate;
 mod arguments;
+mod compare;
 mod completions;
 mod demo;
+mod diff;
 mod evaluate;
 mod explain;
 mod export;
@@ -12,7 +14,10 @@ mod figure;
 mod info;
 mod interrupt;
 mod simulate;
+mod sweep;
+mod table;
 mod terminal;
+mod truth;
 mod view;
 mod viewer;
 
@@ -50,6 +55,9 @@ enum Command {
     Figure(figure::Arguments),
     Evaluate(evaluate::Arguments),
     Export(export::Arguments),
+    Compare(compare::Arguments),
+    Sweep(sweep::Arguments),
+    Diff(diff::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -89,6 +97,9 @@ fn main() -> ExitCode {
         Command::Figure(arguments) => figure::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
+        Command::Sweep(arguments) => sweep::run(&arguments),
+        Command::Diff(arguments) => diff::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     };
     match result {

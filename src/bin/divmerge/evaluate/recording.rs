@@ -49,7 +49,7 @@ pub fn run(arguments: &Arguments, input: &Path, wanted: &Wanted) -> Result<()> {
     if let Some(path) = &arguments.json {
         let written = Written {
             input,
-            labels: arguments.of_recording.folder(),
+            labels: arguments.of_recording.labels.as_ref(),
             taxonomy: &wanted.taxonomy.name,
             min_points: wanted.min_points,
             topics: scored,
@@ -82,7 +82,7 @@ fn topics(arguments: &Arguments, input: &Path) -> Result<Vec<String>> {
     if chosen.is_empty() {
         chosen = annotated.iter().map(|&topic| topic.to_owned()).collect();
     }
-    if chosen.len() > 1 && arguments.of_recording.folder().is_some() {
+    if chosen.len() > 1 && arguments.of_recording.labels.as_ref().is_some() {
         bail!("--labels is for one topic; say --topic, one of: {}", known());
     }
     Ok(chosen)
@@ -98,7 +98,7 @@ fn score(
 ) -> Result<Figures> {
     let messages = CloudMessages::open(input, Some(topic), 0..=u64::MAX)?;
     let count = messages.message_count();
-    if let Some(folder) = arguments.of_recording.folder() {
+    if let Some(folder) = arguments.of_recording.labels.as_ref() {
         problems.extend(unmatched(folder, count)?);
     }
     let bar = frame_bar("scoring", count);
@@ -139,8 +139,8 @@ fn add(
     };
     let found = own(&arguments.class_field, &arguments.instance_field)?;
     let truth = &arguments.of_recording;
-    let truth = match truth.folder() {
-        None => own(&truth.truth_class_field, &truth.truth_instance_field)?,
+    let truth = match &truth.labels {
+        None => own(&truth.true_class_field, &truth.true_instance_field)?,
         Some(folder) => {
             let path = label_file(folder, message.number);
             if !path.exists() {

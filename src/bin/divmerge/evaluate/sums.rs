@@ -146,11 +146,17 @@ impl<'a> Sums<'a> {
         truth: &Labels,
         true_class: &[u16],
     ) -> Entropies {
-        let classes = self.wanted.taxonomy.classes();
-        let kind = |point: usize| match &classes[usize::from(true_class[point])] {
-            class if class.is_ignored || !cloud.is_return(point) => Kind::LeftOut,
-            class if class.is_ground() => Kind::Ground,
-            _ => Kind::Object(u32::from(truth.class[point])),
+        let classes = self.wanted.taxonomy.classes().iter();
+        let of_class: Vec<Option<Kind>> = classes
+            .map(|class| match class {
+                class if class.is_ignored => Some(Kind::LeftOut),
+                class => class.is_ground().then_some(Kind::Ground),
+            })
+            .collect();
+        let kind = |point: usize| match of_class[usize::from(true_class[point])] {
+            _ if !cloud.is_return(point) => Kind::LeftOut,
+            Some(kind) => kind,
+            None => Kind::Object(u32::from(truth.class[point])),
         };
         let kinds: Vec<Kind> = (0..cloud.len()).map(kind).collect();
         let objects = true_objects(cloud, &kinds, TOLERANCE, MIN_POINTS);
