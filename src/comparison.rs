@@ -2,13 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::annotate::{Method, cluster_labelled};
+use crate::annotate::Method;
 use crate::error::{Error, Result};
 use crate::evaluate::entropy::{
     Kind, LEFT_OUT, TOLERANCE, entropies, mean_and_deviation, true_objects,
 };
 use crate::evaluate::{ClassQuality, Panoptic, PanopticQuality, entropy};
 use crate::io::{LabelledFrame, Truth};
+use crate::pipeline;
 use crate::taxonomy::Taxonomy;
 
 /// How good and how fast a method is on some clouds. Figures of quality from 0 to 1.
@@ -41,7 +42,7 @@ pub struct Measured {
 /// [`entropy`].
 ///
 /// # Errors
-/// Those of the clouds and of [`cluster_labelled`]; [`Error::Truth`] for classes that the taxonomy does not know.
+/// Those of the clouds and of [`Method::detections`]; [`Error::Truth`] for classes that the taxonomy does not know.
 pub fn measure(
     frames: impl IntoIterator<Item = Result<LabelledFrame>>,
     method: &Method,
@@ -81,7 +82,8 @@ impl Sums {
     fn add(&mut self, frame: &LabelledFrame, method: &Method) -> Result<()> {
         let taxonomy = &method.taxonomy;
         let true_class = class_numbers(&frame.truth, taxonomy, frame)?;
-        let stages = cluster_labelled(frame, method)?;
+        let (mask, detections) = (method.mask(&frame.cloud), method.detections(frame)?);
+        let stages = pipeline::run_with(&frame.cloud, mask, &detections, &method.config);
         let found = &stages.labels.instance;
         if stages.mask.has_classes() {
             let of_raw = |raw: &u16| taxonomy.class_of(*raw).unwrap_or(0);

@@ -35,6 +35,7 @@ pub mod disjoint_sets;
 pub mod error;
 pub mod evaluate;
 pub mod explain;
+pub mod failures;
 pub mod footprint;
 pub mod grid;
 pub mod instances;

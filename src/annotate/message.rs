@@ -1,11 +1,12 @@
 //! One cloud message: decoded, clustered, and written as the two messages that annotate it.
 
+use std::borrow::Cow;
 use std::time::Instant;
 
 use super::report::FrameTimes;
 use crate::cloud::PointCloud;
 use crate::error::Result;
-use crate::instances::Instance;
+use crate::instances::{Detection, Instance};
 use crate::io::boxes::AskedCloud;
 use crate::io::{
     self, CloudNumber, FrameBoxes, FrameDetections, LabelledFrame, MarkerBox, PointAnnotation,
@@ -65,6 +66,16 @@ impl Method {
             }
             _ => MaskSource::NotGround(&self.ground),
         }
+    }
+
+    /// What a detector found in a cloud with truth, if that is asked for.
+    ///
+    /// # Errors
+    /// Those of [`FrameBoxes::of`].
+    pub fn detections(&self, frame: &LabelledFrame) -> Result<Cow<'_, [Detection]>> {
+        let which = CloudNumber { topic: &frame.source, number: frame.number };
+        let asked = AskedCloud { which, stamp_ns: frame.stamp_ns, frame_id: &frame.frame_id };
+        Ok(self.boxes.of(&asked)?.detections)
     }
 
     /// The cloud in a message, and where its object mask comes from.
@@ -133,18 +144,6 @@ pub fn cluster(wire: &PointCloud2, which: CloudNumber, method: &Method) -> Resul
     let decode_ms = started.elapsed().as_secs_f64() * 1e3;
     let stages = pipeline::run_with(&cloud, mask, &detections, &method.config);
     Ok(Clustered { cloud, stages, semantics, missing_boxes, decode_ms })
-}
-
-/// Clusters a cloud with truth, which the method does not look at.
-///
-/// # Errors
-/// Those of [`FrameBoxes::of`].
-pub fn cluster_labelled(frame: &LabelledFrame, method: &Method) -> Result<Stages> {
-    let which = CloudNumber { topic: &frame.source, number: frame.number };
-    let asked = AskedCloud { which, stamp_ns: frame.stamp_ns, frame_id: &frame.frame_id };
-    let detections = method.boxes.of(&asked)?.detections;
-    let mask = method.mask(&frame.cloud);
-    Ok(pipeline::run_with(&frame.cloud, mask, &detections, &method.config))
 }
 
 /// Clusters the cloud in a message and writes the two messages that annotate it into `annotated`, whose

@@ -17,9 +17,7 @@ use crate::io::{
 use crate::pipeline::Stages;
 
 pub use crate::io::frames::{is_cloud, is_readable_cloud};
-pub use message::{
-    Annotated, Clustered, Decoded, Method, Semantics, annotate_message, cluster, cluster_labelled,
-};
+pub use message::{Annotated, Clustered, Decoded, Method, Semantics, annotate_message, cluster};
 use report::metadata;
 pub use report::{FrameTimes, METADATA_NAME, Report, TopicReport, remarks};
 use topics::{INSTANCES, OBJECTS, channel_metadata, qos, refuse_annotated};

@@ -185,6 +185,18 @@ impl Panoptic {
         taxonomy.classes()[class].is_thing && self.true_points(class) >= MIN_POINTS
     }
 
+    /// Mean IoU over the classes of which truth or prediction has points, "no class" of the predictions among
+    /// them.
+    pub fn mean_iou_of_present(&self) -> f64 {
+        let of = |predicted: usize, truth: usize| self.confusion[predicted * self.classes + truth];
+        let is_present = |class: &usize| {
+            (0..self.classes).any(|other| of(*class, other) > 0 || of(other, *class) > 0)
+        };
+        let present: Vec<f64> =
+            (0..self.classes).filter(is_present).map(|class| self.class(class).iou).collect();
+        pairwise_sum(&present) / (present.len() as f64).max(1.0)
+    }
+
     /// Means over the classes that `includes` accepts; ignored classes are never among them, absent
     /// ones count 0.
     pub fn mean(&self, includes: impl Fn(usize) -> bool) -> PanopticQuality {

@@ -21,6 +21,8 @@ pub enum MaskSource<'a> {
     NotGround(&'a GroundParams),
     /// Every return.
     All,
+    /// Returns that are marked, one mark for each of N points: for what-ifs with objects known otherwise.
+    Marked(&'a [bool]),
 }
 
 /// Which of N points belong to objects, and to which class.
@@ -87,6 +89,7 @@ pub fn object_mask(
             ObjectMask { ground: Some(found.confidence), ..mask }
         }
         MaskSource::All => without_classes(cloud, |_| false),
+        MaskSource::Marked(is_object) => without_classes(cloud, |point| !is_object[point]),
     }
 }
 

@@ -106,3 +106,141 @@ fn what_does_not_fit_is_named_and_nothing_is_scored() {
     let (code, _, errors) = evaluate(&t.path().join("nowhere"), p.path(), &[]);
     assert!(code == Some(1) && errors.contains("nowhere"), "{errors}");
 }
+
+/// An annotated drive by itself scores as its label files do, digit for digit.
+#[test]
+fn a_recording_scores_as_its_label_files_do() {
+    let (folder, input) = drive(3);
+    let annotated = folder.path().join("annotated.mcap");
+    let done = divmerge(&["annotate", path(&input), "-o", path(&annotated), "--preset", "paper"]);
+    assert!(done.status.success(), "{}", text(&done.stderr));
+    let export = |from: &Path, kind: &str, more: &[&str]| {
+        let to = folder.path().join("f/sequences/00").join(kind);
+        let done = divmerge(&[&["export", path(from), "--labels", path(&to)], more].concat());
+        assert!(done.status.success(), "{}", text(&done.stderr));
+        to
+    };
+    export(&annotated, "predictions", &[]);
+    let fields = ["--class-field", "label", "--instance-field", "true_instance"];
+    let labels = export(&input, "labels", &[&["--topic", "/lidar/points"], &fields[..]].concat());
+    let json = folder.path().join("figures.json");
+    let figures = |arguments: &[&str]| -> serde_json::Value {
+        let done = divmerge(&[&["evaluate", "--json", path(&json)], arguments].concat());
+        assert!(done.status.success(), "{}", text(&done.stderr));
+        serde_json::from_str(&std::fs::read_to_string(&json).expect("figures")).expect("JSON")
+    };
+    let root = folder.path().join("f");
+    let folders = figures(&["--truth", path(&root), "--predictions", path(&root), "--over-time"]);
+    let fields = figures(&[path(&annotated), "--over-time", "--entropy"]);
+    let files = figures(&[path(&annotated), "--labels", path(&labels), "--over-time"]);
+    assert_eq!(folders["scans"], 3);
+    for other in [&fields["topics"][0], &files["topics"][0]] {
+        for key in ["classes", "all", "things", "stuff", "pq_dagger", "points", "over_time"] {
+            assert_eq!(other[key], folders[key], "{key}");
+        }
+    }
+    let over_time = &folders["over_time"];
+    let [lstq, s_assoc, s_cls] =
+        ["lstq", "s_assoc", "s_cls"].map(|key| over_time[key].as_f64().expect("a number"));
+    assert!(s_assoc > 0.1 && s_assoc < 1.0 && s_cls > s_assoc, "{over_time}");
+    assert!((lstq - (s_assoc * s_cls).sqrt()).abs() < 1e-12);
+    let entropy = fields["topics"][0]["entropy"].as_array().expect("a scan each");
+    assert!(entropy.len() == 3 && entropy.iter().all(|scan| scan["over"].as_f64() > Some(0.0)));
+}
+
+#[test]
+fn what_does_not_fit_a_recording_is_named() {
+    let (folder, input) = drive(2);
+    let annotated = folder.path().join("annotated.mcap");
+    let done = divmerge(&["annotate", path(&input), "-o", path(&annotated)]);
+    assert!(done.status.success(), "{}", text(&done.stderr));
+    let refused = |recording: &Path, more: &[&str], parts: &[&str]| {
+        let done = divmerge(&[&["evaluate", path(recording)], more].concat());
+        let errors = text(&done.stderr);
+        assert_eq!((done.status.code(), done.stdout.len()), (Some(1), 0), "{errors}");
+        for part in parts {
+            assert!(errors.contains(part), "{part} in {errors}");
+        }
+    };
+    refused(&input, &[], &["no annotated topic"]);
+    let topics = ["no annotated topic `/camera`", "/lidar/points/instances"];
+    refused(&annotated, &["--topic", "/camera"], &topics);
+    let colour = ["--true-class-field", "colour"];
+    refused(&annotated, &colour, &["2 problems", "cloud 1 of", "no field `colour`"]);
+    let unknown = ["--true-class-field", "true_instance"];
+    refused(&annotated, &unknown, &["nothing scored", "is not in taxonomy"]);
+    let labels = folder.path().join("labels");
+    std::fs::create_dir(&labels).expect("a folder");
+    std::fs::write(labels.join("000000.label"), [0; 12]).expect("a file");
+    std::fs::write(labels.join("000007.label"), [0; 12]).expect("a file");
+    let parts = [
+        "3 problems",
+        "000007.label: no such cloud, there are 2",
+        "000001.label: there is a cloud, but no such file",
+        "000000.label: 3 labels for",
+    ];
+    refused(&annotated, &["--labels", path(&labels)], &parts);
+    let usage = divmerge(&["evaluate", "--predictions", "x"]);
+    assert_eq!(usage.status.code(), Some(2));
+}
+
+#[test]
+fn entropies_of_folders_need_scans() {
+    let (t, p) = (tempfile::tempdir().expect("t"), tempfile::tempdir().expect("p"));
+    truth(t.path(), "labels");
+    truth(p.path(), "predictions");
+    let (code, said, errors) = evaluate(t.path(), p.path(), &["--entropy"]);
+    assert_eq!((code, said.as_str()), (Some(1), ""));
+    assert!(errors.contains("2 problems") && errors.contains("velodyne/000000.bin"), "{errors}");
+    let folder = t.path().join("sequences/00/velodyne");
+    std::fs::create_dir(&folder).expect("a folder");
+    // The car in two places, ten metres apart; the road elsewhere.
+    let point = |n: usize| if n < 60 { [(n / 30) as f32 * 10.0, 5.0] } else { [n as f32, -5.0] };
+    let points = (0..160).map(point).flat_map(|[x, y]| [x, y, 1.0, 0.0]);
+    let bytes: Vec<u8> = points.flat_map(f32::to_le_bytes).collect();
+    std::fs::write(folder.join("000000.bin"), &bytes).expect("a file");
+    std::fs::write(folder.join("000001.bin"), &bytes[16..]).expect("a file");
+    let (_, _, errors) = evaluate(t.path(), p.path(), &["--entropy"]);
+    assert!(errors.contains("000001.bin: 2544 bytes where 160 points have 2560"), "{errors}");
+    std::fs::write(folder.join("000001.bin"), &bytes).expect("a file");
+    let json = p.path().join("figures.json");
+    let (code, said, errors) = evaluate(t.path(), p.path(), &["--entropy", "--json", path(&json)]);
+    assert!(code == Some(0) && said.contains("nats a scan"), "{said}{errors}");
+    let figures: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(&json).expect("figures")).expect("JSON");
+    // One instance that holds two objects of 30 points, in each scan.
+    let under = figures["entropy"][1]["under"].as_f64().expect("a number");
+    assert!((under - 2.0_f64.ln()).abs() < 1e-12 && figures["entropy"][1]["over"] == 0.0);
+}
+
+/// The taxonomy that docs/evaluation.md gives for nuScenes.
+#[test]
+fn nuscenes_by_the_taxonomy_of_the_docs() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/evaluation.md");
+    let page = std::fs::read_to_string(page).expect("the page");
+    let yaml = page.split("```yaml\n").nth(1).and_then(|rest| rest.split("```").next());
+    let (t, p) = (tempfile::tempdir().expect("t"), tempfile::tempdir().expect("p"));
+    let file = t.path().join("nuscenes.yaml");
+    std::fs::write(&file, yaml.expect("a taxonomy")).expect("a file");
+    // An articulated bus, a police officer, a wheelchair, which is ignored, a cone, and the road.
+    let word = |class: u32, instance: u32| vec![class | instance << 16; 60];
+    let of_truth = [word(15, 1), word(6, 1), word(8, 1), word(12, 1), word(24, 0)].concat();
+    let rigid = [word(16, 9), word(2, 3), word(17, 4), word(12, 7), word(25, 0)].concat();
+    write(t.path(), "labels", "000000", &of_truth);
+    write(p.path(), "predictions", "000000", &rigid);
+    let json = p.path().join("figures.json");
+    let more = ["--taxonomy", path(&file), "--json", path(&json), "--min-points", "15"];
+    let (code, said, errors) = evaluate(t.path(), p.path(), &more);
+    assert_eq!(code, Some(0), "{errors}");
+    let figures: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(&json).expect("figures")).expect("JSON");
+    let classes = figures["classes"].as_array().expect("classes");
+    let things = classes.iter().filter(|class| class["is_thing"] == true).count();
+    assert_eq!((classes.len(), things), (16, 10), "{said}");
+    let pq = |name: &str| {
+        let class = classes.iter().find(|class| class["name"] == name).expect("a class");
+        class["pq"].as_f64().expect("a number")
+    };
+    let found = ["bus", "pedestrian", "car", "traffic_cone", "driveable_surface", "other_flat"];
+    assert_eq!(found.map(pq), [1.0, 1.0, 0.0, 1.0, 0.0, 0.0]);
+}

@@ -16,6 +16,7 @@ const LAYERS: &[&[&str]] = &[
     &["baselines"],
     &["pipeline"],
     &["explain"],
+    &["failures"],
     &["io"],
     &["annotate"],
     &["replay", "comparison"],

@@ -7,6 +7,7 @@ mod convert;
 mod evaluate;
 mod examples;
 mod explain;
+mod failures;
 mod figure;
 mod layers;
 mod oracle;

@@ -1,7 +1,8 @@
 """The figures of `divmerge evaluate` against the published rules, written down here with numpy.
 
 Rules: semantic-kitti-api's panoptic evaluation (Behley et al. 2020). Sums are numpy's own, so the digits have to
-agree to the last one.
+agree to the last one. LSTQ: 4D Panoptic LiDAR Segmentation (Aygün et al. 2021) and the facts of its authors'
+evaluation, but for rounding.
 """
 
 import json
@@ -94,3 +95,54 @@ def test_figures_agree_with_the_rules(tmp_path, seed, min_points):
         assert [found[name][key] for key in ("pq", "sq", "rq", "miou")] == means, name
     dagger = np.mean(list(pq[list(THINGS)]) + list(iou[9:20]))
     assert found["pq_dagger"] == dagger
+
+
+def lstq(sequences, min_points):
+    """S_assoc and S_cls by the definition: tubes as sets of points, one after the other."""
+    lut = np.zeros(1 << 16, int)
+    for raw, number in CLASS_OF.items():
+        lut[raw] = number
+    terms, confusion = [], np.zeros((20, 20))
+    for scans in sequences:
+        frame = np.concatenate([np.full(len(truth), number) for number, (truth, _) in enumerate(scans)])
+        truth, found = (np.concatenate(side) for side in zip(*scans))
+        of_truth, of_found = lut[truth & 0xffff], lut[found & 0xffff]
+        truth, found = truth >> 16, found >> 16
+        seen = of_truth != 0
+        np.add.at(confusion, (of_found[seen], of_truth[seen]), 1)
+        sizes = {s: np.sum(seen & (found == s) & (of_found != 0)) for s in np.unique(found) if s != 0}
+        for number in THINGS:
+            for t in np.unique(truth[of_truth == number]):
+                tube = (of_truth == number) & (truth == t) & (t != 0)
+                large = np.bincount(frame[tube], minlength=len(scans)) > min_points
+                tube &= large[frame]
+                if not tube.any():
+                    continue
+                shared = {s: np.sum(tube & (found == s)) for s in np.unique(found[tube]) if s != 0}
+                inner = sum(n * n / (tube.sum() + sizes[s] - n) for s, n in shared.items() if sizes[s])
+                terms.append(inner / tube.sum())
+    hits = confusion.diagonal()
+    union = confusion.sum(axis=0) + confusion.sum(axis=1) - hits
+    return np.mean(terms), np.mean(hits[union > 0] / union[union > 0]), len(terms)
+
+
+@pytest.mark.parametrize("seed,min_points", [(1, 50), (2, 10)])
+def test_association_over_time_agrees_with_its_definition(tmp_path, seed, min_points):
+    rng = np.random.default_rng(seed)
+    sequences = [[random_scan(rng, 30000) for _ in range(4)] for _ in range(2)]
+    for name, scans in enumerate(sequences):
+        for number, (truth, prediction) in enumerate(scans):
+            file = f"{number:06}.label"
+            write(tmp_path / "t" / f"sequences/0{name}/labels" / file, truth)
+            write(tmp_path / "p" / f"sequences/0{name}/predictions" / file, prediction)
+    figures = tmp_path / "figures.json"
+    done = subprocess.run(
+        [BINARY, "evaluate", "--truth", tmp_path / "t", "--predictions", tmp_path / "p", "--over-time",
+         "--min-points", str(min_points), "--json", figures], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(figures.read_text())["over_time"]
+    s_assoc, s_cls, tubes = lstq(sequences, min_points)
+    assert 0.01 < s_assoc < 0.99 and sum(of_class["tubes"] for of_class in found["classes"]) == tubes
+    assert found["s_assoc"] == pytest.approx(s_assoc, rel=1e-12)
+    assert found["s_cls"] == pytest.approx(s_cls, rel=1e-12)
+    assert found["lstq"] == pytest.approx(np.sqrt(s_assoc * s_cls), rel=1e-12)

@@ -209,6 +209,41 @@ impl MethodArguments {
     }
 }
 
+impl MethodArguments {
+    /// What to add to another command line for the same method: a word a piece.
+    pub fn words(&self) -> Vec<String> {
+        let mut words = Vec::new();
+        let mut add = |name: &str, value: Option<String>| {
+            words.extend(value.map(|value| [format!("--{name}"), value]).into_iter().flatten());
+        };
+        let named = |value: Option<clap::builder::PossibleValue>| {
+            value.map(|value| value.get_name().to_owned())
+        };
+        add(
+            "semantics",
+            match &self.objects.semantics {
+                Semantics::Auto => None,
+                Semantics::Field(name) => Some(format!("field:{name}")),
+                Semantics::Ground => Some("ground".into()),
+                Semantics::All => Some("all".into()),
+            },
+        );
+        let taxonomy = self.objects.taxonomy.as_ref();
+        add("taxonomy", taxonomy.map(|path| path.display().to_string()));
+        let is_ours = self.method == Cutter::DivideAndMerge;
+        add("method", named(self.method.to_possible_value()).filter(|_| !is_ours));
+        let is_default = self.preset == Preset::Best;
+        add("preset", named(self.preset.to_possible_value()).filter(|_| !is_default));
+        add("voxel", self.voxel.map(|n| n.to_string()));
+        add("angle", self.angle.map(|n| n.to_string()));
+        add("gap-columns", self.gap_columns.map(|n| n.to_string()));
+        add("gap-rows", self.gap_rows.map(|n| n.to_string()));
+        add("min-points", self.min_points.map(|n| n.to_string()));
+        add("bev", named(self.bev.and_then(|bev| bev.to_possible_value())));
+        words
+    }
+}
+
 /// The taxonomy of a file, or SemanticKITTI's.
 pub fn taxonomy(file: Option<&Path>) -> Result<Taxonomy> {
     Ok(match file {

@@ -163,7 +163,8 @@ fn measure_here(arguments: &Arguments, contender: Contender) -> Result<Row> {
     method.config = contender.config(&method.taxonomy);
     if contender == Contender::Other(Cutter::Boxes) {
         let (source, taxonomy) = (arguments.boxes.source(true), &method.taxonomy);
-        method.boxes = BoxArguments::open(source.as_ref(), &arguments.truth.input, taxonomy)?;
+        method.boxes =
+            BoxArguments::open(source.as_ref(), &arguments.truth.clouds.input, taxonomy)?;
         arguments.boxes.set(&mut method.config);
     }
     let frames = arguments.truth.open(&method.semantics)?;

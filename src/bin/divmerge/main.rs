@@ -11,6 +11,7 @@ mod diff;
 mod evaluate;
 mod explain;
 mod export;
+mod failures;
 mod figure;
 mod info;
 mod interrupt;
@@ -53,6 +54,7 @@ enum Command {
     Annotate(annotate::Arguments),
     View(view::Arguments),
     Explain(explain::Arguments),
+    Failures(failures::Arguments),
     Figure(figure::Arguments),
     Evaluate(evaluate::Arguments),
     Export(export::Arguments),
@@ -95,6 +97,7 @@ fn main() -> ExitCode {
         Command::Annotate(arguments) => annotate::run(&arguments),
         Command::View(arguments) => view::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
+        Command::Failures(arguments) => failures::run(&arguments),
         Command::Figure(arguments) => figure::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),

@@ -11,36 +11,11 @@ use divmerge::replay::FrameRange;
 
 use crate::arguments::frames;
 
-/// Clouds with truth.
+/// Clouds with truth, and which objects count.
 #[derive(Args)]
 pub struct TruthArguments {
-    /// A recording (MCAP) whose clouds carry truth or have label files, or a folder in SemanticKITTI's form:
-    /// sequences/NN/velodyne/*.bin, sequences/NN/labels/*.label
-    pub input: PathBuf,
-
-    /// The cloud topic of a recording [default: the first with clouds]
-    #[arg(long, value_name = "T")]
-    topic: Option<String>,
-
-    /// Only these sequences of a folder, such as 00,04
-    #[arg(long, value_delimiter = ',', value_name = "NN,...")]
-    sequences: Vec<String>,
-
-    /// Only these clouds, numbered from 0: 5..10 (10 is left out), 5.., ..10 or 5
-    #[arg(long, value_name = "A..B", value_parser = frames, default_value = "0..")]
-    frames: FrameRange,
-
-    /// Field of the true class in a recording
-    #[arg(long, value_name = "NAME", default_value = "label")]
-    true_class_field: String,
-
-    /// Field of the true instance in a recording
-    #[arg(long, value_name = "NAME", default_value = "true_instance")]
-    true_instance_field: String,
-
-    /// A recording's truth is in this folder: NNNNNN.label, by the number of the cloud
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["true_class_field", "true_instance_field"])]
-    labels: Option<PathBuf>,
+    #[command(flatten)]
+    pub clouds: CloudArguments,
 
     /// Unmatched objects of fewer points are neither spurious nor missed
     #[arg(long, default_value_t = MIN_POINTS, value_name = "POINTS")]
@@ -50,15 +25,45 @@ pub struct TruthArguments {
 impl TruthArguments {
     /// Opens the clouds for a method that gets its objects from there.
     pub fn open(&self, semantics: &Semantics) -> Result<LabelledFrames> {
+        self.clouds.open(semantics)
+    }
+}
+
+/// Clouds with truth.
+#[derive(Args)]
+pub struct CloudArguments {
+    /// A recording (MCAP) whose clouds carry truth or have label files, or a folder in SemanticKITTI's form:
+    /// sequences/NN/velodyne/*.bin, sequences/NN/labels/*.label
+    pub input: PathBuf,
+
+    /// The cloud topic of a recording [default: the first with clouds]
+    #[arg(long, value_name = "T")]
+    pub topic: Option<String>,
+
+    /// Only these sequences of a folder, such as 00,04
+    #[arg(long, value_delimiter = ',', value_name = "NN,...")]
+    sequences: Vec<String>,
+
+    /// Only these clouds, numbered from 0: 5..10 (10 is left out), 5.., ..10 or 5
+    #[arg(long, value_name = "A..B", value_parser = frames, default_value = "0..")]
+    frames: FrameRange,
+
+    #[command(flatten)]
+    truth: SourceArguments,
+}
+
+impl CloudArguments {
+    /// Opens the clouds for a method that gets its objects from there.
+    pub fn open(&self, semantics: &Semantics) -> Result<LabelledFrames> {
         let options = LabelledOptions {
             topic: self.topic.clone(),
             sequences: self.sequences.clone(),
             frames: self.frames,
-            truth: match &self.labels {
+            truth: match &self.truth.labels {
                 Some(folder) => TruthSource::Files(folder.clone()),
                 None => TruthSource::Fields {
-                    class: self.true_class_field.clone(),
-                    instance: self.true_instance_field.clone(),
+                    class: self.truth.true_class_field.clone(),
+                    instance: self.truth.true_instance_field.clone(),
                 },
             },
             classes: match semantics {
@@ -69,4 +74,20 @@ impl TruthArguments {
         };
         Ok(LabelledFrames::open(&self.input, options)?)
     }
+}
+
+/// Where the truth of a recording is.
+#[derive(Args)]
+pub struct SourceArguments {
+    /// Field of the true class in a recording
+    #[arg(long, value_name = "NAME", default_value = "label")]
+    pub true_class_field: String,
+
+    /// Field of the true instance in a recording
+    #[arg(long, value_name = "NAME", default_value = "true_instance")]
+    pub true_instance_field: String,
+
+    /// A recording's truth is in this folder: NNNNNN.label, by the number of the cloud
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["true_class_field", "true_instance_field"])]
+    pub labels: Option<PathBuf>,
 }
