@@ -2,14 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::annotate::Method;
+use crate::annotate::{Method, cluster_labelled};
 use crate::error::{Error, Result};
 use crate::evaluate::entropy::{
     Kind, LEFT_OUT, TOLERANCE, entropies, mean_and_deviation, true_objects,
 };
 use crate::evaluate::{ClassQuality, Panoptic, PanopticQuality, entropy};
 use crate::io::{LabelledFrame, Truth};
-use crate::pipeline;
 use crate::taxonomy::Taxonomy;
 
 /// How good and how fast a method is on some clouds. Figures of quality from 0 to 1.
@@ -42,7 +41,7 @@ pub struct Measured {
 /// [`entropy`].
 ///
 /// # Errors
-/// Those of the clouds; [`Error::Truth`] for classes that the taxonomy does not know.
+/// Those of the clouds and of [`cluster_labelled`]; [`Error::Truth`] for classes that the taxonomy does not know.
 pub fn measure(
     frames: impl IntoIterator<Item = Result<LabelledFrame>>,
     method: &Method,
@@ -82,7 +81,7 @@ impl Sums {
     fn add(&mut self, frame: &LabelledFrame, method: &Method) -> Result<()> {
         let taxonomy = &method.taxonomy;
         let true_class = class_numbers(&frame.truth, taxonomy, frame)?;
-        let stages = pipeline::run(&frame.cloud, method.mask(&frame.cloud), &method.config);
+        let stages = cluster_labelled(frame, method)?;
         let found = &stages.labels.instance;
         if stages.mask.has_classes() {
             let of_raw = |raw: &u16| taxonomy.class_of(*raw).unwrap_or(0);

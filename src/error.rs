@@ -1,7 +1,7 @@
 //! The library's errors. Every variant carries the values that offended; the command line adds the
 //! file, the topic and the offset.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What can go wrong in the library.
 #[derive(Debug, thiserror::Error)]
@@ -84,6 +84,15 @@ pub enum Error {
         problem: String,
     },
 
+    /// Detection boxes that cannot be read, or do not belong to the clouds.
+    #[error("boxes of {source_name}: {problem}")]
+    Boxes {
+        /// The topic or the file.
+        source_name: String,
+        /// What is wrong, with the values.
+        problem: String,
+    },
+
     /// Truth that cannot be used.
     #[error("{at}: {problem}")]
     Truth {
@@ -91,6 +100,17 @@ pub enum Error {
         at: String,
         /// What is wrong with it.
         problem: String,
+    },
+
+    /// A folder whose files do not fit together or cannot be read.
+    #[error("{}", folder(path, problems, *count))]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// What is wrong, a line each, with the names of the files; the first ones if there are many.
+        problems: Vec<String>,
+        /// How many there are.
+        count: usize,
     },
 
     /// The output would collide with something in the input.
@@ -157,6 +177,24 @@ pub enum Error {
     /// The MCAP writer refused.
     #[error("writing MCAP: {0}")]
     Write(#[from] mcap::McapError),
+}
+
+fn folder(path: &Path, problems: &[String], count: usize) -> String {
+    let more = match count - problems.len() {
+        0 => String::new(),
+        more => format!("\n  and {more} more"),
+    };
+    let lines = problems.join("\n  ");
+    let noun = if count == 1 { "problem" } else { "problems" };
+    format!("{}: {count} {noun}:\n  {lines}{more}", path.display())
+}
+
+impl Error {
+    /// Whether boxes, or a file that they are read from, do not fit the clouds. What is wrong with one cloud is a
+    /// matter of that cloud; what is wrong with the boxes is one of what was asked for.
+    pub fn is_of_boxes(&self) -> bool {
+        matches!(self, Error::Boxes { .. })
+    }
 }
 
 fn nothing_there(at: [f64; 3], within: f64, nearest: Option<([f32; 3], f64)>) -> String {

@@ -15,6 +15,17 @@ pub struct Rectangle {
 }
 
 impl Rectangle {
+    /// The rectangle whose one side has the direction `yaw`, in radians, and the other stands across it.
+    pub fn new(centre: PlanePoint, [along, across]: [f64; 2], yaw: f64) -> Self {
+        use std::f64::consts::{FRAC_PI_2, PI};
+        let (size, yaw) = match along < across {
+            true => ([across, along], yaw + FRAC_PI_2),
+            false => ([along, across], yaw),
+        };
+        let yaw = yaw.rem_euclid(PI);
+        Rectangle { centre, size, yaw: if yaw > FRAC_PI_2 { yaw - PI } else { yaw } }
+    }
+
     /// The four corners in counter-clockwise order.
     pub fn corners(&self) -> [PlanePoint; 4] {
         let (sin, cos) = self.yaw.sin_cos();
@@ -122,17 +133,9 @@ pub fn minimum_area_rectangle(hull: &[PlanePoint]) -> Option<Rectangle> {
 
 /// The rectangle that spans `u` along a unit axis and `v` to the left of it.
 fn rectangle([cos, sin]: [f64; 2], u: (f64, f64), v: (f64, f64)) -> Rectangle {
-    use std::f64::consts::{FRAC_PI_2, PI};
     let middle = [(u.0 + u.1) / 2.0, (v.0 + v.1) / 2.0];
     let centre = [middle[0] * cos - middle[1] * sin, middle[0] * sin + middle[1] * cos];
-    let mut size = [u.1 - u.0, v.1 - v.0];
-    let mut yaw = sin.atan2(cos);
-    if size[0] < size[1] {
-        size.swap(0, 1);
-        yaw += FRAC_PI_2;
-    }
-    yaw = yaw.rem_euclid(PI);
-    Rectangle { centre, size, yaw: if yaw > FRAC_PI_2 { yaw - PI } else { yaw } }
+    Rectangle::new(centre, [u.1 - u.0, v.1 - v.0], sin.atan2(cos))
 }
 
 /// Least and greatest coordinate along an axis.

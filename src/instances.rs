@@ -5,7 +5,7 @@ pub mod likeness;
 use serde::Serialize;
 
 use crate::cloud::{PointCloud, wide};
-use crate::footprint::{convex_hull, minimum_area_rectangle};
+use crate::footprint::{Rectangle, convex_hull, minimum_area_rectangle};
 
 use likeness::Kind;
 pub use likeness::Likeness;
@@ -128,6 +128,12 @@ pub struct UprightBox {
 }
 
 impl UprightBox {
+    /// The box of a centre, the sides along `yaw` (radians), across it and upwards, all in metres.
+    pub fn new(centre: [f64; 3], [along, across, height]: [f64; 3], yaw: f64) -> Self {
+        let plane = Rectangle::new([centre[0], centre[1]], [along, across], yaw);
+        UprightBox { centre, size: [plane.size[0], plane.size[1], height], yaw: plane.yaw }
+    }
+
     /// The box around some points of a cloud. `None` of no points.
     pub fn around(cloud: &PointCloud, points: &[u32]) -> Option<Self> {
         let positions = points.iter().map(|&p| wide(cloud.position(p as usize)));
@@ -141,5 +147,36 @@ impl UprightBox {
             size: [rectangle.size[0], rectangle.size[1], high - low],
             yaw: rectangle.yaw,
         })
+    }
+}
+
+/// An object as a detector has it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Detection {
+    /// Its box, in metres, sensor frame.
+    pub bounds: UprightBox,
+    /// Its class number; `None`: any.
+    pub class: Option<u16>,
+    /// How sure the detector is.
+    pub score: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    #[test]
+    fn a_box_is_longer_than_wide_and_its_yaw_in_half_a_turn() {
+        let of = |size, yaw| {
+            let made = UprightBox::new([1.0, 2.0, 3.0], size, yaw);
+            assert_eq!(made.centre, [1.0, 2.0, 3.0]);
+            (made.size, (made.yaw * 1e9).round() / 1e9)
+        };
+        let rounded = |yaw: f64| (yaw * 1e9).round() / 1e9;
+        assert_eq!(of([4.0, 2.0, 1.5], 0.3), ([4.0, 2.0, 1.5], 0.3));
+        assert_eq!(of([2.0, 4.0, 1.5], 0.3), ([4.0, 2.0, 1.5], rounded(0.3 - FRAC_PI_2)));
+        assert_eq!(of([4.0, 2.0, 1.5], 0.3 - PI), ([4.0, 2.0, 1.5], 0.3));
+        assert_eq!(of([4.0, 2.0, 1.5], -FRAC_PI_2), ([4.0, 2.0, 1.5], rounded(FRAC_PI_2)));
     }
 }

@@ -7,7 +7,9 @@ use std::path::Path;
 
 use crate::annotate::{self, Event, Frame, Method, cluster, remarks};
 use crate::error::{Error, Result};
-use crate::io::{MessageHeader, Overview, PointCloud2, Position, Record, RecordingReader};
+use crate::io::{
+    CloudNumber, MessageHeader, Overview, PointCloud2, Position, Record, RecordingReader,
+};
 
 /// Numbers of clouds on their topic, from 0.
 pub type FrameRange = (Bound<u64>, Bound<u64>);
@@ -49,7 +51,8 @@ pub struct Replayed {
 ///
 /// # Errors
 /// [`Error::NoCloud`] if there is no topic, none has the frames, or none lies between the times,
-/// [`Error::Recording`] if the input is damaged, [`Error::Io`], and those of `on_event`.
+/// [`Error::Recording`] if the input is damaged, [`Error::Io`], [`Error::Boxes`] if boxes do not fit a cloud, and
+/// those of `on_event`.
 pub fn replay(
     input: &Path,
     selection: &Selection,
@@ -180,10 +183,12 @@ impl Tally {
         method: &Method,
         on_event: &mut dyn FnMut(Event) -> Result<()>,
     ) -> Result<()> {
+        let which = CloudNumber { topic, number };
         let wire = PointCloud2::parse(data);
-        let clustered = wire.and_then(|wire| Ok((cluster(&wire, method)?, wire)));
+        let clustered = wire.and_then(|wire| Ok((cluster(&wire, which, method)?, wire)));
         let (clustered, wire) = match clustered {
             Ok(clustered) => clustered,
+            Err(error) if error.is_of_boxes() => return Err(error),
             Err(error) => {
                 self.replayed.unreadable += 1;
                 let place = annotate::place(position);
@@ -191,7 +196,7 @@ impl Tally {
             }
         };
         self.replayed.frames += 1;
-        let remarks = remarks(&clustered.stages, &method.taxonomy);
+        let remarks = remarks(&clustered, &method.taxonomy);
         let remarks: Vec<String> = remarks.into_iter().map(|(_, problem)| problem).collect();
         on_event(Event::Frame(Frame {
             topic,

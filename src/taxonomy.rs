@@ -201,6 +201,14 @@ impl Taxonomy {
         let position = self.classes.iter().position(|class| class.name == name);
         position.map(|class| class as u16)
     }
+
+    /// Number of the class that a name in other data means: upper and lower case, `_`, `-` and spaces are alike,
+    /// and of `vehicle.car` the last part counts. `None` for a name that no class but "no class" has.
+    pub fn class_called(&self, name: &str) -> Option<u16> {
+        let name = normalised(name);
+        let mut named = self.classes.iter().skip(1);
+        named.position(|class| normalised(&class.name) == name).map(|before| before as u16 + 1)
+    }
 }
 
 /// SemanticKITTI's.
@@ -284,6 +292,16 @@ mod tests {
         assert_eq!(taxonomy.class_of(1), Some(0));
         assert_eq!(taxonomy.class_of(7), None);
         assert_eq!(taxonomy.classes().iter().filter(|c| c.is_thing).count(), 8);
+    }
+
+    #[test]
+    fn names_in_other_data() {
+        let taxonomy = Taxonomy::semantic_kitti();
+        assert_eq!(taxonomy.class_called("Car"), taxonomy.class_named("car"));
+        assert_eq!(taxonomy.class_called("OTHER_VEHICLE"), taxonomy.class_named("other-vehicle"));
+        assert_eq!(taxonomy.class_called("vehicle.truck"), taxonomy.class_named("truck"));
+        assert_eq!(taxonomy.class_called("unlabeled"), None);
+        assert_eq!(taxonomy.class_called(""), None);
     }
 
     #[test]

@@ -1,11 +1,15 @@
 //! The methods in the tables, ours and others, behind one call.
 
+use std::collections::BTreeMap;
+
 use divmerge::Taxonomy;
 use divmerge::baselines::{
-    Alpine, AnyBaseline, Baseline, Dbscan, DepthClustering, Euclidean, OnePerClass, ScanLineRun,
-    Supervoxel, View, majority_class, without_classes,
+    Alpine, AnyBaseline, Baseline, Boxes, Dbscan, DepthClustering, Detection, Euclidean,
+    OnePerClass, ScanLineRun, Supervoxel, View, majority_class, without_classes,
 };
 use divmerge::cluster::ClusterParams;
+use divmerge::evaluate::panoptic::MIN_POINTS;
+use divmerge::instances::UprightBox;
 use divmerge::pipeline::{self, Config};
 use divmerge::range_image::{ProjectionParams, RangeImage};
 use divmerge::semantics::{MaskSource, object_mask};
@@ -27,6 +31,8 @@ enum How {
     OwnClass(Box<Config>),
     /// The true objects, on the points that are given as things.
     Truth,
+    /// Cut out by upright boxes around the true objects of so many points and more.
+    TrueBoxes(u64),
 }
 
 /// What a method says of N points.
@@ -59,6 +65,7 @@ impl Method {
                 Found { class, ..ours(frame, config) }
             }
             How::Truth => truth(frame),
+            How::TrueBoxes(points) => in_true_boxes(frame, *points),
         }
     }
 }
@@ -79,6 +86,28 @@ fn truth(frame: &Frame) -> Found {
 fn ours(frame: &Frame, config: &Config) -> Found {
     let taxonomy = Taxonomy::semantic_kitti();
     let stages = pipeline::run(&frame.cloud, MaskSource::Classes(&taxonomy), config);
+    Found { class: classes(&stages.labels.semantic), instance: stages.labels.instance }
+}
+
+/// The given things, cut out by boxes around the true objects of `least` points and more.
+fn in_true_boxes(frame: &Frame, least: u64) -> Found {
+    let taxonomy = Taxonomy::semantic_kitti();
+    let mut objects: BTreeMap<(u16, u32), Vec<u32>> = BTreeMap::new();
+    for (point, object) in (0..).zip(frame.true_class.iter().copied().zip(frame.true_id.clone())) {
+        if taxonomy.classes()[usize::from(object.0)].is_thing {
+            objects.entry(object).or_default().push(point);
+        }
+    }
+    let counted = objects.into_iter().filter(|(_, points)| points.len() as u64 >= least);
+    let detections = counted.filter_map(|((class, _), points)| {
+        let bounds = UprightBox::around(&frame.cloud, &points)?;
+        Some(Detection { bounds, class: Some(class), score: 1.0 })
+    });
+    let detections: Vec<Detection> = detections.collect();
+    let baseline = Some(AnyBaseline::Boxes(Boxes::default()));
+    let config = Config { baseline, smoothing: None, ..Config::best() };
+    let mask = MaskSource::Classes(&taxonomy);
+    let stages = pipeline::run_with(&frame.cloud, mask, &detections, &config);
     Found { class: classes(&stages.labels.semantic), instance: stages.labels.instance }
 }
 
@@ -131,6 +160,17 @@ pub fn true_instances() -> Method {
     Method { name: "true instances", how: How::Truth }
 }
 
+/// Cut out by boxes around the true objects that count in a score. What is left of the others stays together, as
+/// one spurious object of each class.
+pub fn true_boxes() -> Method {
+    Method { name: "boxes around the true objects", how: How::TrueBoxes(MIN_POINTS) }
+}
+
+/// Cut out by boxes around all true objects: as far as boxes can come.
+pub fn all_true_boxes() -> Method {
+    Method { name: "boxes around all true objects", how: How::TrueBoxes(1) }
+}
+
 /// Preset `paper`, whose points keep the class that was given.
 pub fn paper_own_class() -> Method {
     Method { name: "`paper`, classes as given", how: How::OwnClass(Box::new(Config::paper())) }
@@ -163,6 +203,8 @@ pub fn all() -> Vec<Method> {
             Any::ScanLineRun(ScanLineRun { beams: 4, ..run }),
         ),
         Method::theirs("supervoxel", Any::Supervoxel(Supervoxel::default())),
+        true_boxes(),
+        all_true_boxes(),
         Method::theirs("one per class", Any::OnePerClass(OnePerClass)),
         euclidean_classless(),
         classless("depth clustering, classes alike", depth),

@@ -6,7 +6,11 @@ use super::report::FrameTimes;
 use crate::cloud::PointCloud;
 use crate::error::Result;
 use crate::instances::Instance;
-use crate::io::{self, MarkerBox, PointAnnotation, PointCloud2};
+use crate::io::boxes::AskedCloud;
+use crate::io::{
+    self, CloudNumber, FrameBoxes, FrameDetections, LabelledFrame, MarkerBox, PointAnnotation,
+    PointCloud2,
+};
 use crate::pipeline::{self, Config, Stages};
 use crate::semantics::{GroundParams, MaskSource};
 use crate::taxonomy::Taxonomy;
@@ -36,6 +40,8 @@ pub struct Method {
     pub ground: GroundParams,
     /// Projection and clustering.
     pub config: Config,
+    /// What a detector found in each cloud, for methods that want to know.
+    pub boxes: FrameBoxes,
 }
 
 /// A cloud as the method sees it.
@@ -108,7 +114,9 @@ pub struct Clustered {
     pub stages: Stages,
     /// Where objects came from, as in `field:label`.
     pub semantics: String,
-    /// Milliseconds from message to cloud.
+    /// Why the source of boxes says nothing about the cloud, where that is so.
+    pub missing_boxes: Option<String>,
+    /// Milliseconds from message to cloud, its boxes included.
     pub decode_ms: f64,
 }
 
@@ -116,13 +124,27 @@ pub struct Clustered {
 ///
 /// # Errors
 /// Those of [`PointCloud2::to_cloud`]; [`crate::Error::MissingField`] if the field that should hold the classes
-/// is not there.
-pub fn cluster(wire: &PointCloud2, method: &Method) -> Result<Clustered> {
+/// is not there; those of [`FrameBoxes::of`].
+pub fn cluster(wire: &PointCloud2, which: CloudNumber, method: &Method) -> Result<Clustered> {
     let started = Instant::now();
     let Decoded { cloud, mask, semantics } = method.decode(wire)?;
+    let asked = AskedCloud { which, stamp_ns: wire.stamp_ns(), frame_id: &wire.frame_id };
+    let FrameDetections { detections, missing: missing_boxes } = method.boxes.of(&asked)?;
     let decode_ms = started.elapsed().as_secs_f64() * 1e3;
-    let stages = pipeline::run(&cloud, mask, &method.config);
-    Ok(Clustered { cloud, stages, semantics, decode_ms })
+    let stages = pipeline::run_with(&cloud, mask, &detections, &method.config);
+    Ok(Clustered { cloud, stages, semantics, missing_boxes, decode_ms })
+}
+
+/// Clusters a cloud with truth, which the method does not look at.
+///
+/// # Errors
+/// Those of [`FrameBoxes::of`].
+pub fn cluster_labelled(frame: &LabelledFrame, method: &Method) -> Result<Stages> {
+    let which = CloudNumber { topic: &frame.source, number: frame.number };
+    let asked = AskedCloud { which, stamp_ns: frame.stamp_ns, frame_id: &frame.frame_id };
+    let detections = method.boxes.of(&asked)?.detections;
+    let mask = method.mask(&frame.cloud);
+    Ok(pipeline::run_with(&frame.cloud, mask, &detections, &method.config))
 }
 
 /// Clusters the cloud in a message and writes the two messages that annotate it into `annotated`, whose
@@ -132,13 +154,14 @@ pub fn cluster(wire: &PointCloud2, method: &Method) -> Result<Clustered> {
 /// Those of [`PointCloud2::parse`] and [`cluster`].
 pub fn annotate_message(
     message: &[u8],
+    which: CloudNumber,
     method: &Method,
     annotated: &mut Annotated,
 ) -> Result<Clustered> {
     let started = Instant::now();
     let wire = PointCloud2::parse(message)?;
     let parse_ms = started.elapsed().as_secs_f64() * 1e3;
-    let clustered = cluster(&wire, method)?;
+    let clustered = cluster(&wire, which, method)?;
 
     let started = Instant::now();
     let stages = &clustered.stages;

@@ -11,13 +11,15 @@ use std::path::Path;
 use crate::cloud::PointCloud;
 use crate::error::{Error, Result};
 use crate::io::{
-    Compression, MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA, MessageHeader, Overview, Position, Record,
-    RecordingReader, RecordingWriter, WriteOptions,
+    CloudNumber, Compression, MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA, MessageHeader, Overview,
+    Position, Record, RecordingReader, RecordingWriter, WriteOptions,
 };
 use crate::pipeline::Stages;
 
 pub use crate::io::frames::{is_cloud, is_readable_cloud};
-pub use message::{Annotated, Clustered, Decoded, Method, Semantics, annotate_message, cluster};
+pub use message::{
+    Annotated, Clustered, Decoded, Method, Semantics, annotate_message, cluster, cluster_labelled,
+};
 use report::metadata;
 pub use report::{FrameTimes, METADATA_NAME, Report, TopicReport, remarks};
 use topics::{INSTANCES, OBJECTS, channel_metadata, qos, refuse_annotated};
@@ -82,13 +84,13 @@ pub enum Event<'a> {
 /// Everything in the input is copied unchanged; each cloud message is followed by one on `T/instances`
 /// and one on `T/objects`. A cloud that cannot be read is passed through, warned of and counted. The
 /// output appears under its name when it is complete, or not at all. Memory does not grow with the
-/// length of the recording.
+/// length of the recording, but for the boxes of a topic where those are asked for.
 ///
 /// # Errors
 /// [`Error::Recording`] if the input is damaged (a cut-off input is none: it is annotated as far as it
 /// goes), [`Error::NoCloud`], [`Error::Conflict`] if the input already has an output's topic or is the
 /// output,
-/// [`Error::Io`] and [`Error::Write`]; [`Error::Interrupted`] if `on_event` breaks off at a progress event.
+/// [`Error::Io`] and [`Error::Write`]; [`Error::Boxes`] if boxes do not fit a cloud; [`Error::Interrupted`] if `on_event` breaks off at a progress event.
 pub fn annotate(
     input: &Path,
     output: &Path,
@@ -265,8 +267,10 @@ impl<'a> Job<'a> {
         position: Position,
     ) -> Result<()> {
         let mut annotated = std::mem::take(&mut self.scratch);
-        let clustered = match annotate_message(data, &self.options.method, &mut annotated) {
+        let which = CloudNumber { topic, number };
+        let clustered = match annotate_message(data, which, &self.options.method, &mut annotated) {
             Ok(clustered) => clustered,
+            Err(error) if error.is_of_boxes() => return Err(error),
             Err(error) => {
                 let report = self.report.topics.entry(topic.to_owned()).or_default();
                 report.unreadable += 1;
@@ -283,7 +287,7 @@ impl<'a> Job<'a> {
         let report = self.report.topics.entry(topic.to_owned()).or_default();
         let stages = &clustered.stages;
         report.take(&annotated, stages);
-        let remarks = remarks(stages, &self.options.method.taxonomy);
+        let remarks = remarks(&clustered, &self.options.method.taxonomy);
         for &(kind, ref problem) in &remarks {
             self.warn_once(topic, kind, position, problem);
         }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::message::{Annotated, Method};
+use super::message::{Annotated, Clustered, Method};
 use crate::instances::Reason;
 use crate::pipeline::{StageTimes, Stages};
 use crate::taxonomy::Taxonomy;
@@ -122,7 +122,8 @@ fn describe_image(stages: &Stages) -> String {
 }
 
 /// What is odd about a cloud that could be read: a word for the kind, and a sentence.
-pub fn remarks(stages: &Stages, taxonomy: &Taxonomy) -> Vec<(&'static str, String)> {
+pub fn remarks(clustered: &Clustered, taxonomy: &Taxonomy) -> Vec<(&'static str, String)> {
+    let stages = &clustered.stages;
     let counts = stages.labels.counts();
     let points = stages.labels.reason.len() as u64;
     let returns = points - counts[Reason::NoReturn as usize];
@@ -150,6 +151,7 @@ pub fn remarks(stages: &Stages, taxonomy: &Taxonomy) -> Vec<(&'static str, Strin
         );
         remarks.push(("with unknown classes", problem));
     }
+    remarks.extend(clustered.missing_boxes.clone().map(|problem| ("without boxes", problem)));
     remarks
 }
 
@@ -165,6 +167,9 @@ pub(super) fn metadata(report: &Report, method: &Method) -> BTreeMap<String, Str
         ("parameters".to_owned(), json(serde_json::json!(method.config))),
         ("ground".to_owned(), json(serde_json::json!(method.ground))),
     ]);
+    if let Some(boxes) = method.boxes.describe() {
+        metadata.insert("boxes".to_owned(), boxes);
+    }
     if let Some(cut) = &report.truncated {
         metadata.insert("truncated".to_owned(), cut.clone());
     }

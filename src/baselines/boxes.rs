@@ -5,21 +5,11 @@ use serde::Serialize;
 
 use super::{Baseline, View};
 use crate::cloud::wide;
-use crate::instances::UprightBox;
-
-/// An object as a detector has it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Detection {
-    /// Its box, in metres, sensor frame.
-    pub bounds: UprightBox,
-    /// Its class number; `None`: any.
-    pub class: Option<u16>,
-    /// How sure the detector is.
-    pub score: f64,
-}
+use crate::instances::{Detection, UprightBox};
 
 /// An object point belongs to the detection of its class in whose box it lies, of several to the one in which
-/// it lies deepest by the boxes' sizes, and of those to the surer one. Points in no box have no instance.
+/// it lies deepest by the boxes' sizes, and of those to the surer one. Points in no box have no instance. Where
+/// the points have no classes every detection may have them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Boxes {
     /// How far outside a box a point may lie, metres: boxes are drawn closely, and detectors err. Default 0.1.
@@ -39,13 +29,14 @@ impl Baseline for Boxes {
         let known = view.detections.iter().filter(|found| found.score >= self.least_score);
         let mut found: Vec<&Detection> = known.collect();
         found.sort_by(|a, b| b.score.total_cmp(&a.score)); // stable: the surer first
+        let any_class = !view.mask.has_classes();
         let instance_of = |point: usize| {
             if !view.mask.is_object[point] {
                 return 0;
             }
             let (at, class) = (wide(view.cloud.position(point)), view.mask.class[point]);
             let in_box = found.iter().zip(1_u32..).filter_map(|(detection, number)| {
-                let is_of_class = detection.class.is_none_or(|own| own == class);
+                let is_of_class = any_class || detection.class.is_none_or(|own| own == class);
                 let depth =
                     is_of_class.then(|| share_of_box(&detection.bounds, at, self.margin))?;
                 (depth <= 1.0).then_some((depth, number))
@@ -96,6 +87,16 @@ mod tests {
         assert_eq!(instances(&[found[0]]), [1, 1, 0, 0, 1, 0]);
         assert_eq!(instances(&[detection(2.0, 1.0, person, 0.1)]), [0, 0, 0, 1, 0, 0]);
         assert_eq!(instances(&[]), [0; 6]);
+    }
+
+    #[test]
+    fn points_without_classes_belong_to_boxes_of_any() {
+        let frame = frame(2, &[([0.0, 5.0, 0.0], CAR), ([9.0, 5.0, 0.0], CAR)]);
+        let person = [detection(0.0, 4.0, 6, 0.5)];
+        assert_eq!(Boxes::default().instances(frame.view(&person)), [0, 0]);
+        let view = frame.view(&person);
+        let mask = &super::super::without_classes(view.mask);
+        assert_eq!(Boxes::default().instances(View { mask, ..view }), [1, 0]);
     }
 
     #[test]

@@ -33,8 +33,9 @@ use crate::cluster::params::{BackProjection, ClusterParams};
 use crate::range_image::RangeImage;
 use crate::semantics::ObjectMask;
 
+pub use crate::instances::Detection;
 pub use alpine::Alpine;
-pub use boxes::{Boxes, Detection};
+pub use boxes::Boxes;
 pub use dbscan::Dbscan;
 pub use depth::DepthClustering;
 pub use euclidean::Euclidean;

@@ -253,6 +253,13 @@ impl<'a> CdrWriter<'a> {
         self.out.push(0);
     }
 
+    /// Appends a `std_msgs/msg/Header`: seconds and nanoseconds of the stamp, coordinate frame.
+    pub fn header(&mut self, (sec, nanosec, frame_id): (i32, u32, &str)) {
+        self.i32(sec);
+        self.u32(nanosec);
+        self.string(frame_id);
+    }
+
     /// Appends the length of a sequence, which its elements must follow.
     ///
     /// # Panics

@@ -1,16 +1,12 @@
 //! A simulated drive as a ROS 2 recording: clouds with truth, and the pose of the sensor.
 
-use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use nalgebra::Isometry3;
-
-use super::cdr::{ByteOrder, CdrWriter};
-use super::point_cloud2::{
-    Datatype, POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA, PointCloud2, PointField,
-};
-use super::recording::{MessageHeader, RecordingWriter, WriteOptions};
+use super::cdr::ByteOrder;
+use super::cloud_recording::{CloudRecording, Transform, stamp};
+use super::point_cloud2::{Datatype, PointCloud2, PointField};
+use super::recording::WriteOptions;
 use crate::error::{Error, Result};
 use crate::simulate::{Drive, Frame};
 
@@ -34,44 +30,11 @@ const FIELDS: [(&str, u32, Datatype); 8] = [
 ];
 const POINT_STEP: u32 = 28;
 
-const TF_NAME: &str = "tf2_msgs/msg/TFMessage";
-const TF_SCHEMA: &str = "\
-geometry_msgs/TransformStamped[] transforms
-================================================================================
-MSG: geometry_msgs/TransformStamped
-std_msgs/Header header
-string child_frame_id
-geometry_msgs/Transform transform
-================================================================================
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-================================================================================
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-================================================================================
-MSG: geometry_msgs/Transform
-geometry_msgs/Vector3 translation
-geometry_msgs/Quaternion rotation
-================================================================================
-MSG: geometry_msgs/Vector3
-float64 x
-float64 y
-float64 z
-================================================================================
-MSG: geometry_msgs/Quaternion
-float64 x
-float64 y
-float64 z
-float64 w
-";
-
 /// Writes frames 0 to `frames` of a drive; `on_frame` is called after each and may break off. Returns the
 /// size in bytes.
 ///
 /// # Errors
-/// Those of [`RecordingWriter`]; [`Error::Interrupted`].
+/// Those of [`CloudRecording`]; [`Error::Interrupted`].
 pub fn write_drive(
     drive: &Drive,
     frames: usize,
@@ -79,35 +42,21 @@ pub fn write_drive(
     options: &WriteOptions,
     mut on_frame: impl FnMut(usize) -> ControlFlow<()>,
 ) -> Result<u64> {
-    let options = WriteOptions { profile: "ros2".into(), ..options.clone() };
-    let mut writer = RecordingWriter::create(output, &options)?;
-    let qos = "- history: 1\n  depth: 10\n  reliability: 1\n  durability: 2\n";
-    let metadata = BTreeMap::from([("offered_qos_profiles".to_owned(), qos.to_owned())]);
-    let schema = writer.add_schema(POINT_CLOUD2_NAME, "ros2msg", POINT_CLOUD2_SCHEMA.as_bytes())?;
-    let clouds = writer.add_channel(CLOUD_TOPIC, schema, "cdr", &metadata)?;
-    let schema = writer.add_schema(TF_NAME, "ros2msg", TF_SCHEMA.as_bytes())?;
-    let poses = writer.add_channel("/tf", schema, "cdr", &metadata)?;
+    let mut recording = CloudRecording::create(output, CLOUD_TOPIC, options)?;
     let mut message = Vec::new();
     for number in 0..frames {
         let frame = drive.frame(number);
-        let mut write = |channel_id: u16, message: &[u8]| {
-            let header = MessageHeader {
-                channel_id,
-                sequence: number as u32,
-                log_time: frame.stamp_ns + DELAY_NS,
-                publish_time: frame.stamp_ns + DELAY_NS,
-            };
-            writer.write_message(&header, message)
-        };
-        transform_message(&frame, &mut message);
-        write(poses, &message)?;
+        let log_time = frame.stamp_ns + DELAY_NS;
+        let (stamp_ns, pose) = (frame.stamp_ns, frame.pose);
+        let transform = Transform { stamp_ns, parent: "map", child: SENSOR_FRAME, pose };
+        recording.write_pose(log_time, &transform)?;
         cloud_message(&frame, &mut message)?;
-        write(clouds, &message)?;
+        recording.write_cloud(log_time, &message)?;
         if on_frame(number).is_break() {
             return Err(Error::Interrupted { path: output.to_owned() });
         }
     }
-    writer.finish()
+    recording.finish()
 }
 
 /// A cloud is published when its sweep is over.
@@ -137,7 +86,7 @@ pub fn cloud_message(frame: &Frame, out: &mut Vec<u8>) -> Result<()> {
         datatype,
         count: 1,
     });
-    let (stamp_sec, stamp_nanosec) = stamp(frame);
+    let (stamp_sec, stamp_nanosec) = stamp(frame.stamp_ns);
     let message = PointCloud2 {
         byte_order: ByteOrder::Little,
         stamp_sec,
@@ -153,25 +102,4 @@ pub fn cloud_message(frame: &Frame, out: &mut Vec<u8>) -> Result<()> {
         is_dense: true,
     };
     message.encode(out)
-}
-
-/// The pose of the sensor in `map`, replacing what is in `out`.
-fn transform_message(frame: &Frame, out: &mut Vec<u8>) {
-    let Isometry3 { rotation, translation } = frame.pose;
-    let (seconds, nanoseconds) = stamp(frame);
-    let mut cdr = CdrWriter::new(ByteOrder::Little, out);
-    cdr.u32(1);
-    cdr.i32(seconds);
-    cdr.u32(nanoseconds);
-    cdr.string("map");
-    cdr.string(SENSOR_FRAME);
-    let rotation = rotation.coords;
-    for value in translation.vector.iter().chain(rotation.iter()) {
-        cdr.f64(*value);
-    }
-}
-
-fn stamp(frame: &Frame) -> (i32, u32) {
-    const SECOND: u64 = 1_000_000_000;
-    ((frame.stamp_ns / SECOND) as i32, (frame.stamp_ns % SECOND) as u32)
 }

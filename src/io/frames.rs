@@ -21,6 +21,22 @@ pub struct CloudMessage {
     pub position: Position,
 }
 
+/// Which cloud of a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CloudNumber<'a> {
+    /// Its topic.
+    pub topic: &'a str,
+    /// Its number on the topic in the order of the file, from 0.
+    pub number: u64,
+}
+
+impl CloudMessage {
+    /// Which cloud of the recording it is.
+    pub fn which(&self) -> CloudNumber<'_> {
+        CloudNumber { topic: &self.topic, number: self.number }
+    }
+}
+
 /// Which message of a topic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Which {
@@ -179,7 +195,7 @@ pub fn is_cloud(overview: &Overview, channel: &Channel) -> bool {
 }
 
 /// The last part of a type's name: `PointCloud2` of `sensor_msgs/msg/PointCloud2`.
-fn type_name<'a>(overview: &'a Overview, channel: &Channel) -> &'a str {
+pub(super) fn type_name<'a>(overview: &'a Overview, channel: &Channel) -> &'a str {
     let schema = overview.schemas.get(&channel.schema_id);
     let name = schema.map_or("", |schema| schema.name.as_str());
     name.rsplit(['/', '.']).next().unwrap_or(name)

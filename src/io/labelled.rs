@@ -21,6 +21,10 @@ pub struct LabelledFrame {
     pub number: u64,
     /// When the cloud was logged, nanoseconds; 0 in a folder.
     pub log_time_ns: u64,
+    /// Stamp of the cloud's header, nanoseconds; 0 in a folder.
+    pub stamp_ns: i64,
+    /// Coordinate frame of the cloud; empty in a folder.
+    pub frame_id: String,
     /// The cloud, with the classes that a method gets to see, if it is to see some.
     pub cloud: PointCloud,
     /// The truth.
@@ -161,7 +165,7 @@ impl LabelledFrames {
         }
     }
 
-    fn of_message(&self, message: CloudMessage) -> Result<LabelledFrame> {
+    fn of_message(&self, message: &CloudMessage) -> Result<LabelledFrame> {
         let wire = PointCloud2::parse(&message.data)?;
         let seen = match &self.options.classes {
             SeenClasses::Auto => wire.semantic_field(),
@@ -178,8 +182,15 @@ impl LabelledFrames {
                 words(&path, cloud.len())?
             }
         };
-        let (source, number, log_time_ns) = (message.topic, message.number, message.log_time);
-        Ok(LabelledFrame { source, number, log_time_ns, cloud, truth })
+        Ok(LabelledFrame {
+            stamp_ns: wire.stamp_ns(),
+            frame_id: wire.frame_id.clone(),
+            source: message.topic.clone(),
+            number: message.number,
+            log_time_ns: message.log_time,
+            cloud,
+            truth,
+        })
     }
 
     fn of_scan(&self, number: u64, scan: LabelledScan) -> Result<LabelledFrame> {
@@ -189,7 +200,15 @@ impl LabelledFrames {
             SeenClasses::Nothing => cloud,
             _ => cloud.with_class(truth.class.clone())?,
         };
-        Ok(LabelledFrame { source: scan.sequence, number, log_time_ns: 0, cloud, truth })
+        Ok(LabelledFrame {
+            source: scan.sequence,
+            number,
+            log_time_ns: 0,
+            stamp_ns: 0,
+            frame_id: String::new(),
+            cloud,
+            truth,
+        })
     }
 }
 
@@ -203,7 +222,7 @@ impl Iterator for LabelledFrames {
                 let place = |number| format!("{}: cloud {number}", self.path.display());
                 Some(message.and_then(|message| {
                     let at = place(message.number);
-                    self.of_message(message).map_err(|error| match error {
+                    self.of_message(&message).map_err(|error| match error {
                         Error::Truth { .. } | Error::Io { .. } => error,
                         other => Error::Truth { at, problem: other.to_string() },
                     })

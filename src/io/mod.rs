@@ -5,23 +5,33 @@
 //! ([`annotation`], [`markers`]).
 
 pub mod annotation;
+pub mod boxes;
+pub mod camera_info;
 pub mod cdr;
+pub mod cloud_recording;
+pub mod definitions;
 pub mod drive;
 pub mod frames;
 pub mod labelled;
 pub mod markers;
 pub mod point_cloud2;
+pub mod problems;
 pub mod recording;
+pub mod scans;
 pub mod semantic_kitti;
 
 pub use annotation::{PointAnnotation, annotated_cloud};
+pub use boxes::{BoxSource, FrameBoxes, FrameDetections};
 pub use cdr::ByteOrder;
-pub use frames::{CloudMessage, CloudMessages, Which, cloud_message_at};
+pub use definitions::{
+    MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA, POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA,
+};
+pub use frames::{CloudMessage, CloudMessages, CloudNumber, Which, cloud_message_at};
 pub use labelled::{
     LabelledFrame, LabelledFrames, LabelledOptions, SeenClasses, Truth, TruthSource,
 };
-pub use markers::{MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA, MarkerBox, marker_array};
-pub use point_cloud2::{Datatype, POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA, PointCloud2, PointField};
+pub use markers::{MarkerBox, marker_array};
+pub use point_cloud2::{Datatype, PointCloud2, PointField};
 pub use recording::{
     AttachmentHeader, Channel, Compression, MessageHeader, Metadata, Overview, Position, Record,
     RecordingReader, RecordingWriter, Schema, WriteOptions, write_file,

@@ -1,46 +1,9 @@
 //! `sensor_msgs/msg/PointCloud2`: the message as it is on the wire, and the cloud in it.
 
 use super::cdr::{ByteOrder, CdrReader, CdrWriter};
+use super::definitions::POINT_CLOUD2_NAME;
 use crate::cloud::PointCloud;
 use crate::error::{Error, Result};
-
-/// Name of the schema in a ROS 2 recording.
-pub const POINT_CLOUD2_NAME: &str = "sensor_msgs/msg/PointCloud2";
-
-/// Complete `ros2msg` definition of `sensor_msgs/msg/PointCloud2`.
-pub const POINT_CLOUD2_SCHEMA: &str = "\
-std_msgs/Header header
-uint32 height
-uint32 width
-PointField[] fields
-bool is_bigendian
-uint32 point_step
-uint32 row_step
-uint8[] data
-bool is_dense
-================================================================================
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-================================================================================
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-================================================================================
-MSG: sensor_msgs/PointField
-uint8 INT8=1
-uint8 UINT8=2
-uint8 INT16=3
-uint8 UINT16=4
-uint8 INT32=5
-uint8 UINT32=6
-uint8 FLOAT32=7
-uint8 FLOAT64=8
-string name
-uint32 offset
-uint8 datatype
-uint32 count
-";
 
 /// Type of a field's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,4 +1,7 @@
-//! SemanticKITTI's files: `.bin` scans and `.label` words.
+//! SemanticKITTI's files: `.bin` scans and `.label` words, and whole sequences.
+
+pub mod drive_files;
+pub mod sequence;
 
 use std::path::{Path, PathBuf};
 

@@ -65,7 +65,12 @@ fn methods() {
     assert!(output.status.success(), "{output:?}");
     let text = String::from_utf8_lossy(&output.stdout);
     let row = |name: &str| text.lines().find(|line| line.starts_with(&format!("| {name} |")));
-    assert!(["`best`", "ALPINE", "one per class"].iter().all(|name| row(name).is_some()), "{text}");
+    assert!(
+        ["`best`", "ALPINE", "boxes around the true objects", "one per class"]
+            .iter()
+            .all(|name| row(name).is_some()),
+        "{text}"
+    );
     // The same drive is the only one, so it is all there is.
     let cells: Vec<&str> = row("`best`").expect("a row").split(" | ").collect();
     assert_eq!(cells[1], cells[2], "{text}");

@@ -1,6 +1,9 @@
 //! One binary for all integration tests.
 
+mod boxes;
 mod cli;
+mod compare;
+mod convert;
 mod evaluate;
 mod examples;
 mod explain;

@@ -87,7 +87,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     crate::refuse_existing(&arguments.output, arguments.force)?;
     let (from_ns, to_ns) = window(&arguments.input, arguments.from, arguments.to)?;
     let options = Options {
-        method: arguments.method.method()?,
+        method: arguments.method.method(&arguments.input)?,
         topics: arguments.topics.clone(),
         from_ns,
         to_ns,

@@ -9,10 +9,12 @@ use divmerge::Taxonomy;
 use divmerge::annotate::{Method, Semantics};
 use divmerge::baselines::{Alpine, AnyBaseline};
 use divmerge::cluster::params::{BirdsEye, ClusterParams, Region};
-use divmerge::io::Overview;
+use divmerge::io::{FrameBoxes, Overview};
 use divmerge::pipeline::Config;
 use divmerge::replay::FrameRange;
 use divmerge::semantics::GroundParams;
+
+use crate::boxes::BoxArguments;
 
 /// What is an object.
 #[derive(Args)]
@@ -37,6 +39,7 @@ impl ObjectArguments {
             taxonomy: taxonomy(self.taxonomy.as_deref())?,
             ground: GroundParams::default(),
             config: Config::best(),
+            boxes: FrameBoxes::Nothing,
         })
     }
 }
@@ -51,6 +54,9 @@ pub struct MethodArguments {
     /// what follows: projection, object mask and back-projection stay those of the preset
     #[arg(long, value_enum, value_name = "METHOD", default_value_t = Cutter::DivideAndMerge)]
     method: Cutter,
+
+    #[command(flatten)]
+    boxes: BoxArguments,
 
     /// Parameters to start from; each of the following overrides one of them
     #[arg(long, value_enum, default_value_t = Preset::Best)]
@@ -121,6 +127,8 @@ pub enum Cutter {
     Supervoxel,
     /// Nearest neighbours on the ground plane, split by the size of the class (Sautier et al. 2025)
     Alpine,
+    /// Cut out by the 3-D detection boxes of --boxes (Behley et al. 2020)
+    Boxes,
     /// All objects of a class are one
     OnePerClass,
 }
@@ -136,6 +144,7 @@ impl Cutter {
             Cutter::Dbscan => Some(AnyBaseline::Dbscan(Default::default())),
             Cutter::Supervoxel => Some(AnyBaseline::Supervoxel(Default::default())),
             Cutter::Alpine => Some(AnyBaseline::Alpine(Alpine::new(taxonomy))),
+            Cutter::Boxes => Some(AnyBaseline::Boxes(Default::default())),
             Cutter::OnePerClass => Some(AnyBaseline::OnePerClass(Default::default())),
         }
     }
@@ -157,8 +166,9 @@ enum Bev {
 }
 
 impl MethodArguments {
-    /// The method that the arguments ask for.
-    pub fn method(&self) -> Result<Method> {
+    /// The method that the arguments ask for, for the clouds of a recording. Wrong usage ends the program.
+    pub fn method(&self, recording: &Path) -> Result<Method> {
+        let box_source = self.boxes.source(self.method == Cutter::Boxes);
         let mut config = self.preset.config();
         let params = &mut config.cluster;
         if let Some(degrees) = self.angle {
@@ -193,7 +203,9 @@ impl MethodArguments {
         }
         let method = self.objects.method()?;
         config.baseline = self.method.baseline(&method.taxonomy);
-        Ok(Method { config, ..method })
+        self.boxes.set(&mut config);
+        let boxes = BoxArguments::open(box_source.as_ref(), recording, &method.taxonomy)?;
+        Ok(Method { config, boxes, ..method })
     }
 }
 
@@ -275,6 +287,10 @@ pub fn positive(text: &str) -> Result<f64, String> {
     number(text).and_then(|n| if n > 0.0 { Ok(n) } else { Err("must be above 0".into()) })
 }
 
+pub fn not_negative(text: &str) -> Result<f64, String> {
+    number(text).and_then(|n| if n >= 0.0 { Ok(n) } else { Err("must not be below 0".into()) })
+}
+
 fn angle(text: &str) -> Result<f64, String> {
     let in_range = |n| {
         if (0.0..90.0).contains(&n) { Ok(n) } else { Err("must be in 0..90".into()) }
@@ -323,16 +339,20 @@ pub fn moment(text: &str) -> Result<Moment, String> {
     if !absolute {
         return Ok(Moment::FromStart(seconds));
     }
+    since_1970(digits).map(Moment::Absolute)
+}
+
+/// Reads seconds since 1970, with a fraction or without, as nanoseconds.
+pub fn since_1970(text: &str) -> Result<u64, String> {
     // Through text: a double does not hold nanoseconds since 1970.
-    let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
+    let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
     let nanoseconds: String = fraction.chars().chain("000000000".chars()).take(9).collect();
     match (whole.parse::<u64>(), nanoseconds.parse::<u64>()) {
         (Ok(whole), Ok(nanoseconds)) => whole
             .checked_mul(1_000_000_000)
             .and_then(|whole| whole.checked_add(nanoseconds))
-            .map(Moment::Absolute)
             .ok_or_else(|| "too far in the future".to_owned()),
-        _ => Err("use seconds since 1970, as in @1317384506.4".into()),
+        _ => Err("use seconds since 1970, as in 1317384506.4".into()),
     }
 }
 

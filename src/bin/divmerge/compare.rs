@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Outcome;
 use crate::arguments::{Cutter, ObjectArguments, Preset, positive};
+use crate::boxes::BoxArguments;
 use crate::table::{extension, output, table, write_json};
 use crate::terminal::frame_bar;
 use crate::truth::TruthArguments;
@@ -44,6 +45,9 @@ pub struct Arguments {
         default_value = "best,paper,authors,alpine,euclidean,dbscan,scan-line-run,depth-clustering,supervoxel,one-per-class"
     )]
     methods: Vec<Contender>,
+
+    #[command(flatten)]
+    boxes: BoxArguments,
 
     /// Beside them preset `paper` with voxels of these sides in metres, such as 2,1,0.5,0.2,0.1
     #[arg(long, value_delimiter = ',', value_name = "M,...", value_parser = positive)]
@@ -123,6 +127,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         println!("{}", serde_json::to_string(&measure_here(arguments, contender)?)?);
         return Ok(Outcome::Done);
     }
+    arguments.boxes.source(contenders.contains(&Contender::Other(Cutter::Boxes)));
     for output in &arguments.output {
         crate::refuse_existing(output, arguments.force)?;
     }
@@ -156,6 +161,12 @@ fn draw(rows: &[Row], output: &Path, force: bool) -> Result<()> {
 fn measure_here(arguments: &Arguments, contender: Contender) -> Result<Row> {
     let mut method = arguments.objects.method()?;
     method.config = contender.config(&method.taxonomy);
+    if contender == Contender::Other(Cutter::Boxes) {
+        let (source, taxonomy) = (arguments.boxes.source(true), &method.taxonomy);
+        method.boxes =
+            BoxArguments::open(source.as_ref(), &arguments.truth.clouds.input, taxonomy)?;
+        arguments.boxes.set(&mut method.config);
+    }
     let frames = arguments.truth.open(&method.semantics)?;
     let bar = frame_bar(&contender.name(), frames.remaining());
     let measured = measure(frames, &method, arguments.truth.min_points, || bar.inc(1))?;

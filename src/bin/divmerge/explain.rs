@@ -108,7 +108,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     for output in arguments.output.iter().chain(&arguments.rerun) {
         crate::refuse_existing(output, arguments.force)?;
     }
-    let method = arguments.method.method()?;
+    let method = arguments.method.method(&arguments.input)?;
     if let Some(other) = &method.config.baseline {
         bail!(
             "{} has no votes or merges to explain; `divmerge figure --method {0}` draws what it cuts",

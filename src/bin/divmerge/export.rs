@@ -1,31 +1,49 @@
 //! `divmerge export`
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use divmerge::annotate::is_annotation;
 use divmerge::io::frames::CloudMessages;
+use divmerge::io::scans::SOURCE;
+use divmerge::io::semantic_kitti::sequence::SEQUENCE_KEY;
 use divmerge::io::semantic_kitti::write_labels;
-use divmerge::io::{Overview, PointCloud2};
+use divmerge::io::{Overview, PointCloud2, Record, RecordingReader};
 
 use crate::terminal::{frame_bar, grouped};
 use crate::{Outcome, refuse_existing};
 
-/// Write a recording's classes and instances as SemanticKITTI label files
+/// Write the classes and instances of recordings as SemanticKITTI label files
 ///
-/// One `.label` file a cloud, 000000.label and on in the order of the file, a word a point in the order of the
-/// cloud: class in the low 16 bits, instance in the high. In a folder sequences/NN/predictions they can be scored
-/// (`divmerge evaluate`) and handed in. For the truth of a simulated drive:
-/// --topic /lidar/points --class-field label --instance-field true_instance
+/// One .label file a cloud, 000000.label and on in the order of the file, a word a point in the order of the cloud:
+/// class in the low 16 bits, instance in the high. With --root they go to ROOT/sequences/NN/predictions, where
+/// `divmerge evaluate` scores them and from where they are handed in; NN is what `divmerge convert` noted in the
+/// recording, or --sequence. Nothing is written if a file is there already.
 #[derive(Args)]
+#[command(after_long_help = "\
+Examples:\n\
+\x20 divmerge export annotated.mcap --labels predictions\n\
+\x20 divmerge export annotated/*.mcap --root mine\n\
+\x20 divmerge export simulated.mcap --labels truth --topic /lidar/points --class-field label \\\n\
+\x20     --instance-field true_instance")]
 pub struct Arguments {
-    /// The recording (MCAP), such as `divmerge annotate` writes
-    input: PathBuf,
+    /// The recordings (MCAP), such as `divmerge annotate` writes; more than one with --root
+    #[arg(required = true)]
+    inputs: Vec<PathBuf>,
 
-    /// Folder for the label files; made if it is not there
-    #[arg(long, value_name = "DIR")]
-    labels: PathBuf,
+    /// Folder for the label files of one recording; made if it is not there
+    #[arg(long, value_name = "DIR", required_unless_present = "root", conflicts_with = "root")]
+    labels: Option<PathBuf>,
+
+    /// Folder for whole sequences: label files go to sequences/NN/predictions below it
+    #[arg(long, value_name = "ROOT")]
+    root: Option<PathBuf>,
+
+    /// Sequence of the one recording, where it does not say it itself
+    #[arg(long, value_name = "NN", requires = "root")]
+    sequence: Option<String>,
 
     /// The topic whose clouds have the fields [default: the first annotated one]
     #[arg(long, value_name = "T")]
@@ -44,34 +62,84 @@ pub struct Arguments {
     force: bool,
 }
 
+/// A recording and the folder that its labels go to.
+struct Export<'a> {
+    input: &'a Path,
+    topic: String,
+    labels: PathBuf,
+}
+
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
-    let topic = match &arguments.topic {
-        Some(topic) => topic.clone(),
-        None => annotated_topic(&arguments.input)?,
-    };
-    let messages = CloudMessages::open(&arguments.input, Some(&topic), 0..=u64::MAX)?;
-    std::fs::create_dir_all(&arguments.labels)
-        .with_context(|| arguments.labels.display().to_string())?;
-    let (bar, mut points, mut files) = (frame_bar("exporting", messages.message_count()), 0, 0);
-    for message in messages {
-        let message = message?;
-        let words = words(&message.data, arguments)
-            .with_context(|| format!("frame {} of `{topic}`", message.number))?;
-        let file = arguments.labels.join(format!("{:06}.label", message.number));
-        refuse_existing(&file, arguments.force)?;
-        write_labels(&file, &words)?;
-        points += words.len() as u64;
-        files += 1;
-        bar.inc(1);
+    let exports = exports(arguments)?;
+    for export in &exports {
+        refuse_existing_labels(export, arguments.force)?;
     }
-    bar.finish_and_clear();
-    println!(
-        "wrote {} label files with {} points of `{topic}` into {}",
-        grouped(files),
-        grouped(points),
-        arguments.labels.display()
-    );
-    Ok(Outcome::Done)
+    let mut outcome = Outcome::Done;
+    for export in &exports {
+        write(export, arguments)?;
+        if !Overview::read(export.input)?.is_complete {
+            eprintln!("warning: {}: cut off; clouds may be missing", export.input.display());
+            outcome = Outcome::Incomplete;
+        }
+    }
+    Ok(outcome)
+}
+
+/// What goes where, before anything is written.
+fn exports(arguments: &Arguments) -> Result<Vec<Export<'_>>> {
+    let several = arguments.inputs.len() > 1;
+    if several && (arguments.labels.is_some() || arguments.sequence.is_some()) {
+        bail!("{} recordings cannot go to one folder; use --root", arguments.inputs.len());
+    }
+    let mut input_of = BTreeMap::new();
+    let mut exports = Vec::with_capacity(arguments.inputs.len());
+    for input in &arguments.inputs {
+        let labels = match (&arguments.labels, &arguments.root) {
+            (Some(labels), _) => labels.clone(),
+            (None, root) => {
+                let root = root.as_deref().unwrap_or(Path::new("."));
+                let name = sequence(input, arguments.sequence.as_deref())?;
+                check_name(&name, input)?;
+                if let Some(other) = input_of.insert(name.clone(), input) {
+                    let (input, other) = (input.display(), other.display());
+                    bail!("{other} and {input} are both of sequence {name}");
+                }
+                root.join("sequences").join(name).join("predictions")
+            }
+        };
+        let topic = match &arguments.topic {
+            Some(topic) => topic.clone(),
+            None => annotated_topic(input)?,
+        };
+        exports.push(Export { input, topic, labels });
+    }
+    Ok(exports)
+}
+
+/// The sequence of a recording: as told, or as noted in it.
+fn sequence(input: &Path, told: Option<&str>) -> Result<String> {
+    if let Some(told) = told {
+        return Ok(told.to_owned());
+    }
+    let mut reader = RecordingReader::open(input)?;
+    while let Some(record) = reader.next_record()? {
+        if let Record::Metadata(metadata) = record
+            && metadata.name == SOURCE
+            && let Some(name) = metadata.metadata.get(SEQUENCE_KEY)
+        {
+            return Ok(name.clone());
+        }
+    }
+    bail!("{}: nothing in it says which sequence it is; say --sequence", input.display())
+}
+
+/// A sequence is a folder of that name and nothing else: a recording may say anything.
+fn check_name(name: &str, input: &Path) -> Result<()> {
+    let mut parts = Path::new(name).components();
+    match (parts.next(), parts.next()) {
+        (Some(std::path::Component::Normal(part)), None) if part == name => Ok(()),
+        _ => bail!("{}: `{name}` cannot be the name of a sequence", input.display()),
+    }
 }
 
 fn annotated_topic(input: &Path) -> Result<String> {
@@ -82,6 +150,61 @@ fn annotated_topic(input: &Path) -> Result<String> {
         bail!("{}: no annotated topic (run `divmerge annotate`, or say --topic)", input.display());
     };
     Ok(topic.clone())
+}
+
+/// Refuses if a label file is there already. With `force`, if one would stay that belongs to no cloud.
+fn refuse_existing_labels(export: &Export, force: bool) -> Result<()> {
+    let clouds = CloudMessages::open(export.input, Some(&export.topic), 0..=u64::MAX)?;
+    if !force {
+        for number in 0..clouds.message_count() {
+            refuse_existing(&label_file(export, number), force)?;
+        }
+    }
+    let Ok(entries) = std::fs::read_dir(&export.labels) else { return Ok(()) };
+    for entry in entries {
+        let path = entry.with_context(|| export.labels.display().to_string())?.path();
+        let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+        let number = stem.parse().ok().filter(|&number| number < clouds.message_count());
+        let is_ours = number.is_some_and(|number| label_file(export, number) == path);
+        if path.extension().is_some_and(|ending| ending == "label") && !is_ours {
+            bail!(
+                "{} is there and belongs to none of the {} clouds of {}",
+                path.display(),
+                clouds.message_count(),
+                export.input.display()
+            );
+        }
+    }
+    Ok(())
+}
+
+fn label_file(export: &Export, number: u64) -> PathBuf {
+    export.labels.join(format!("{number:06}.label"))
+}
+
+fn write(export: &Export, arguments: &Arguments) -> Result<()> {
+    let Export { input, topic, labels } = export;
+    let messages = CloudMessages::open(input, Some(topic), 0..=u64::MAX)?;
+    std::fs::create_dir_all(labels).with_context(|| labels.display().to_string())?;
+    let (bar, mut points, mut files) = (frame_bar("exporting", messages.message_count()), 0, 0);
+    for message in messages {
+        let message = message?;
+        let words = words(&message.data, arguments).with_context(|| {
+            format!("{}: frame {} of `{topic}`", input.display(), message.number)
+        })?;
+        write_labels(&label_file(export, message.number), &words)?;
+        points += words.len() as u64;
+        files += 1;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    println!(
+        "wrote {} label files with {} points of `{topic}` into {}",
+        grouped(files),
+        grouped(points),
+        labels.display()
+    );
+    Ok(())
 }
 
 /// The label words of a cloud.

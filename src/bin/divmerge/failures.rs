@@ -5,15 +5,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use divmerge::annotate::{Method, Semantics};
+use divmerge::Taxonomy;
+use divmerge::annotate::{Method, cluster_labelled};
 use divmerge::evaluate::panoptic::MIN_POINTS;
 use divmerge::evaluate::{Judged, Verdict};
 use divmerge::explain::Frame;
 use divmerge::failures::{Case, Cause, Failure, PixelBounds, Side, failures};
 use divmerge::io::LabelledFrame;
-use divmerge::pipeline;
-use divmerge::semantics::MaskSource;
-use divmerge::{PointCloud, Taxonomy};
 use serde::Serialize;
 
 use crate::Outcome;
@@ -113,7 +111,7 @@ struct Written<'a> {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
-    let method = arguments.method.method()?;
+    let method = arguments.method.method(&arguments.clouds.input)?;
     let frames = arguments.clouds.open(&method.semantics)?;
     let bar = frame_bar("judging", frames.remaining());
     let (mut sums, mut rows) = (Sums::default(), Vec::new());
@@ -158,15 +156,6 @@ impl Arguments {
     }
 }
 
-/// Where a method gets its objects from in a cloud that was read.
-fn mask<'a>(method: &'a Method, cloud: &PointCloud) -> MaskSource<'a> {
-    match (&method.semantics, &cloud.class) {
-        (Semantics::All, _) => MaskSource::All,
-        (_, Some(_)) => MaskSource::Classes(&method.taxonomy),
-        (_, None) => MaskSource::NotGround(&method.ground),
-    }
-}
-
 /// The failures of a frame.
 fn judge(
     arguments: &Arguments,
@@ -174,12 +163,12 @@ fn judge(
     labelled: LabelledFrame,
     sums: &mut Sums,
 ) -> Result<Vec<Row>> {
-    let LabelledFrame { source, number, log_time_ns, cloud, truth } = labelled;
+    let stages = cluster_labelled(&labelled, method)?;
+    let LabelledFrame { source, number, log_time_ns, cloud, truth, .. } = labelled;
     refuse_unknown(&truth.class, &method.taxonomy).with_context(|| {
         format!("{}: cloud {number} of {source}", arguments.clouds.input.display())
     })?;
-    let (mask, config) = (mask(method, &cloud), &method.config);
-    let stages = pipeline::run(&cloud, mask, config);
+    let (mask, config) = (method.mask(&cloud), &method.config);
     let judged = failures(&Case {
         frame: Frame { cloud: &cloud, mask, config, stages: &stages },
         true_class: &truth.class,

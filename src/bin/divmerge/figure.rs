@@ -98,7 +98,7 @@ pub enum StepsBy {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
-    let method = arguments.method.method()?;
+    let method = arguments.method.method(&arguments.input)?;
     let panels = match (arguments.panels.as_slice(), &method.config.baseline) {
         ([], None) => FigureOptions::default().panels,
         ([], Some(_)) => vec![Panel::Mask, Panel::Instances, Panel::BirdsEye],
@@ -159,7 +159,10 @@ impl Frame {
     fn new(message: &CloudMessage, method: &Method) -> Result<Self> {
         let place = || format!("frame {} of {}", message.number, message.topic);
         let wire = PointCloud2::parse(&message.data).with_context(place)?;
-        let clustered = cluster(&wire, method).with_context(place)?;
+        let clustered = cluster(&wire, message.which(), method).with_context(place)?;
+        if let Some(problem) = &clustered.missing_boxes {
+            eprintln!("warning: {}: {problem}", place());
+        }
         let intensity = ["intensity", "reflectivity"].into_iter().find_map(|name| {
             let values = wire.column_f64(name).ok()?;
             Some(values.into_iter().map(|value| value as f32).collect())
@@ -230,6 +233,7 @@ fn video(
         crate::refuse_existing(&output, arguments.force)?;
         let frame = match Frame::new(&message, method) {
             Ok(frame) => frame,
+            Err(error) if is_of_boxes(&error) => return Err(error),
             Err(error) => {
                 bar.suspend(|| eprintln!("warning: {error:#}; not drawn"));
                 unreadable += 1;
@@ -250,6 +254,11 @@ fn video(
     bar.finish_and_clear();
     println!("wrote {drawn} pictures to {}", folder.join("frame_*.png").display());
     Ok(if unreadable == 0 { Outcome::Done } else { Outcome::Incomplete })
+}
+
+/// Whether boxes do not fit the clouds, which the next cloud would meet again.
+fn is_of_boxes(error: &anyhow::Error) -> bool {
+    error.downcast_ref::<divmerge::Error>().is_some_and(divmerge::Error::is_of_boxes)
 }
 
 fn steps(

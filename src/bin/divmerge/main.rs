@@ -2,8 +2,10 @@
 
 mod annotate;
 mod arguments;
+mod boxes;
 mod compare;
 mod completions;
+mod convert;
 mod demo;
 mod diff;
 mod evaluate;
@@ -47,6 +49,7 @@ struct Cli {
 enum Command {
     Demo(demo::Arguments),
     Simulate(simulate::Arguments),
+    Convert(convert::Arguments),
     Info(info::Arguments),
     Annotate(annotate::Arguments),
     View(view::Arguments),
@@ -89,6 +92,7 @@ fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Annotate(arguments) => annotate::run(&arguments),
         Command::View(arguments) => view::run(&arguments),

@@ -15,7 +15,7 @@ use crate::arguments::frames;
 #[derive(Args)]
 pub struct TruthArguments {
     #[command(flatten)]
-    clouds: CloudArguments,
+    pub clouds: CloudArguments,
 
     /// Unmatched objects of fewer points are neither spurious nor missed
     #[arg(long, default_value_t = MIN_POINTS, value_name = "POINTS")]

@@ -76,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         from_ns,
         to_ns,
     };
-    let method = arguments.method.method()?;
+    let method = arguments.method.method(&arguments.input)?;
     // Before anything is opened or started for it.
     selection.check(&arguments.input)?;
     let mut stream = viewer::open(&target, &arguments.input, &method)?;

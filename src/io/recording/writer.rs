@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use mcap::records::{Channel, MessageHeader, Metadata};
+use mcap::records::{AttachmentHeader, Channel, MessageHeader, Metadata};
 use mcap::write::{NoSeek, PrivateRecordOptions};
 
 use super::overview::Overview;
@@ -185,6 +185,20 @@ impl RecordingWriter {
     ) -> Result<()> {
         let metadata = Metadata { name: name.to_owned(), metadata: metadata.clone() };
         self.writer.write_metadata(&metadata).map_err(|error| write_error(&self.output, error))
+    }
+
+    /// Attaches a file, logged and created at a time in nanoseconds since 1970. This closes the current chunk.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn attach(&mut self, name: &str, media_type: &str, time: u64, data: &[u8]) -> Result<()> {
+        let header = AttachmentHeader {
+            log_time: time,
+            create_time: time,
+            name: name.to_owned(),
+            media_type: media_type.to_owned(),
+        };
+        self.copy(&Record::Attachment { header, data: data.into() })
     }
 
     /// Completes the recording, makes sure that it is on the disk, gives it its name, and returns

@@ -1,0 +1,103 @@
+//! Detection boxes for the clouds of a recording: from a topic beside them, or from KITTI's label files.
+
+pub mod kitti;
+pub mod messages;
+pub mod topic;
+
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+use super::frames::CloudNumber;
+use crate::error::Result;
+use crate::instances::Detection;
+use crate::taxonomy::Taxonomy;
+
+use kitti::KittiBoxes;
+use topic::TopicBoxes;
+
+/// Where boxes are.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum BoxSource {
+    /// On a topic of the recording: `visualization_msgs/msg/MarkerArray` or `vision_msgs/msg/Detection3DArray`.
+    Topic(String),
+    /// In files of KITTI's object benchmark, one for each cloud.
+    Kitti {
+        /// Folder of the label files, `NNNNNN.txt` by the number of the cloud.
+        labels: PathBuf,
+        /// One calibration for all clouds, or a folder of one for each, `NNNNNN.txt`.
+        calibration: PathBuf,
+    },
+}
+
+/// Boxes that can be asked for, cloud by cloud.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum FrameBoxes {
+    /// None are asked for.
+    #[default]
+    Nothing,
+    /// Those of a topic.
+    Topic(TopicBoxes),
+    /// Those of files.
+    Kitti(KittiBoxes),
+}
+
+/// A cloud as a source of boxes knows it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AskedCloud<'a> {
+    /// Which cloud of the recording.
+    pub which: CloudNumber<'a>,
+    /// Stamp of its header, nanoseconds since 1970.
+    pub stamp_ns: i64,
+    /// Its coordinate frame.
+    pub frame_id: &'a str,
+}
+
+/// The boxes of one cloud.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FrameDetections<'a> {
+    /// The boxes, in the cloud's frame.
+    pub detections: Cow<'a, [Detection]>,
+    /// Why the source says nothing about the cloud, where that is so; a source may also say that there is nothing.
+    pub missing: Option<String>,
+}
+
+impl FrameBoxes {
+    /// Opens the boxes for a recording. Those of a topic are all read, and nothing else of the recording is kept
+    /// but its median cloud periods; files are read when their cloud comes.
+    ///
+    /// # Errors
+    /// [`crate::Error::Boxes`] if there is no such topic or file, or a message cannot be read; those of
+    /// [`super::RecordingReader`].
+    pub fn open(source: &BoxSource, recording: &Path, taxonomy: &Taxonomy) -> Result<Self> {
+        match source {
+            BoxSource::Topic(topic) => {
+                TopicBoxes::read(recording, topic, taxonomy).map(FrameBoxes::Topic)
+            }
+            BoxSource::Kitti { labels, calibration } => {
+                KittiBoxes::open(labels, calibration, taxonomy).map(FrameBoxes::Kitti)
+            }
+        }
+    }
+
+    /// The boxes of a cloud.
+    ///
+    /// # Errors
+    /// [`crate::Error::Boxes`] if its boxes are of another coordinate frame or its files cannot be used. Every
+    /// other cloud is then likely to meet the same.
+    pub fn of(&self, cloud: &AskedCloud) -> Result<FrameDetections<'_>> {
+        match self {
+            FrameBoxes::Nothing => Ok(FrameDetections::default()),
+            FrameBoxes::Topic(boxes) => boxes.of(cloud),
+            FrameBoxes::Kitti(boxes) => boxes.of(cloud.which.number),
+        }
+    }
+
+    /// What they are, without the name of a file: `topic:/detections` or `kitti`. `None` where none are asked for.
+    pub fn describe(&self) -> Option<String> {
+        match self {
+            FrameBoxes::Nothing => None,
+            FrameBoxes::Topic(boxes) => Some(format!("topic:{}", boxes.topic())),
+            FrameBoxes::Kitti(_) => Some("kitti".to_owned()),
+        }
+    }
+}

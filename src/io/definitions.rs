@@ -1,0 +1,233 @@
+//! Names and definitions (`ros2msg`) of the ROS 2 messages that are read or written, put together from parts
+//! that several share.
+
+/// Name of the schema of point clouds.
+pub const POINT_CLOUD2_NAME: &str = "sensor_msgs/msg/PointCloud2";
+/// Name of the schema of boxes and texts to draw.
+pub const MARKER_ARRAY_NAME: &str = "visualization_msgs/msg/MarkerArray";
+/// Name of the schema of poses.
+pub const TF_MESSAGE_NAME: &str = "tf2_msgs/msg/TFMessage";
+/// Name of the schema of a camera's calibration.
+pub const CAMERA_INFO_NAME: &str = "sensor_msgs/msg/CameraInfo";
+
+/// A message's own fields, then the line and the definition of each type in it.
+macro_rules! definition {
+    ($own:literal, $($part:tt)*) => { concat!($own, $(separator!(), part!($part)),*) };
+}
+
+macro_rules! separator {
+    () => {
+        "================================================================================\n"
+    };
+}
+
+macro_rules! part {
+    (header) => {
+        "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n"
+    };
+    (time) => {
+        "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"
+    };
+    (vector) => {
+        "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
+    };
+    (quaternion) => {
+        "MSG: geometry_msgs/Quaternion\nfloat64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n"
+    };
+    ($other:literal) => {
+        $other
+    };
+}
+
+/// Complete definition of `sensor_msgs/msg/PointCloud2`.
+pub const POINT_CLOUD2_SCHEMA: &str = definition!(
+    "\
+std_msgs/Header header
+uint32 height
+uint32 width
+PointField[] fields
+bool is_bigendian
+uint32 point_step
+uint32 row_step
+uint8[] data
+bool is_dense
+",
+    header
+    time
+    "\
+MSG: sensor_msgs/PointField
+uint8 INT8=1
+uint8 UINT8=2
+uint8 INT16=3
+uint8 UINT16=4
+uint8 INT32=5
+uint8 UINT32=6
+uint8 FLOAT32=7
+uint8 FLOAT64=8
+string name
+uint32 offset
+uint8 datatype
+uint32 count
+"
+);
+
+/// Complete definition of `visualization_msgs/msg/MarkerArray`.
+pub const MARKER_ARRAY_SCHEMA: &str = definition!(
+    "\
+Marker[] markers
+",
+    "\
+MSG: visualization_msgs/Marker
+int32 ARROW=0
+int32 CUBE=1
+int32 SPHERE=2
+int32 CYLINDER=3
+int32 LINE_STRIP=4
+int32 LINE_LIST=5
+int32 CUBE_LIST=6
+int32 SPHERE_LIST=7
+int32 POINTS=8
+int32 TEXT_VIEW_FACING=9
+int32 MESH_RESOURCE=10
+int32 TRIANGLE_LIST=11
+int32 ADD=0
+int32 MODIFY=0
+int32 DELETE=2
+int32 DELETEALL=3
+std_msgs/Header header
+string ns
+int32 id
+int32 type
+int32 action
+geometry_msgs/Pose pose
+geometry_msgs/Vector3 scale
+std_msgs/ColorRGBA color
+builtin_interfaces/Duration lifetime
+bool frame_locked
+geometry_msgs/Point[] points
+std_msgs/ColorRGBA[] colors
+string texture_resource
+sensor_msgs/CompressedImage texture
+UVCoordinate[] uv_coordinates
+string text
+string mesh_resource
+MeshFile mesh_file
+bool mesh_use_embedded_materials
+"
+    header
+    time
+    "\
+MSG: builtin_interfaces/Duration
+int32 sec
+uint32 nanosec
+"
+    "\
+MSG: geometry_msgs/Pose
+Point position
+Quaternion orientation
+"
+    "\
+MSG: geometry_msgs/Point
+float64 x
+float64 y
+float64 z
+"
+    quaternion
+    vector
+    "\
+MSG: std_msgs/ColorRGBA
+float32 r
+float32 g
+float32 b
+float32 a
+"
+    "\
+MSG: sensor_msgs/CompressedImage
+std_msgs/Header header
+string format
+uint8[] data
+"
+    "\
+MSG: visualization_msgs/UVCoordinate
+float32 u
+float32 v
+"
+    "\
+MSG: visualization_msgs/MeshFile
+string filename
+uint8[] data
+"
+);
+
+/// Complete definition of `tf2_msgs/msg/TFMessage`.
+pub const TF_MESSAGE_SCHEMA: &str = definition!(
+    "\
+geometry_msgs/TransformStamped[] transforms
+",
+    "\
+MSG: geometry_msgs/TransformStamped
+std_msgs/Header header
+string child_frame_id
+geometry_msgs/Transform transform
+"
+    header
+    time
+    "\
+MSG: geometry_msgs/Transform
+geometry_msgs/Vector3 translation
+geometry_msgs/Quaternion rotation
+"
+    vector
+    quaternion
+);
+
+/// Complete definition of `sensor_msgs/msg/CameraInfo`.
+pub const CAMERA_INFO_SCHEMA: &str = definition!(
+    "\
+std_msgs/Header header
+uint32 height
+uint32 width
+string distortion_model
+float64[] d
+float64[9] k
+float64[9] r
+float64[12] p
+uint32 binning_x
+uint32 binning_y
+RegionOfInterest roi
+",
+    header
+    time
+    "\
+MSG: sensor_msgs/RegionOfInterest
+uint32 x_offset
+uint32 y_offset
+uint32 height
+uint32 width
+bool do_rectify
+"
+);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_type_of_a_definition_is_defined_in_it() {
+        let separator = "=".repeat(80);
+        for (definition, types) in [
+            (POINT_CLOUD2_SCHEMA, 3),
+            (MARKER_ARRAY_SCHEMA, 12),
+            (TF_MESSAGE_SCHEMA, 6),
+            (CAMERA_INFO_SCHEMA, 3),
+        ] {
+            assert_eq!(definition.lines().filter(|line| *line == separator).count(), types);
+            let uses =
+                definition.lines().filter(|line| line.contains('/') && !line.starts_with("MSG"));
+            for line in uses {
+                let name = line.split([' ', '[']).next().unwrap();
+                assert!(definition.contains(&format!("MSG: {name}\n")), "{name}");
+            }
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! Everything that is wrong with a folder, so that all of it is told at once.
+
+use std::path::Path;
+
+use crate::error::{Error, Result};
+
+/// Problems that are named; the others are counted.
+const NAMED: usize = 10;
+
+/// A list of problems, each a line.
+#[derive(Debug, Default)]
+pub struct Problems {
+    named: Vec<String>,
+    count: usize,
+}
+
+impl Problems {
+    /// Adds one.
+    pub fn add(&mut self, problem: impl Into<String>) {
+        self.count += 1;
+        if self.count <= NAMED {
+            self.named.push(problem.into());
+        }
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// # Errors
+    /// [`Error::Folder`] if there is a problem.
+    pub fn into_result(self, path: &Path) -> Result<()> {
+        match self.count {
+            0 => Ok(()),
+            count => Err(Error::Folder { path: path.to_owned(), problems: self.named, count }),
+        }
+    }
+}

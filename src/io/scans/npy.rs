@@ -1,0 +1,239 @@
+//! `.npy`, numpy's format for one array: a header in Python's literals, then the numbers.
+//!
+//! Written after numpy's description (numpy.lib.format), versions 1 to 3. Points are the rows of an N x C array, the
+//! pixels of an H x W x C array, or the records of an N or H x W array of a structured type, whose names are kept.
+
+use super::literal::Literal;
+use super::{Columns, NAMED, Parsed, Scan, datatype, field, shape};
+use crate::io::point_cloud2::{Datatype, PointField};
+
+const MAGIC: &[u8] = b"\x93NUMPY";
+
+pub(super) fn parse(mut bytes: Vec<u8>, columns: Option<&Columns>) -> Parsed<Scan> {
+    let (header, start) = header(&bytes)?;
+    let is_fortran = match header.get("fortran_order") {
+        Some(Literal::Bool(is_fortran)) => *is_fortran,
+        _ => return Err("no fortran_order in the header".into()),
+    };
+    let dimensions = dimensions(&header)?;
+    let layout = match header.get("descr") {
+        Some(Literal::Text(text)) => plain(text, &dimensions, columns)?,
+        Some(Literal::List(_)) if columns.is_some() => return Err(NAMED.into()),
+        Some(Literal::List(fields)) => structured(fields, &dimensions)?,
+        _ => return Err("no descr in the header".into()),
+    };
+    let [height, width] = shape(layout.height, layout.width, layout.step)?;
+    let expected = height as usize * width as usize * layout.step as usize;
+    let found = bytes.len() - start;
+    if found != expected {
+        return Err(format!("{found} bytes of numbers where the header has {expected}"));
+    }
+    bytes.drain(..start);
+    let data = if is_fortran { last_fastest(&bytes, &dimensions, layout.element) } else { bytes };
+    Ok(Scan {
+        fields: layout.fields,
+        point_step: layout.step,
+        height,
+        width,
+        is_bigendian: layout.is_bigendian,
+        data,
+        left_out: layout.left_out,
+    })
+}
+
+/// The header and where the numbers begin.
+fn header(bytes: &[u8]) -> Parsed<(Literal, usize)> {
+    let no_header = || "no header of a numpy file".to_owned();
+    let rest = bytes.strip_prefix(MAGIC).ok_or_else(no_header)?;
+    let (version, rest) = rest.split_first_chunk::<2>().ok_or_else(no_header)?;
+    let (length, rest) = match version {
+        [1, _] => rest.split_first_chunk().map(|(l, rest)| (u16::from_le_bytes(*l).into(), rest)),
+        [2 | 3, _] => rest.split_first_chunk().map(|(l, rest)| (u32::from_le_bytes(*l), rest)),
+        [major, minor] => return Err(format!("version {major}.{minor} of the format")),
+    }
+    .ok_or_else(no_header)?;
+    let text = rest.get(..length as usize).ok_or("the file ends within its header")?;
+    let text = std::str::from_utf8(text).map_err(|_| "the header is not text".to_owned())?;
+    Ok((Literal::parse(text)?, bytes.len() - rest.len() + length as usize))
+}
+
+fn dimensions(header: &Literal) -> Parsed<Vec<u64>> {
+    let Some(Literal::List(values)) = header.get("shape") else {
+        return Err("no shape in the header".into());
+    };
+    let number = |value: &Literal| match value {
+        Literal::Number(number) => Ok(*number),
+        other => Err(format!("the shape has {other:?}")),
+    };
+    values.iter().map(number).collect()
+}
+
+/// How points lie in the numbers.
+struct Layout {
+    fields: Vec<PointField>,
+    left_out: Vec<String>,
+    /// Bytes of a point.
+    step: u32,
+    /// Bytes of an element of the array.
+    element: usize,
+    is_bigendian: bool,
+    height: u64,
+    width: u64,
+}
+
+/// An array of numbers of one type: the last dimension is the columns.
+fn plain(descr: &str, dimensions: &[u64], columns: Option<&Columns>) -> Parsed<Layout> {
+    let kind = Type::parse(descr)?;
+    let datatype = kind.datatype.ok_or_else(|| format!("numbers of type {descr}"))?;
+    let (height, width, count) = match *dimensions {
+        [width, count] => (1, width, count),
+        [height, width, count] => (height, width, count),
+        _ => {
+            return Err(format!(
+                "an array of {} dimensions; 2 or 3 make a cloud",
+                dimensions.len()
+            ));
+        }
+    };
+    // More columns would not be a point's.
+    let count = usize::try_from(count).ok().filter(|count| (3..=1024).contains(count));
+    let Some(count) = count else {
+        return Err(format!("the shape {dimensions:?} has no 3 to 1024 columns"));
+    };
+    let usual = Columns::usual(count);
+    let columns = columns.unwrap_or(&usual);
+    if columns.count() != count {
+        return Err(format!("{count} columns where {} are named", columns.count()));
+    }
+    Ok(Layout {
+        fields: columns.fields(datatype),
+        left_out: Vec::new(),
+        step: kind.size * count as u32,
+        element: kind.size as usize,
+        is_bigendian: kind.is_bigendian == Some(true),
+        height,
+        width,
+    })
+}
+
+/// An array of records: the fields are named.
+fn structured(descr: &[Literal], dimensions: &[u64]) -> Parsed<Layout> {
+    let (height, width) = match *dimensions {
+        [width] => (1, width),
+        [height, width] => (height, width),
+        _ => {
+            return Err(format!("records in {} dimensions; 1 or 2 make a cloud", dimensions.len()));
+        }
+    };
+    let (mut fields, mut left_out, mut offset) = (Vec::new(), Vec::new(), 0_u32);
+    let mut order = None;
+    for entry in descr {
+        let (name, text, count) = record_field(entry)?;
+        let kind = Type::parse(text)?;
+        match kind.datatype {
+            Some(datatype) => {
+                if kind.is_bigendian.is_some_and(|is| *order.get_or_insert(is) != is) {
+                    return Err("numbers of both byte orders".into());
+                }
+                fields.push(field(name, offset, datatype, count));
+            }
+            None if name.is_empty() => {}
+            None => {
+                left_out.push(format!("field `{name}`, whose type {text} a message does not have"))
+            }
+        }
+        let end = kind.size.checked_mul(count).and_then(|bytes| offset.checked_add(bytes));
+        offset = end.ok_or_else(|| format!("field `{name}` of {count} x {} bytes", kind.size))?;
+    }
+    Ok(Layout {
+        fields,
+        left_out,
+        step: offset,
+        element: offset as usize,
+        is_bigendian: order == Some(true),
+        height,
+        width,
+    })
+}
+
+/// Name, type and count of a record's field: `('x', '<f4')` or `('normal', '<f4', (3,))`.
+fn record_field(entry: &Literal) -> Parsed<(&str, &str, u32)> {
+    let wrong = || format!("a field that cannot be read: {entry:?}");
+    let Literal::List(parts) = entry else { return Err(wrong()) };
+    let (name, kind, dimensions) = match parts.as_slice() {
+        [name, kind] => (name, kind, &[][..]),
+        [name, kind, Literal::List(dimensions)] => (name, kind, dimensions.as_slice()),
+        _ => return Err(wrong()),
+    };
+    let count = dimensions.iter().try_fold(1_u32, |count, dimension| match dimension {
+        Literal::Number(number) => count.checked_mul(u32::try_from(*number).ok()?),
+        _ => None,
+    });
+    match (name, kind, count) {
+        // A title in front of the name.
+        (Literal::List(names), Literal::Text(kind), Some(1..)) => match names.as_slice() {
+            [_, Literal::Text(name)] => Ok((name, kind, count.unwrap_or(1))),
+            _ => Err(wrong()),
+        },
+        (Literal::Text(name), Literal::Text(kind), Some(count @ 1..)) => Ok((name, kind, count)),
+        _ => Err(wrong()),
+    }
+}
+
+/// A type such as `<f4`.
+struct Type {
+    /// The message's type, if it has such a one.
+    datatype: Option<Datatype>,
+    /// Bytes.
+    size: u32,
+    /// None where there is no order: single bytes.
+    is_bigendian: Option<bool>,
+}
+
+impl Type {
+    fn parse(text: &str) -> Parsed<Type> {
+        let unknown = || format!("the unknown type `{text}`");
+        let mut letters = text.chars();
+        let is_bigendian = match letters.next() {
+            Some('<') => Some(false),
+            Some('>') => Some(true),
+            Some('|') => None,
+            _ => return Err(unknown()),
+        };
+        let kind = letters.next().ok_or_else(unknown)?;
+        // Times have a unit behind their size: `<M8[ns]`.
+        let size = letters.as_str().split('[').next().unwrap_or_default();
+        let size: u32 = size.parse().map_err(|_| unknown())?;
+        let size = match kind {
+            'f' | 'i' | 'u' | 'b' | 'c' | 'V' | 'S' | 'M' | 'm' => size,
+            // Letters of four bytes.
+            'U' => size.checked_mul(4).ok_or_else(unknown)?,
+            _ => return Err(unknown()),
+        };
+        let datatype = datatype(if kind == 'b' { 'u' } else { kind }, size);
+        let is_bigendian = is_bigendian.filter(|_| size > 1);
+        Ok(Type { datatype, size, is_bigendian })
+    }
+}
+
+/// An array with the first index fastest as one with the last fastest.
+fn last_fastest(bytes: &[u8], dimensions: &[u64], element: usize) -> Vec<u8> {
+    let dimensions: Vec<usize> = dimensions.iter().map(|&size| size as usize).collect();
+    let strides: Vec<usize> = (0..dimensions.len())
+        .map(|axis| dimensions[..axis].iter().product::<usize>() * element)
+        .collect();
+    let mut index = vec![0; dimensions.len()];
+    let mut data = Vec::with_capacity(bytes.len());
+    while data.len() < bytes.len() {
+        let at: usize = index.iter().zip(&strides).map(|(index, stride)| index * stride).sum();
+        data.extend_from_slice(&bytes[at..at + element]);
+        for axis in (0..index.len()).rev() {
+            index[axis] += 1;
+            if index[axis] < dimensions[axis] {
+                break;
+            }
+            index[axis] = 0;
+        }
+    }
+    data
+}
