@@ -16,7 +16,7 @@ use std::path::Path;
 use anyhow::Result;
 use divmerge::cluster::params::GapMerge;
 use divmerge::evaluate::entropy::{
-    Entropies, Kind, MIN_POINTS, TOLERANCE, entropies, euclidean_clusters, found_whole,
+    Entropies, Kind, MIN_POINTS, TOLERANCE, entropies, euclidean_clusters, found_whole, kinds,
     mean_and_deviation, true_objects,
 };
 use divmerge::evaluate::panoptic;
@@ -244,17 +244,13 @@ impl Frame {
         let taxonomy = Taxonomy::semantic_kitti();
         let class_of = taxonomy.lookup();
         let class = |raw: u16| &taxonomy.classes()[usize::from(class_of[usize::from(raw)])];
-        let kind = |(point, &raw): (usize, &u16)| match GROUND.contains(&raw) {
-            _ if class(raw).is_ignored || !cloud.is_return(point) => Kind::LeftOut,
-            true => Kind::Ground,
-            false => Kind::Object(u32::from(raw)),
-        };
+        let numbers: Vec<u16> = classes.iter().map(|&raw| class_of[usize::from(raw)]).collect();
         let thing = |(&raw, &id): (&u16, &u32)| match class(raw).is_thing && id != 0 {
             true => id << 16 | u32::from(raw),
             false => 0,
         };
         Frame {
-            kinds: classes.iter().enumerate().map(kind).collect(),
+            kinds: kinds(&cloud, &classes, &numbers, &taxonomy),
             things: classes.iter().zip(ids).map(thing).collect(),
             group,
             cloud,

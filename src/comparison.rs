@@ -4,9 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::annotate::Method;
 use crate::error::{Error, Result};
-use crate::evaluate::entropy::{
-    Kind, LEFT_OUT, TOLERANCE, entropies, mean_and_deviation, true_objects,
-};
+use crate::evaluate::entropy::{LEFT_OUT, TOLERANCE, entropies, mean_and_deviation, true_objects};
 use crate::evaluate::{ClassQuality, Panoptic, PanopticQuality, entropy};
 use crate::io::{LabelledFrame, Truth};
 use crate::pipeline;
@@ -140,22 +138,15 @@ fn objects(
     taxonomy: &Taxonomy,
     sees_classes: bool,
 ) -> Vec<u32> {
-    let class = |point: usize| &taxonomy.classes()[usize::from(true_class[point])];
-    let points = 0..frame.cloud.len();
     if sees_classes {
         // The ids of things count from 1 so that none is taken for what is left out.
-        let thing = |point: usize| match class(point).is_thing {
-            true => frame.truth.id[point].saturating_add(1),
-            false => LEFT_OUT,
+        let thing = |(&class, &id): (&u16, &u32)| {
+            let is_thing = taxonomy.classes()[usize::from(class)].is_thing;
+            if is_thing { id.saturating_add(1) } else { LEFT_OUT }
         };
-        return points.map(thing).collect();
+        return true_class.iter().zip(&frame.truth.id).map(thing).collect();
     }
-    let kind = |point: usize| match class(point) {
-        class if class.is_ignored || !frame.cloud.is_return(point) => Kind::LeftOut,
-        class if class.is_ground() => Kind::Ground,
-        _ => Kind::Object(u32::from(frame.truth.class[point])),
-    };
-    let kinds: Vec<Kind> = points.map(kind).collect();
+    let kinds = entropy::kinds(&frame.cloud, &frame.truth.class, true_class, taxonomy);
     true_objects(&frame.cloud, &kinds, TOLERANCE, entropy::MIN_POINTS)
 }
 

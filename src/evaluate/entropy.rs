@@ -32,6 +32,7 @@ use serde::Serialize;
 
 use crate::cloud::PointCloud;
 use crate::disjoint_sets::DisjointSets;
+use crate::taxonomy::Taxonomy;
 
 /// Points of one class no farther apart than this, metres, belong to one true object.
 pub const TOLERANCE: f64 = 0.5;
@@ -135,6 +136,26 @@ pub enum Kind {
     Ground,
     /// Of an object of this class.
     Object(u32),
+}
+
+/// What each of N points is to the true objects: `raw` their true classes in the recording's ids, by which objects
+/// are told apart, `class` the same as class numbers of the taxonomy.
+///
+/// # Panics
+/// If columns differ in length or a class number is not the taxonomy's.
+pub fn kinds(cloud: &PointCloud, raw: &[u16], class: &[u16], taxonomy: &Taxonomy) -> Vec<Kind> {
+    assert_eq!(raw.len(), cloud.len(), "one class per point");
+    let of_class = taxonomy.classes().iter().map(|class| match class {
+        class if class.is_ignored => Some(Kind::LeftOut),
+        class => class.is_ground().then_some(Kind::Ground),
+    });
+    let of_class: Vec<Option<Kind>> = of_class.collect();
+    let kind = |(point, (&raw, &class)): (usize, (&u16, &u16))| match of_class[usize::from(class)] {
+        _ if !cloud.is_return(point) => Kind::LeftOut,
+        Some(kind) => kind,
+        None => Kind::Object(u32::from(raw)),
+    };
+    raw.iter().zip(class).enumerate().map(kind).collect()
 }
 
 /// The true object of each point: points of one class no farther apart than `tolerance` metres belong to

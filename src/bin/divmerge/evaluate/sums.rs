@@ -2,7 +2,7 @@
 
 use anyhow::{Result, bail};
 use divmerge::evaluate::entropy::{
-    Entropies, Kind, MIN_POINTS, TOLERANCE, entropies, true_objects,
+    Entropies, MIN_POINTS, TOLERANCE, entropies, kinds, true_objects,
 };
 use divmerge::evaluate::{Lstq, OverTime, Panoptic, Report};
 use divmerge::{PointCloud, Taxonomy};
@@ -146,19 +146,7 @@ impl<'a> Sums<'a> {
         truth: &Labels,
         true_class: &[u16],
     ) -> Entropies {
-        let classes = self.wanted.taxonomy.classes().iter();
-        let of_class: Vec<Option<Kind>> = classes
-            .map(|class| match class {
-                class if class.is_ignored => Some(Kind::LeftOut),
-                class => class.is_ground().then_some(Kind::Ground),
-            })
-            .collect();
-        let kind = |point: usize| match of_class[usize::from(true_class[point])] {
-            _ if !cloud.is_return(point) => Kind::LeftOut,
-            Some(kind) => kind,
-            None => Kind::Object(u32::from(truth.class[point])),
-        };
-        let kinds: Vec<Kind> = (0..cloud.len()).map(kind).collect();
+        let kinds = kinds(cloud, &truth.class, true_class, self.wanted.taxonomy);
         let objects = true_objects(cloud, &kinds, TOLERANCE, MIN_POINTS);
         let instances = found.instance.iter().zip(&found.segment);
         let own = instances.map(|(&id, &segment)| if id == 0 { 0 } else { segment.max(1) });
