@@ -1,0 +1,520 @@
+//! What became of every true object of a frame, and what every found one is.
+//!
+//! With n points of a true object t, m of a found instance p and s of both, t and p match as panoptic quality
+//! has it ([`panoptic`](super::panoptic)): one class, s / (n + m - s) above a half, points whose true class is
+//! ignored left out first on both sides. At most one p matches a t. The verdicts, the first that holds:
+//!
+//! | verdict | of a true object | of a found instance |
+//! | --- | --- | --- |
+//! | correct | it has a match | it has a match |
+//! | wrong class | it would have one but for the class | it would be one but for the class |
+//! | missed | half or more of its points have no instance | |
+//! | spurious | | more than half of its points are of no thing |
+//! | under-segmented | one instance holds more than half of it | no true object holds more than half of it |
+//! | over-segmented | no instance holds more than half of it | one true object holds more than half of it |
+//!
+//! Nothing falls between the rows. Where one instance holds s > n / 2 of an object and does not match, it
+//! holds at least 2 s - n points beside it, or its IoU would exceed a half: what it holds beside is what spoils
+//! it, and is listed ([`Judged::beside`]). Likewise an unmatched instance of which more than half lies in one
+//! object is a part of an object that is larger.
+//!
+//! As in panoptic quality an unmatched object of few points is no failure: it is marked
+//! [`small`](Judged::is_small) and counted apart.
+//!
+//! One thing differs from panoptic quality: found points of a thing class without an instance (id 0) are a
+//! segment there, which matches where they happen to be one object's and is false elsewhere; here they are points
+//! that have no instance, and no object.
+
+use rustc_hash::FxHashMap;
+use serde::Serialize;
+
+use crate::cloud::{PointCloud, wide};
+use crate::taxonomy::Taxonomy;
+
+/// Class number and id of an object; where classes are not compared, the class of a found one is 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub struct Segment {
+    /// Class number in the taxonomy.
+    pub class: u16,
+    /// Id within the class.
+    pub id: u32,
+}
+
+/// Class number and id of each of N points. Id 0 of a found point is no instance; true ids may be any.
+#[derive(Debug, Clone, Copy)]
+pub struct Labelling<'a> {
+    /// N: class number in the taxonomy.
+    pub class: &'a [u16],
+    /// N: id.
+    pub id: &'a [u32],
+}
+
+/// How objects are compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rules {
+    /// Unmatched objects of fewer points are small.
+    pub min_points: u64,
+    /// Whether a match has to be of one class. Else classes of found points are not looked at, every found
+    /// id is an instance, and instances that hold mostly no thing are none of ours
+    /// ([`Verdicts::elsewhere`]): truth numbers no walls and no poles.
+    pub by_class: bool,
+}
+
+/// What became of an object.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// It has a match.
+    Correct,
+    /// It would have one but for the class.
+    WrongClass,
+    /// It is, or is one of, the parts of a true object.
+    OverSegmented,
+    /// It is in one instance with something else, or that instance.
+    UnderSegmented,
+    /// A true object of whose points half or more have no instance.
+    Missed,
+    /// A found instance of whose points more than half are of no thing.
+    Spurious,
+}
+
+impl Verdict {
+    /// All of them.
+    pub const ALL: [Verdict; 6] = [
+        Verdict::Correct,
+        Verdict::WrongClass,
+        Verdict::OverSegmented,
+        Verdict::UnderSegmented,
+        Verdict::Missed,
+        Verdict::Spurious,
+    ];
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::Correct => "correct",
+            Verdict::WrongClass => "wrong class",
+            Verdict::OverSegmented => "over-segmented",
+            Verdict::UnderSegmented => "under-segmented",
+            Verdict::Missed => "missed",
+            Verdict::Spurious => "spurious",
+        }
+    }
+}
+
+/// An object of the other side and the points it shares.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Share {
+    /// The object.
+    pub object: Segment,
+    /// Name of its class; empty where classes are not compared.
+    pub class_name: String,
+    /// Points of both.
+    pub shared: u64,
+    /// Points of it.
+    pub points: u64,
+}
+
+/// A true object or a found one, and its verdict.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Judged {
+    /// The object.
+    pub object: Segment,
+    /// Name of its class; empty where classes are not compared.
+    pub class_name: String,
+    /// Its points, those of ignored true classes left out.
+    pub points: u64,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Whether it has no match and too few points to count.
+    pub is_small: bool,
+    /// Greatest IoU with an object of the other side, of its class where that matters.
+    pub iou: f64,
+    /// Objects of the other side that share points with it: the match first, then the most points.
+    pub parts: Vec<Share>,
+    /// Of its points those that no object of the other side has: without an instance, or of no thing.
+    pub in_nothing: u64,
+    /// Of the first of `parts`: the other objects of this side that share points with it, the most first.
+    pub beside: Vec<Share>,
+    /// Of the first of `parts`: the points that no object of this side has.
+    pub beside_nothing: u64,
+    /// Mean of its points, metres, sensor frame.
+    pub centre: [f64; 3],
+}
+
+impl Judged {
+    /// Whether it is a failure: unmatched and of points enough.
+    pub fn is_failure(&self) -> bool {
+        self.verdict != Verdict::Correct && !self.is_small
+    }
+}
+
+/// All verdicts of a frame.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Verdicts {
+    /// The true things, by class and id.
+    pub truth: Vec<Judged>,
+    /// The found instances, by class and id.
+    pub found: Vec<Judged>,
+    /// Found instances that hold mostly no thing, where classes are not compared.
+    pub elsewhere: u64,
+}
+
+impl Verdicts {
+    /// The verdict on a true object.
+    pub fn of_true(&self, object: Segment) -> Option<&Judged> {
+        let place = self.truth.binary_search_by_key(&object, |judged| judged.object);
+        place.ok().map(|place| &self.truth[place])
+    }
+}
+
+/// Judges all true things and all found instances of a frame of N points.
+///
+/// # Panics
+/// If columns differ in length or a class number is not the taxonomy's.
+pub fn verdicts(
+    cloud: &PointCloud,
+    truth: Labelling,
+    found: Labelling,
+    taxonomy: &Taxonomy,
+    rules: Rules,
+) -> Verdicts {
+    let objects = Objects::new(truth, found, taxonomy, rules.by_class);
+    let overlaps = Overlaps::new(&objects);
+    let judge = Judge { overlaps: &overlaps, taxonomy, rules };
+    let mut verdicts = Verdicts {
+        truth: overlaps.truth.keys().map(|&object| judge.of_true(object)).collect(),
+        found: overlaps.found.keys().map(|&object| judge.of_found(object)).collect(),
+        elsewhere: 0,
+    };
+    if !rules.by_class {
+        let all = verdicts.found.len();
+        verdicts.found.retain(|judged| judged.verdict != Verdict::Spurious);
+        verdicts.elsewhere = (all - verdicts.found.len()) as u64;
+    }
+    verdicts.truth.sort_unstable_by_key(|judged| judged.object);
+    verdicts.found.sort_unstable_by_key(|judged| judged.object);
+    place(cloud, &objects.truth, &mut verdicts.truth);
+    place(cloud, &objects.found, &mut verdicts.found);
+    verdicts
+}
+
+/// The true and the found object of each of N points; none of a point that is left out.
+struct Objects {
+    truth: Vec<Option<Segment>>,
+    found: Vec<Option<Segment>>,
+}
+
+impl Objects {
+    fn new(truth: Labelling, found: Labelling, taxonomy: &Taxonomy, by_class: bool) -> Self {
+        let points = truth.class.len();
+        let lengths = [truth.id.len(), found.class.len(), found.id.len()];
+        assert!(lengths == [points; 3], "columns of different length");
+        let classes = taxonomy.classes();
+        let of_point = |point: usize| {
+            let class = truth.class[point];
+            if classes[usize::from(class)].is_ignored {
+                return (None, None);
+            }
+            let is_thing = classes[usize::from(class)].is_thing;
+            let own = is_thing.then_some(Segment { class, id: truth.id[point] });
+            let (class, id) = (found.class[point], found.id[point]);
+            let has_instance = id != 0 && (!by_class || classes[usize::from(class)].is_thing);
+            let class = if by_class { class } else { 0 };
+            (own, has_instance.then_some(Segment { class, id }))
+        };
+        let (truth, found) = (0..points).map(of_point).unzip();
+        Objects { truth, found }
+    }
+}
+
+/// Points of each object, and of each pair of one from either side.
+#[derive(Default)]
+struct Overlaps {
+    truth: FxHashMap<Segment, Lot>,
+    found: FxHashMap<Segment, Lot>,
+}
+
+/// An object's points and those that it shares with each of the other side.
+#[derive(Default)]
+struct Lot {
+    points: u64,
+    shares: Vec<(Segment, u64)>,
+}
+
+impl Lot {
+    fn add(&mut self, other: Option<Segment>, points: u64) {
+        self.points += points;
+        self.shares.extend(other.map(|other| (other, points)));
+    }
+
+    fn in_nothing(&self) -> u64 {
+        self.points - self.shares.iter().map(|share| share.1).sum::<u64>()
+    }
+}
+
+impl Overlaps {
+    fn new(objects: &Objects) -> Self {
+        let mut pairs: FxHashMap<(Option<Segment>, Option<Segment>), u64> = FxHashMap::default();
+        for pair in objects.truth.iter().zip(&objects.found) {
+            if pair != (&None, &None) {
+                *pairs.entry((*pair.0, *pair.1)).or_default() += 1;
+            }
+        }
+        let mut overlaps = Overlaps::default();
+        for ((truth, found), points) in pairs {
+            if let Some(truth) = truth {
+                overlaps.truth.entry(truth).or_default().add(found, points);
+            }
+            if let Some(found) = found {
+                overlaps.found.entry(found).or_default().add(truth, points);
+            }
+        }
+        for lot in overlaps.truth.values_mut().chain(overlaps.found.values_mut()) {
+            lot.shares.sort_unstable_by_key(|&(other, points)| (std::cmp::Reverse(points), other));
+        }
+        overlaps
+    }
+}
+
+/// Judges one object after the other.
+struct Judge<'a> {
+    overlaps: &'a Overlaps,
+    taxonomy: &'a Taxonomy,
+    rules: Rules,
+}
+
+impl Judge<'_> {
+    fn of_true(&self, object: Segment) -> Judged {
+        let Overlaps { truth, found } = self.overlaps;
+        self.judged(object, truth, found, |lot| {
+            if 2 * lot.in_nothing() >= lot.points {
+                Verdict::Missed
+            } else if 2 * lot.shares[0].1 > lot.points {
+                Verdict::UnderSegmented
+            } else {
+                Verdict::OverSegmented
+            }
+        })
+    }
+
+    fn of_found(&self, object: Segment) -> Judged {
+        let Overlaps { truth, found } = self.overlaps;
+        self.judged(object, found, truth, |lot| {
+            if 2 * lot.in_nothing() > lot.points {
+                Verdict::Spurious
+            } else if 2 * lot.shares[0].1 > lot.points {
+                Verdict::OverSegmented
+            } else {
+                Verdict::UnderSegmented
+            }
+        })
+    }
+
+    /// The verdict on an object of the side `own` against the side `other`; `unmatched` judges those that
+    /// no class would make a match.
+    fn judged(
+        &self,
+        object: Segment,
+        own: &FxHashMap<Segment, Lot>,
+        other: &FxHashMap<Segment, Lot>,
+        unmatched: impl Fn(&Lot) -> Verdict,
+    ) -> Judged {
+        let lot = &own[&object];
+        let iou = |&(with, shared): &(Segment, u64)| {
+            shared as f64 / (lot.points + other[&with].points - shared) as f64
+        };
+        let may_match = |with: &Segment| !self.rules.by_class || with.class == object.class;
+        let matched = lot.shares.iter().position(|share| iou(share) > 0.5);
+        let verdict = match matched {
+            Some(place) if may_match(&lot.shares[place].0) => Verdict::Correct,
+            Some(_) => Verdict::WrongClass,
+            None => unmatched(lot),
+        };
+        let comparable = lot.shares.iter().filter(|share| may_match(&share.0));
+        let mut parts: Vec<Share> =
+            lot.shares.iter().map(|&(with, shared)| self.share(with, shared, other)).collect();
+        parts[..matched.map_or(0, |place| place + 1)].rotate_right(usize::from(matched.is_some()));
+        let holder = parts.first().map(|part| &other[&part.object]);
+        let beside = holder.map_or(&[][..], |lot| &lot.shares);
+        let beside = beside.iter().filter(|(one, _)| *one != object);
+        Judged {
+            object,
+            class_name: self.class_name(object),
+            points: lot.points,
+            verdict,
+            is_small: verdict != Verdict::Correct && lot.points < self.rules.min_points,
+            iou: comparable.map(iou).fold(0.0, f64::max),
+            in_nothing: lot.in_nothing(),
+            beside: beside.map(|&(one, shared)| self.share(one, shared, own)).collect(),
+            beside_nothing: holder.map_or(0, Lot::in_nothing),
+            parts,
+            centre: [0.0; 3],
+        }
+    }
+
+    fn share(&self, object: Segment, shared: u64, lots: &FxHashMap<Segment, Lot>) -> Share {
+        let class_name = self.class_name(object);
+        Share { object, class_name, shared, points: lots[&object].points }
+    }
+
+    fn class_name(&self, object: Segment) -> String {
+        match object.class {
+            0 => String::new(),
+            class => self.taxonomy.classes()[usize::from(class)].name.clone(),
+        }
+    }
+}
+
+/// Sets the centres of objects, sorted, from the object of each point.
+fn place(cloud: &PointCloud, object: &[Option<Segment>], judged: &mut [Judged]) {
+    let mut sums: FxHashMap<Segment, ([f64; 3], f64)> = FxHashMap::default();
+    for (point, object) in object.iter().enumerate() {
+        let Some(object) = object.filter(|_| cloud.is_return(point)) else {
+            continue;
+        };
+        let (sum, count) = sums.entry(object).or_default();
+        let at = wide(cloud.position(point));
+        sum.iter_mut().zip(at).for_each(|(sum, along)| *sum += along);
+        *count += 1.0;
+    }
+    for judged in judged {
+        if let Some((sum, count)) = sums.get(&judged.object) {
+            judged.centre = sum.map(|along| along / count);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluate::Panoptic;
+
+    /// A frame drawn as two lines, one character a point, ten points each: in the truth an upper-case
+    /// letter is a car, a lower-case one a person, `.` the road, `?` ignored; found likewise, `_` a car's
+    /// point without an instance.
+    fn drawn(truth: &str, found: &str, rules: Rules) -> (Verdicts, Panoptic) {
+        const TIMES: usize = 10;
+        let taxonomy = Taxonomy::semantic_kitti();
+        let number = |name| taxonomy.class_named(name).unwrap();
+        let label = |letter: char| match letter {
+            '.' => (number("road"), 0),
+            '?' => (0, 0),
+            '_' => (number("car"), 0),
+            person if person.is_lowercase() => (number("person"), u32::from(person)),
+            car => (number("car"), u32::from(car)),
+        };
+        let columns = |line: &str| -> (Vec<u16>, Vec<u32>) {
+            line.chars().flat_map(|letter| [label(letter); TIMES]).unzip()
+        };
+        let ((true_class, true_id), (found_class, found_id)) = (columns(truth), columns(found));
+        let along = (0..true_class.len()).map(|point| 1.0 + (point / TIMES) as f32).collect();
+        let zeros = vec![0.0; true_class.len()];
+        let cloud = PointCloud::new(along, zeros.clone(), zeros).unwrap();
+        let mut scores = Panoptic::of(&taxonomy, rules.min_points);
+        scores.add(&found_class, &found_id, &true_class, &true_id);
+        let truth = Labelling { class: &true_class, id: &true_id };
+        let found = Labelling { class: &found_class, id: &found_id };
+        (verdicts(&cloud, truth, found, &taxonomy, rules), scores)
+    }
+
+    const RULES: Rules = Rules { min_points: 15, by_class: true };
+
+    /// The verdicts as `A: missed`, small ones in brackets.
+    fn told(judged: &[Judged]) -> String {
+        let told = judged.iter().map(|one| {
+            let letter = char::from_u32(one.object.id).unwrap();
+            let name = one.verdict.name();
+            if one.is_small { format!("{letter}: ({name})") } else { format!("{letter}: {name}") }
+        });
+        told.collect::<Vec<_>>().join(", ")
+    }
+
+    fn check(truth: &str, found: &str, of_true: &str, of_found: &str) {
+        let (verdicts, scores) = drawn(truth, found, RULES);
+        assert_eq!(told(&verdicts.truth), of_true, "{truth} {found}");
+        assert_eq!(told(&verdicts.found), of_found, "{truth} {found}");
+        // Correct and failing objects are those that panoptic quality counts.
+        let count = |side: &[Judged], is_right: fn(&Judged) -> bool| {
+            side.iter().filter(|judged| is_right(judged)).count() as u64
+        };
+        let things = [1, 6].map(|class| scores.class(class));
+        let sum = |figure: fn(&crate::evaluate::ClassQuality) -> u64| {
+            things.iter().map(figure).sum::<u64>()
+        };
+        let is_correct: fn(&Judged) -> bool = |judged| judged.verdict == Verdict::Correct;
+        assert_eq!(count(&verdicts.truth, is_correct), sum(|q| q.true_positives));
+        assert_eq!(count(&verdicts.found, is_correct), sum(|q| q.true_positives));
+        assert_eq!(count(&verdicts.truth, Judged::is_failure), sum(|q| q.false_negatives));
+        assert_eq!(count(&verdicts.found, Judged::is_failure), sum(|q| q.false_positives));
+    }
+
+    #[test]
+    fn correct_and_wrong_class() {
+        check("AAA..", "BBB..", "A: correct", "B: correct");
+        check("AAA..", "BB...", "A: correct", "B: correct");
+        check("AAA..", "bbb..", "A: wrong class", "b: wrong class");
+        // Ignored points leave first, on both sides.
+        check("AA????", "BBBBBB", "A: correct", "B: correct");
+    }
+
+    #[test]
+    fn over_segmented() {
+        check("AAAA", "BBCC", "A: over-segmented", "B: over-segmented, C: over-segmented");
+        // A part that is most of it is the match; the rest is a part too many.
+        check("AAAAA", "BBBCC", "A: correct", "B: correct, C: over-segmented");
+        check("AAAAA", "BBCC_", "A: over-segmented", "B: over-segmented, C: over-segmented");
+    }
+
+    #[test]
+    fn under_segmented() {
+        check("AABB", "CCCC", "A: under-segmented, B: under-segmented", "C: under-segmented");
+        check("AAABB", "CCCCC", "A: correct, B: under-segmented", "C: correct");
+        check("AA..", "CCCC", "A: under-segmented", "C: under-segmented");
+        let (verdicts, _) = drawn("AABb.", "CCCCC", RULES);
+        let a = &verdicts.truth[0];
+        let beside: Vec<_> = a.beside.iter().map(|share| (share.object.id, share.shared)).collect();
+        assert_eq!(beside, [(u32::from('B'), 10), (u32::from('b'), 10)]);
+        assert_eq!((a.beside_nothing, a.points, a.iou), (10, 20, 0.4));
+        assert_eq!((a.parts[0].shared, a.parts[0].points), (20, 50));
+    }
+
+    #[test]
+    fn missed_and_spurious() {
+        check("AA..", "....", "A: missed", "");
+        // Points of one class without an instance are a segment to panoptic quality, and a match here.
+        let (verdicts, scores) = drawn("AA..", "__..", RULES);
+        assert_eq!(told(&verdicts.truth), "A: missed");
+        assert!(verdicts.found.is_empty() && scores.class(1).true_positives == 1);
+        check("AA..", "B...", "A: missed", "B: (over-segmented)");
+        check("....", ".BB.", "", "B: spurious");
+        check("A.....", "BBBBB.", "A: (under-segmented)", "B: spurious");
+    }
+
+    #[test]
+    fn small_ones_are_marked_and_small_matches_count() {
+        check("A...", "....", "A: (missed)", "");
+        check("A...", "B...", "A: correct", "B: correct");
+    }
+
+    #[test]
+    fn without_classes_walls_are_none_of_ours() {
+        let rules = Rules { by_class: false, ..RULES };
+        let (verdicts, _) = drawn("AA..bb", "ccDDEE", rules);
+        assert_eq!(told(&verdicts.truth), "A: correct, b: correct");
+        assert_eq!(told(&verdicts.found), "E: correct, c: correct");
+        assert_eq!(verdicts.elsewhere, 1);
+    }
+
+    #[test]
+    fn the_match_comes_first_and_centres_are_means() {
+        // More of A lies in C, which B spoils; D matches nothing, E is the match of B.
+        let (verdicts, _) = drawn("AAAABBB", "CCDDEEE", RULES);
+        assert_eq!(verdicts.of_true(Segment { class: 1, id: u32::from('B') }).unwrap().iou, 1.0);
+        let centres: Vec<f64> = verdicts.truth.iter().map(|judged| judged.centre[0]).collect();
+        assert_eq!(centres, [2.5, 6.0]);
+        let a = &verdicts.truth[0];
+        assert_eq!(a.parts.len(), 2);
+        assert!(a.parts[0].object.id == u32::from('C') && a.beside.is_empty());
+    }
+}
