@@ -6,6 +6,7 @@
 
 pub mod annotation;
 pub mod cdr;
+pub mod diagnostics;
 pub mod drive;
 pub mod frames;
 pub mod labelled;
@@ -16,6 +17,9 @@ pub mod semantic_kitti;
 
 pub use annotation::{PointAnnotation, annotated_cloud};
 pub use cdr::ByteOrder;
+pub use diagnostics::{
+    DIAGNOSTIC_ARRAY_NAME, DIAGNOSTIC_ARRAY_SCHEMA, Diagnostic, Level, diagnostic_array,
+};
 pub use frames::{CloudMessage, CloudMessages, Which, cloud_message_at};
 pub use labelled::{
     LabelledFrame, LabelledFrames, LabelledOptions, SeenClasses, Truth, TruthSource,

@@ -9,19 +9,24 @@ use super::facts::Facts;
 /// Shares of the beams between two masses, by what they met; 0 all where no beam lies between.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Between {
-    /// They came back from farther behind.
-    pub through: f64,
     /// They came back from before.
     pub hidden: f64,
     /// They came back with nothing.
     pub missing: f64,
 }
 
+impl Between {
+    /// Share of the beams whose way was not barred and that came back.
+    pub fn visible(&self) -> f64 {
+        1.0 - self.hidden - self.missing
+    }
+}
+
 /// Beams between so many pixels of the smaller mass and the nearest of the larger are looked at ...
 const PAIRS: usize = 24;
 /// ... and so many places on the way from one to the other.
 const PLACES: usize = 8;
-/// So much farther or nearer than the way between them a return is not on it, metres.
+/// A return that is nearer by so much bars the way between them, metres.
 const OFF: f64 = 0.4;
 /// Pixels at one height are partners rather than those above one another: a metre up counts for so many.
 const UPRIGHT: f64 = 3.0;
@@ -30,7 +35,7 @@ const UPRIGHT: f64 = 3.0;
 pub(super) fn between(facts: &Facts, one: &[u32], other: &[u32]) -> Between {
     let (fewer, more) = if one.len() < other.len() { (one, other) } else { (other, one) };
     let every = fewer.len().div_ceil(PAIRS).max(1);
-    let mut counts = [0_usize; 4];
+    let mut counts = [0_usize; 3];
     for &from in fewer.iter().step_by(every) {
         if let Some(to) = partner(facts, from, more) {
             (1..=PLACES).for_each(|place| {
@@ -42,8 +47,8 @@ pub(super) fn between(facts: &Facts, one: &[u32], other: &[u32]) -> Between {
         }
     }
     let total = counts.iter().sum::<usize>().max(1) as f64;
-    let [through, hidden, missing, _] = counts.map(|count| count as f64 / total);
-    Between { through, hidden, missing }
+    let [hidden, missing, _] = counts.map(|count| count as f64 / total);
+    Between { hidden, missing }
 }
 
 fn partner(facts: &Facts, from: u32, among: &[u32]) -> Option<u32> {
@@ -58,8 +63,8 @@ fn partner(facts: &Facts, from: u32, among: &[u32]) -> Option<u32> {
     candidates.min_by(|a, b| squared(a).total_cmp(&squared(b)))
 }
 
-/// What the beam towards a place between two object pixels met: 0 through, 1 hidden, 2 missing, 3 something
-/// there. None where the place is in the pixel of one of the two.
+/// What the beam towards a place between two object pixels met: 0 something before it, 1 nothing, 2 what
+/// lies there or behind. None where the place is in the pixel of one of the two.
 fn seen(facts: &Facts, from: u32, to: u32, along: f64) -> Option<usize> {
     let (image, objects) = (&facts.frame.stages.image, &facts.frame.stages.objects);
     let columns = image.columns();
@@ -76,14 +81,10 @@ fn seen(facts: &Facts, from: u32, to: u32, along: f64) -> Option<usize> {
     let place = [0, 1, 2].map(|axis: usize| lerp(p[axis], q[axis], along));
     let expected = place.iter().map(|x| x * x).sum::<f64>().sqrt();
     let Some(point) = image.point_at(pixel) else {
-        return Some(2);
+        return Some(1);
     };
     let range = facts.frame.cloud.squared_range(point).sqrt();
-    Some(match range - expected {
-        beyond if beyond > OFF => 0,
-        beyond if beyond < -OFF => 1,
-        _ => 3,
-    })
+    Some(if range < expected - OFF { 0 } else { 2 })
 }
 
 fn lerp(from: f64, to: f64, along: f64) -> f64 {

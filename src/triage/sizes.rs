@@ -1,41 +1,38 @@
-//! Instances that do not look like one object of their class: too large, of two masses, with few pixels.
+//! Instances that do not look like one object of their class: too large, of two masses, of hardly a pixel.
 
+use super::between::between;
 use super::facts::{Facts, Member};
-use super::{Kind, Suspect, ramp};
+use super::parts::{Part, components, widest_cut};
+use super::{Hint, Kind, counted, ramp};
+use crate::taxonomy::ClassSize;
 
 /// Instances longer or wider than objects of their class come.
 ///
 /// Fires from the slack on that preset `best` grants (1.2 times the usual length) and from a width on at which
 /// two stand side by side (1.5 times the usual width); full at half as much again.
-pub(super) fn too_large(facts: &Facts) -> Vec<Suspect> {
+pub(super) fn too_large(facts: &Facts) -> Vec<Hint> {
     facts.members.iter().filter_map(|member| is_too_large(facts, member)).collect()
 }
 
-fn is_too_large(facts: &Facts, member: &Member) -> Option<Suspect> {
+fn is_too_large(facts: &Facts, member: &Member) -> Option<Hint> {
     const FULL: f64 = 1.5;
     let usual = member.size?;
     let [length, width, _] = member.instance.bounds.size;
     let most = [facts.by_size.slack * usual.length, facts.by_size.widest(usual)];
-    let excess = [length / most[0], width / most[1]];
-    let side = usize::from(excess[1] > excess[0]);
-    let evidence = ramp(excess[side], 1.0, FULL);
+    let side = usize::from(width / most[1] > length / most[0]);
     let (measured, bound) = ([length, width][side], most[side]);
-    (evidence > 0.0).then(|| Suspect {
-        kind: Kind::TooLarge,
-        evidence,
-        score: 0.0,
-        extra: vec![],
-        instances: vec![member.instance.id],
+    let evidence = ramp(measured / bound, 1.0, FULL);
+    (evidence > 0.0).then(|| Hint {
         points: ends(facts, member),
-        position: member.instance.bounds.centre,
         measured,
         bound,
         unit: "m",
         sentence: format!(
-            "{} is {measured:.1} m {}, where objects of its class stay below {bound:.1} m",
+            "{} is {measured:.1} m {}; objects of its class stay below {bound:.1} m",
             member.instance.title(),
             ["long", "wide"][side],
         ),
+        ..Hint::at(Kind::TooLarge, evidence, member)
     })
 }
 
@@ -45,86 +42,88 @@ fn ends(facts: &Facts, member: &Member) -> Vec<usize> {
     let (sin, cos) = bounds.yaw.sin_cos();
     let half = bounds.size[0] / 2.0;
     let [x, y, _] = bounds.centre;
-    let end = |sign: f64| {
-        facts.nearest_to(&member.objects, [x + sign * half * cos, y + sign * half * sin])
-    };
-    let found: Vec<usize> =
-        [1.0, -1.0].into_iter().filter_map(end).map(|object| facts.point(object)).collect();
-    if found.len() == 2 && found[0] == found[1] { vec![found[0]] } else { found }
+    let end = |sign: f64| [x + sign * half * cos, y + sign * half * sin];
+    let nearest = |sign: f64| facts.nearest_to(&member.objects, end(sign));
+    let ends = [1.0, -1.0].into_iter().filter_map(nearest);
+    let mut points: Vec<usize> = ends.map(|object| facts.point(object)).collect();
+    points.dedup();
+    points
 }
 
 /// Instances of two masses with a gap between them.
 ///
-/// The local components of an instance are linked by the gaps between the boxes around them, the
-/// shortest first (a minimum spanning tree); the link that parts the instance into the two most
-/// equal halves for its length counts. Fires from a gap on at which pieces no longer count as
-/// touching; full at the gap that is bridged at all, and between halves of which the smaller has a third.
-pub(super) fn two_masses(facts: &Facts) -> Vec<Suspect> {
-    let components = super::parts::components(facts);
-    let found = facts.members.iter().zip(&components);
-    found.filter_map(|(member, parts)| is_two_masses(facts, member, parts)).collect()
+/// The local components of an instance are linked by the gaps between the boxes around them, the shortest first
+/// (a minimum spanning tree); the link counts that [`gap_evidence`] says most of.
+pub(super) fn two_masses(facts: &Facts) -> Vec<Hint> {
+    let of_two_masses = |(member, parts): (_, &Vec<Part>)| is_two_masses(facts, member, parts);
+    facts.members.iter().zip(&components(facts)).filter_map(of_two_masses).collect()
 }
 
-fn is_two_masses(
-    facts: &Facts,
-    member: &Member,
-    parts: &[super::parts::Part],
-) -> Option<Suspect> {
+fn is_two_masses(facts: &Facts, member: &Member, parts: &[Part]) -> Option<Hint> {
     let usual = member.size?;
-    let (touching, bridged) =
-        (facts.by_size.touching_gap(usual), facts.by_size.bridged_gap(usual));
-    let cut = super::parts::widest_cut(parts, |gap, balance| {
-        ramp(gap, touching, bridged) * ramp(balance, 0.0, 1.0 / 3.0)
-    })?;
-    let seen = super::between::between(facts, &cut.sides[0], &cut.sides[1]);
-    let balance = cut.sides[1].len() as f64 / member.objects.len() as f64;
-    (cut.weight > 0.0).then(|| Suspect {
-        kind: Kind::TwoMasses,
-        evidence: cut.weight,
-        score: 0.0,
-        extra: vec![cut.gap / usual.width, balance, seen.through, seen.hidden, seen.missing, member.instance.bounds.size[0]/usual.length, member.instance.bounds.size[1]/usual.width],
-        instances: vec![member.instance.id],
+    let touching = facts.by_size.touching_gap(usual);
+    let [_, width, _] = member.instance.bounds.size;
+    let cut = widest_cut(parts, |gap, share| gap_evidence(touching, usual, gap, share, width))?;
+    if cut.weight == 0.0 {
+        return None;
+    }
+    let evidence = cut.weight * between(facts, &cut.sides[0], &cut.sides[1]).visible();
+    Some(Hint {
         points: facts.facing(&cut.sides[0], &cut.sides[1]),
-        position: member.instance.bounds.centre,
         measured: cut.gap,
         bound: touching,
         unit: "m",
         sentence: format!(
-            "{} consists of two masses of {} and {} pixels, {:.2} m apart; pieces of its class touch up \
-             to {touching:.2} m",
+            "{} consists of two masses of {} and {}, {:.2} m apart; pieces of its class touch up to \
+             {touching:.2} m",
             member.instance.title(),
             cut.sides[0].len(),
-            cut.sides[1].len(),
+            counted(cut.sides[1].len(), "pixel"),
             cut.gap,
         ),
+        ..Hint::at(Kind::TwoMasses, evidence, member)
     })
 }
 
-/// Instances of few pixels: their outline says next to nothing, and as a rule they are splinters.
+/// How much a gap within an instance says, given the share of the pixels on its smaller side and the width of the
+/// whole in metres.
 ///
-/// Fires below the pixels from which on evaluation counts a segment at all; full at one pixel.
-pub(super) fn leftover(facts: &Facts) -> Vec<Suspect> {
+/// The gap: from that of touching to half the class's width, about what lies between two parked cars. The share:
+/// up to one half, since evaluation takes the larger mass for the object as long as it outweighs the other. The
+/// width: a third of it counts whatever the width, all where the whole is a fifth wider than usual; vehicles of
+/// a class differ in length, hardly in width.
+pub(super) fn gap_evidence(
+    touching: f64,
+    usual: ClassSize,
+    gap: f64,
+    share: f64,
+    width: f64,
+) -> f64 {
+    let by_width = (1.0 + 2.0 * ramp(width / usual.width, 0.9, 1.2)) / 3.0;
+    ramp(gap, touching, usual.width / 2.0) * ramp(share, 0.0, 0.5) * by_width
+}
+
+/// Instances of few pixels: their outline says next to nothing, and many are splinters.
+///
+/// Fires below the ten pixels that preset `best` takes for a leftover where there are no classes; full without
+/// any.
+pub(super) fn leftovers(facts: &Facts) -> Vec<Hint> {
     const ENOUGH: f64 = 10.0;
     let few = facts.members.iter().filter(|member| (member.objects.len() as f64) < ENOUGH);
-    few.map(|member| {
+    let hint = |member: &Member| {
         let pixels = member.objects.len();
-        Suspect {
-            kind: Kind::Leftover,
-            evidence: ramp(pixels as f64, ENOUGH, 0.0),
-            score: 0.0,
-            extra: vec![],
-            instances: vec![member.instance.id],
-            points: member.objects.first().map(|&object| facts.point(object)).into_iter().collect(),
-            position: member.instance.bounds.centre,
+        Hint {
+            points: member.objects.iter().take(1).map(|&object| facts.point(object)).collect(),
             measured: pixels as f64,
             bound: ENOUGH,
             unit: "pixels",
             sentence: format!(
-                "{} is a leftover of {pixels} pixel{}",
+                "{} is a leftover of {}",
                 member.instance.title(),
-                if pixels == 1 { "" } else { "s" }
+                counted(pixels, "pixel")
             ),
+            ..Hint::at(Kind::Leftover, ramp(pixels as f64, ENOUGH, 0.0), member)
         }
-    })
-    .collect()
+    };
+    few.map(hint).collect()
 }

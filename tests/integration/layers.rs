@@ -19,6 +19,7 @@ const LAYERS: &[&[&str]] = &[
     &["io"],
     &["annotate"],
     &["replay"],
+    &["triage"],
     &["view"],
 ];
 
