@@ -6,6 +6,7 @@ mod completions;
 mod demo;
 mod evaluate;
 mod explain;
+mod explain_text;
 mod export;
 mod figure;
 mod info;
