@@ -27,6 +27,6 @@ pub use labelled::{
 pub use markers::{MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA, MarkerBox, marker_array};
 pub use point_cloud2::{Datatype, POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA, PointCloud2, PointField};
 pub use recording::{
-    AttachmentHeader, Channel, Compression, MessageHeader, Metadata, Overview, Position, Record,
-    RecordingReader, RecordingWriter, Schema, WriteOptions, write_file,
+    AttachmentHeader, Channel, Compression, MessageHeader, Metadata, Overview, PartialFile,
+    Position, Record, RecordingReader, RecordingWriter, Schema, WriteOptions, write_file,
 };

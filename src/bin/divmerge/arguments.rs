@@ -134,6 +134,55 @@ impl MethodArguments {
     }
 }
 
+impl MethodArguments {
+    /// The same arguments as words of a command line; nothing for those that were left out.
+    pub fn words(&self) -> Vec<String> {
+        let mut words = Vec::new();
+        let mut say = |name: &str, value: String| words.extend([format!("--{name}"), value]);
+        match &self.semantics {
+            Semantics::Auto => {}
+            Semantics::Field(name) => say("semantics", format!("field:{name}")),
+            Semantics::Ground => say("semantics", "ground".into()),
+            Semantics::All => say("semantics", "all".into()),
+        }
+        if let Some(path) = &self.taxonomy {
+            say("taxonomy", path.display().to_string());
+        }
+        if !matches!(self.preset, Preset::Best) {
+            say("preset", written(self.preset));
+        }
+        let lengths = [("voxel", self.voxel), ("angle", self.angle)];
+        let counts = [
+            ("gap-columns", self.gap_columns),
+            ("gap-rows", self.gap_rows),
+            ("min-points", self.min_points),
+        ];
+        lengths.into_iter().for_each(|(name, value)| {
+            value.into_iter().for_each(|value| say(name, value.to_string()));
+        });
+        counts.into_iter().for_each(|(name, value)| {
+            value.into_iter().for_each(|value| say(name, value.to_string()));
+        });
+        self.bev.into_iter().for_each(|bev| say("bev", written(bev)));
+        words
+    }
+}
+
+/// A value as the command line takes it.
+fn written(value: impl ValueEnum) -> String {
+    value.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned())
+}
+
+/// A command that a shell reads as these words.
+pub fn command_line(words: &[String]) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+@%".contains(c);
+    let quoted = words.iter().map(|word| match !word.is_empty() && word.chars().all(is_plain) {
+        true => word.clone(),
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    });
+    quoted.collect::<Vec<_>>().join(" ")
+}
+
 /// The preset's bird's-eye merge with another region.
 fn region(preset: Option<BirdsEye>, region: Region) -> BirdsEye {
     BirdsEye {
@@ -282,6 +331,12 @@ mod tests {
         assert_eq!(moment("@7"), Ok(Moment::Absolute(7_000_000_000)));
         assert!(moment("-1").is_err() && moment("noon").is_err() && moment("@1e3").is_err());
         assert_eq!(Moment::FromStart(1.5).log_time(10), 1_500_000_010);
+    }
+
+    #[test]
+    fn commands_are_quoted_for_a_shell() {
+        let words = ["divmerge", "a b.mcap", "--at", "-1.5,2,3", "it's", ""].map(String::from);
+        assert_eq!(command_line(&words), r"divmerge 'a b.mcap' --at -1.5,2,3 'it'\''s' ''");
     }
 
     #[test]

@@ -13,6 +13,8 @@ mod info;
 mod interrupt;
 mod simulate;
 mod terminal;
+mod triage;
+mod triage_report;
 mod view;
 mod viewer;
 
@@ -47,6 +49,7 @@ enum Command {
     View(view::Arguments),
     Explain(explain::Arguments),
     Figure(figure::Arguments),
+    Triage(triage::Arguments),
     Evaluate(evaluate::Arguments),
     Export(export::Arguments),
     Completions(completions::Arguments),
@@ -85,6 +88,7 @@ fn main() -> ExitCode {
         Command::View(arguments) => view::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Figure(arguments) => figure::run(&arguments),
+        Command::Triage(arguments) => triage::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
