@@ -37,7 +37,10 @@ pub(super) fn between(facts: &Facts, one: &[u32], other: &[u32]) -> Between {
     let every = fewer.len().div_ceil(PAIRS).max(1);
     let mut counts = [0_usize; 3];
     for &from in fewer.iter().step_by(every) {
-        if let Some(to) = partner(facts, from, more) {
+        // Of the far side of a mass too, the beams between the sides that face each other count.
+        let to = partner(facts, from, more);
+        let facing = to.and_then(|to| Some((partner(facts, to, fewer)?, to)));
+        if let Some((from, to)) = facing {
             (1..=PLACES).for_each(|place| {
                 let along = place as f64 / (PLACES + 1) as f64;
                 if let Some(seen) = seen(facts, from, to, along) {

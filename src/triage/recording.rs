@@ -21,6 +21,10 @@ pub const SUSPICION: &str = "/suspicion";
 /// From this score on a suspect is an error, below a warning: it is likelier to be one than not.
 pub const ERROR: f64 = 0.5;
 
+/// Suspects of a lower score are counted in a message, not told one by one: a splinter of a few points is none to look
+/// at.
+pub const LEAST: f64 = 0.01;
+
 /// Where the recording is written again.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Output<'a> {
@@ -196,14 +200,13 @@ fn refuse(overview: &Overview, output: &Path, topics: &[String]) -> Result<()> {
 }
 
 /// A frame's suspects as diagnostics: first the frame with its score and how many suspects of each kind it has, then
-/// each suspect with its figures.
+/// each suspect with its figures, those left out that score below [`LEAST`].
 pub fn diagnostics(topic: &str, found: &Triage) -> Vec<Diagnostic> {
     let of = |kind: Kind| found.suspects.iter().filter(|suspect| suspect.kind == kind).count();
     let mut values = vec![
         ("score", number(found.score)),
         ("suspects", found.suspects.len().to_string()),
         ("instances", found.instances.len().to_string()),
-        ("expected_failures", number(found.instances.iter().sum())),
     ];
     values.extend(Kind::ALL.map(|kind| (kind.key(), of(kind).to_string())));
     let worst = found.suspects.first();
@@ -214,7 +217,8 @@ pub fn diagnostics(topic: &str, found: &Triage) -> Vec<Diagnostic> {
         hardware_id: topic.to_owned(),
         values,
     };
-    let each = found.suspects.iter().map(|suspect| diagnostic(topic, suspect));
+    let worth = found.suspects.iter().filter(|suspect| suspect.score >= LEAST);
+    let each = worth.map(|suspect| diagnostic(topic, suspect));
     std::iter::once(frame).chain(each).collect()
 }
 

@@ -11,6 +11,7 @@ mod partition;
 mod recordings;
 mod shared_data;
 mod simulated;
+mod triage;
 #[cfg(feature = "rerun")]
 mod viewer;
 mod without_classes;

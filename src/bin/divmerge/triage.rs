@@ -199,8 +199,6 @@ pub struct List<'a> {
     pub frames: u64,
     pub suspects: u64,
     pub instances: u64,
-    /// How many failures the scores of all instances come to.
-    pub expected: f64,
     csv: Option<Table>,
 }
 
@@ -226,7 +224,6 @@ impl<'a> List<'a> {
             frames: 0,
             suspects: 0,
             instances: 0,
-            expected: 0.0,
             csv: csv.transpose()?,
         })
     }
@@ -235,7 +232,6 @@ impl<'a> List<'a> {
         self.frames += 1;
         self.suspects += found.suspects.len() as u64;
         self.instances += found.instances.len() as u64;
-        self.expected += found.instances.iter().sum::<f64>();
         let seconds = frame.log_time_ns.saturating_sub(self.start_ns) as f64 * 1e-9;
         if let Some(table) = &mut self.csv {
             let [before, after] = &self.command;
@@ -356,11 +352,11 @@ impl List<'_> {
     /// What was looked at, in a sentence.
     pub fn summary(&self) -> String {
         format!(
-            "{} frames, {} instances, {} suspects; by their scores {:.1} instances are in failures.",
+            "{} frames, {} instances, {} suspects; the {} most suspect cases follow.",
             grouped(self.frames),
             grouped(self.instances),
             grouped(self.suspects),
-            self.expected
+            self.cases.len()
         )
     }
 }
