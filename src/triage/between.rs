@@ -16,9 +16,9 @@ pub(super) struct Between {
 }
 
 impl Between {
-    /// Share of the beams whose way was not barred and that came back.
-    pub fn visible(&self) -> f64 {
-        1.0 - self.hidden - self.missing
+    /// How far the gap stands on its own, 1/2 to 1: half the doubt remains where nothing could be seen in it.
+    pub fn unexplained(&self) -> f64 {
+        1.0 - (self.hidden + self.missing) / 2.0
     }
 }
 

@@ -57,7 +57,7 @@ fn hint(facts: &Facts, join: &Join, member: &Member, sides: [&Vec<u32>; 2]) -> O
     if evidence == 0.0 {
         return None;
     }
-    let visible = between(facts, sides[0], sides[1]).visible();
+    let unexplained = between(facts, sides[0], sides[1]).unexplained();
     Some(Hint {
         points: facts.facing(sides[0], sides[1]),
         measured: join.gap,
@@ -68,6 +68,6 @@ fn hint(facts: &Facts, join: &Join, member: &Member, sides: [&Vec<u32>; 2]) -> O
             member.instance.title(),
             join.gap
         ),
-        ..Hint::at(Kind::ThinJoin, evidence * visible, member)
+        ..Hint::at(Kind::ThinJoin, evidence * unexplained, member)
     })
 }

@@ -16,13 +16,14 @@
 //!
 //! # Scores
 //!
-//! A score is comparable across kinds: it estimates how likely it is that evaluation would count a failure
-//! there. It is the product of three shares:
+//! A score is comparable across kinds: it is meant as how likely evaluation would count a failure there. It ranks
+//! better than it estimates: where it says 1/4, about that many are found with preset `best` and half as many with
+//! `paper`, and fewer where it says little (`examples/08_triage.rs` prints both). It is the product of three shares:
 //!
 //! - the *evidence*, 0 where a kind begins to fire and 1 where it could not say more, by a rule that each kind
 //!   states;
-//! - the kind's *weight* ([`Kind::weight`]): how often it is right at full evidence, rounded, from simulated
-//!   drives (`examples/08_triage.rs` prints what it comes to on others);
+//! - the kind's *weight* ([`Kind::weight`]): about how often it is right at full evidence, chosen on simulated
+//!   drives other than those that the example reports on;
 //! - the *stake*: the points of the instance most in doubt as a share of [`Params::min_points`], below which
 //!   evaluation counts no failure.
 //!
@@ -152,7 +153,8 @@ impl Kind {
 
     /// How often the kind is right where its evidence is full, 0 to 1.
     ///
-    /// Rounded from simulated drives of all scenes and sensors, seeds 1 to 6, presets `best` and `paper`.
+    /// Chosen by simulated drives of all scenes and sensors, seeds 1 to 6, presets `best` and `paper`, in coarse steps; what
+    /// tends to come with a stronger kind (neighbours that touch, with those that could be one) has little of its own.
     pub fn weight(self) -> f64 {
         match self {
             Kind::CouldBeOne => 0.9,

@@ -67,7 +67,7 @@ fn is_two_masses(facts: &Facts, member: &Member, parts: &[Part]) -> Option<Hint>
     if cut.weight == 0.0 {
         return None;
     }
-    let evidence = cut.weight * between(facts, &cut.sides[0], &cut.sides[1]).visible();
+    let evidence = cut.weight * between(facts, &cut.sides[0], &cut.sides[1]).unexplained();
     Some(Hint {
         points: facts.facing(&cut.sides[0], &cut.sides[1]),
         measured: cut.gap,
