@@ -17,8 +17,8 @@
 //! # Scores
 //!
 //! A score is comparable across kinds: it is meant as how likely evaluation would count a failure there. It ranks
-//! better than it estimates: where it says 1/4, about that many are found with preset `best` and half as many with
-//! `paper`, and fewer where it says little (`examples/08_triage.rs` prints both). It is the product of three shares:
+//! better than it estimates: where it says 1/4, half as many are found, fewer where it says less
+//! (`examples/08_triage.rs` prints what is found where). It is the product of three shares:
 //!
 //! - the *evidence*, 0 where a kind begins to fire and 1 where it could not say more, by a rule that each kind
 //!   states;
