@@ -48,6 +48,7 @@ pub mod replay;
 pub mod semantics;
 pub mod simulate;
 pub mod taxonomy;
+pub mod triage;
 pub mod view;
 
 pub use cloud::PointCloud;

@@ -59,6 +59,55 @@ pub fn replay(
     method: &Method,
     on_event: &mut dyn FnMut(Event) -> Result<()>,
 ) -> Result<Replayed> {
+    play(input, selection, method, &mut Onlooker(on_event))
+}
+
+/// Someone who sees a recording go by.
+pub trait Watcher {
+    /// Whether records are wanted that hold no selected cloud; else the recording is left where the last
+    /// selected cloud was.
+    fn wants_all(&self) -> bool;
+
+    /// A record, before its cloud is clustered.
+    ///
+    /// # Errors
+    /// Whatever ends the replay.
+    fn record(&mut self, record: &Record) -> Result<()>;
+
+    /// What happened; as in [`replay`].
+    ///
+    /// # Errors
+    /// Whatever ends the replay.
+    fn event(&mut self, event: Event) -> Result<()>;
+}
+
+/// Sees events alone.
+struct Onlooker<'a>(&'a mut dyn FnMut(Event) -> Result<()>);
+
+impl Watcher for Onlooker<'_> {
+    fn wants_all(&self) -> bool {
+        false
+    }
+
+    fn record(&mut self, _: &Record) -> Result<()> {
+        Ok(())
+    }
+
+    fn event(&mut self, event: Event) -> Result<()> {
+        (self.0)(event)
+    }
+}
+
+/// As [`replay`], for someone who wants to see the records too.
+///
+/// # Errors
+/// Those of [`replay`] and of the watcher.
+pub fn play(
+    input: &Path,
+    selection: &Selection,
+    method: &Method,
+    watcher: &mut dyn Watcher,
+) -> Result<Replayed> {
     let overview = Overview::read(input)?;
     let clouds = annotate::choose(&overview, &selection.topics)?;
     refuse_missing(&overview, &clouds, selection)?;
@@ -66,6 +115,7 @@ pub fn replay(
     let total = reader.file_size();
     let mut tally = Tally::default();
     while let Some(record) = reader.next_record()? {
+        watcher.record(&record)?;
         match &record {
             Record::Message { header, data, position } => {
                 let Some(topic) = clouds.get(&header.channel_id) else {
@@ -73,23 +123,24 @@ pub fn replay(
                 };
                 let number = tally.count(topic);
                 if selection.contains(number, header.log_time) {
-                    tally.cluster(topic, number, (header, data, *position), method, on_event)?;
+                    tally.cluster(topic, number, (header, data, *position), method, watcher)?;
                 }
             }
             Record::Damaged { offset, problem } => {
-                on_event(Event::Warning(&format!("{problem} (byte {offset})")))?;
+                watcher.event(Event::Warning(&format!("{problem} (byte {offset})")))?;
             }
             Record::Truncated { offset, problem } => {
-                on_event(Event::Warning(&format!("cut off: {problem} (byte {offset})")))?;
+                watcher.event(Event::Warning(&format!("cut off: {problem} (byte {offset})")))?;
                 tally.replayed.is_cut_off = true;
             }
             _ => continue,
         }
-        if clouds.values().all(|topic| selection.is_behind(tally.seen(topic))) {
+        let is_seen = !watcher.wants_all();
+        if is_seen && clouds.values().all(|topic| selection.is_behind(tally.seen(topic))) {
             break;
         }
         let bytes = reader.offset();
-        on_event(Event::Progress { bytes, total })?;
+        watcher.event(Event::Progress { bytes, total })?;
     }
     if tally.replayed.frames + tally.replayed.unreadable == 0 {
         let problem = "no cloud lies in the frames and times asked for".to_owned();
@@ -181,7 +232,7 @@ impl Tally {
         number: u64,
         (header, data, position): (&MessageHeader, &[u8], Position),
         method: &Method,
-        on_event: &mut dyn FnMut(Event) -> Result<()>,
+        watcher: &mut dyn Watcher,
     ) -> Result<()> {
         let which = CloudNumber { topic, number };
         let wire = PointCloud2::parse(data);
@@ -192,13 +243,13 @@ impl Tally {
             Err(error) => {
                 self.replayed.unreadable += 1;
                 let place = annotate::place(position);
-                return on_event(Event::Warning(&format!("{topic}: {error} ({place})")));
+                return watcher.event(Event::Warning(&format!("{topic}: {error} ({place})")));
             }
         };
         self.replayed.frames += 1;
         let remarks = remarks(&clustered, &method.taxonomy);
         let remarks: Vec<String> = remarks.into_iter().map(|(_, problem)| problem).collect();
-        on_event(Event::Frame(Frame {
+        watcher.event(Event::Frame(Frame {
             topic,
             number,
             log_time_ns: header.log_time,

@@ -20,7 +20,8 @@ pub use crate::io::frames::{is_cloud, is_readable_cloud};
 pub use message::{Annotated, Clustered, Decoded, Method, Semantics, annotate_message, cluster};
 use report::metadata;
 pub use report::{FrameTimes, METADATA_NAME, Report, TopicReport, remarks};
-use topics::{INSTANCES, OBJECTS, channel_metadata, qos, refuse_annotated};
+pub(crate) use topics::qos;
+use topics::{INSTANCES, OBJECTS, channel_metadata, refuse_annotated};
 pub use topics::{choose, is_annotation};
 
 /// What is done to a recording.
@@ -113,7 +114,7 @@ pub fn annotate(
     job.finish(hash)
 }
 
-fn refuse_same_file(input: &Path, output: &Path) -> Result<()> {
+pub(crate) fn refuse_same_file(input: &Path, output: &Path) -> Result<()> {
     match (input.canonicalize(), output.canonicalize()) {
         (Ok(from), Ok(to)) if from == to => Err(Error::Conflict {
             path: input.to_owned(),

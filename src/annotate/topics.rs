@@ -76,7 +76,7 @@ const QOS: &str = "offered_qos_profiles";
 
 /// Quality-of-service metadata for an added channel: the cloud's own where it has some, else rosbag2's
 /// form of reliable, volatile, keep the last ten.
-pub(super) fn qos(cloud: &Channel) -> BTreeMap<String, String> {
+pub(crate) fn qos(cloud: &Channel) -> BTreeMap<String, String> {
     const DEFAULT: &str = "- history: 1\n  depth: 10\n  reliability: 1\n  durability: 2\n";
     let own = cloud.metadata.get(QOS).filter(|own| !own.trim().is_empty());
     let profile = own.map_or(DEFAULT, String::as_str);

@@ -9,6 +9,8 @@ pub const MARKER_ARRAY_NAME: &str = "visualization_msgs/msg/MarkerArray";
 pub const TF_MESSAGE_NAME: &str = "tf2_msgs/msg/TFMessage";
 /// Name of the schema of a camera's calibration.
 pub const CAMERA_INFO_NAME: &str = "sensor_msgs/msg/CameraInfo";
+/// Name of the schema of words and numbers beside a cloud.
+pub const DIAGNOSTIC_ARRAY_NAME: &str = "diagnostic_msgs/msg/DiagnosticArray";
 
 /// A message's own fields, then the line and the definition of each type in it.
 macro_rules! definition {
@@ -179,6 +181,33 @@ geometry_msgs/Quaternion rotation
 "
     vector
     quaternion
+);
+
+/// Complete definition of `diagnostic_msgs/msg/DiagnosticArray`.
+pub const DIAGNOSTIC_ARRAY_SCHEMA: &str = definition!(
+    "\
+std_msgs/Header header
+DiagnosticStatus[] status
+",
+    header
+    time
+    "\
+MSG: diagnostic_msgs/DiagnosticStatus
+byte OK=0
+byte WARN=1
+byte ERROR=2
+byte STALE=3
+byte level
+string name
+string message
+string hardware_id
+KeyValue[] values
+"
+    "\
+MSG: diagnostic_msgs/KeyValue
+string key
+string value
+"
 );
 
 /// Complete definition of `sensor_msgs/msg/CameraInfo`.

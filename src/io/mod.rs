@@ -10,6 +10,7 @@ pub mod camera_info;
 pub mod cdr;
 pub mod cloud_recording;
 pub mod definitions;
+pub mod diagnostics;
 pub mod drive;
 pub mod frames;
 pub mod labelled;
@@ -24,8 +25,10 @@ pub use annotation::{PointAnnotation, annotated_cloud};
 pub use boxes::{BoxSource, FrameBoxes, FrameDetections};
 pub use cdr::ByteOrder;
 pub use definitions::{
-    MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA, POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA,
+    DIAGNOSTIC_ARRAY_NAME, DIAGNOSTIC_ARRAY_SCHEMA, MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA,
+    POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA,
 };
+pub use diagnostics::{Diagnostic, Level, diagnostic_array};
 pub use frames::{CloudMessage, CloudMessages, CloudNumber, Which, cloud_message_at};
 pub use labelled::{
     LabelledFrame, LabelledFrames, LabelledOptions, SeenClasses, Truth, TruthSource,
@@ -33,6 +36,6 @@ pub use labelled::{
 pub use markers::{MarkerBox, marker_array};
 pub use point_cloud2::{Datatype, PointCloud2, PointField};
 pub use recording::{
-    AttachmentHeader, Channel, Compression, MessageHeader, Metadata, Overview, Position, Record,
-    RecordingReader, RecordingWriter, Schema, WriteOptions, write_file,
+    AttachmentHeader, Channel, Compression, MessageHeader, Metadata, Overview, PartialFile,
+    Position, Record, RecordingReader, RecordingWriter, Schema, WriteOptions, write_file,
 };

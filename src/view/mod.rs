@@ -22,6 +22,7 @@ pub mod steps;
 pub mod svg;
 pub mod target;
 pub mod theme;
+pub mod triage_report;
 pub mod vote_graph;
 
 pub use canvas::Canvas;
@@ -33,5 +34,5 @@ pub use plane::Region;
 pub use png::png;
 pub use scene::{Crop, Scene, SceneClass};
 pub use steps::{Step, step_figure, steps};
-pub use svg::svg;
+pub use svg::{inline_svg, svg};
 pub use target::Target;

@@ -34,6 +34,21 @@ pub fn svg(canvas: &Canvas) -> String {
     out
 }
 
+/// Draws a page as an element of an HTML page, whose width it takes: with a label for those who do not see it, and
+/// without the font, which every page would repeat.
+pub fn inline_svg(canvas: &Canvas, label: &str) -> String {
+    let (width, height) = (number(canvas.width), number(canvas.height));
+    let mut out = format!(
+        "<svg role=\"img\" viewBox=\"0 0 {width} {height}\" xml:space=\"preserve\" \
+         font-family=\"Roboto, system-ui, sans-serif\">\n<title>{}</title>\n<rect width=\"{width}\" height=\"{height}\"{}/>\n",
+        escaped(label),
+        paint("fill", Some(canvas.background))
+    );
+    shapes(&mut out, &canvas.shapes);
+    out += "</svg>\n";
+    out
+}
+
 fn shapes(out: &mut String, all: &[Shape]) {
     for shape in all {
         let _ = match shape {

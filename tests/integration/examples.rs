@@ -75,3 +75,14 @@ fn methods() {
     let cells: Vec<&str> = row("`best`").expect("a row").split(" | ").collect();
     assert_eq!(cells[1], cells[2], "{text}");
 }
+
+#[test]
+fn triage() {
+    let Some(data) = shared_data() else { return };
+    let root = data.join("semantickitti");
+    let output = example("08_triage", &[&root.to_string_lossy()]);
+    assert!(output.status.success(), "{output:?}");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains("## `best`: 32 frames") && text.contains("## `paper`"), "{text}");
+    assert!(text.contains("| could be one |") && text.contains("| drive 04 |"), "{text}");
+}

@@ -20,6 +20,7 @@ const LAYERS: &[&[&str]] = &[
     &["io"],
     &["annotate"],
     &["replay", "comparison"],
+    &["triage"],
     &["view"],
 ];
 

@@ -3,6 +3,7 @@
 Needs the release binary (`cargo build --release`) and `pip install -r tests/python/requirements.txt`.
 """
 
+import csv
 import subprocess
 from pathlib import Path
 
@@ -189,3 +190,37 @@ def test_rosbags_reads_our_messages(pair):
                 assert bytes(again) == bytes(message.data)
                 seen += 1
     assert seen
+
+
+def test_suspicion_decodes(tmp_path):
+    source, output, table = tmp_path / "in.mcap", tmp_path / "out.mcap", tmp_path / "out.csv"
+    run("simulate", "--sensor", "vlp-16", "--scene", "parking", "--frames", 2, "-o", source)
+    run("triage", source, "-o", output, "--csv", table)
+    seen = []
+    with open(output, "rb") as file:
+        decoder = DecoderFactory()
+        store = get_typestore(Stores.ROS2_HUMBLE)
+        for schema, channel, message in make_reader(file).iter_messages():
+            if not channel.topic.endswith("/suspicion"):
+                continue
+            assert schema.name == "diagnostic_msgs/msg/DiagnosticArray"
+            seen.append((message.log_time, decoder.decoder_for("cdr", schema)(message.data)))
+            again = store.serialize_cdr(store.deserialize_cdr(message.data, schema.name), schema.name)
+            assert bytes(again) == bytes(message.data)
+    assert len(seen) == 2
+    with open(table, newline="") as file:
+        rows = list(csv.DictReader(file))
+    for log_time, array in seen:
+        frame, *suspects = array.status
+        of_frame = {pair.key: float(pair.value) for pair in frame.values}
+        assert frame.name == "frame" and 0 < of_frame["score"] <= 1
+        own = [row for row in rows if int(row["log_time_ns"]) == log_time]
+        told = [row for row in own if float(row["score"]) >= 0.01]
+        assert suspects and abs(len(suspects) - len(told)) <= 2  # four digits at the threshold
+        for status, row in zip(suspects, told):
+            level = status.level[0] if isinstance(status.level, bytes) else status.level
+            assert level in (1, 2)
+            values = {pair.key: pair.value for pair in status.values}
+            assert (status.name, status.message) == (row["kind"], row["sentence"])
+            assert values["score"] == row["score"] and float(values["x"]) == pytest.approx(float(row["x"]), abs=1e-3)
+            assert of_frame["score"] == pytest.approx(float(row["frame_score"]))

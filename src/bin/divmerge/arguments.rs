@@ -210,36 +210,30 @@ impl MethodArguments {
 }
 
 impl MethodArguments {
-    /// What to add to another command line for the same method: a word a piece.
+    /// The same arguments as words of a command line; nothing for those that were left out.
     pub fn words(&self) -> Vec<String> {
         let mut words = Vec::new();
-        let mut add = |name: &str, value: Option<String>| {
+        let mut say = |name: &str, value: Option<String>| {
             words.extend(value.map(|value| [format!("--{name}"), value]).into_iter().flatten());
         };
-        let named = |value: Option<clap::builder::PossibleValue>| {
-            value.map(|value| value.get_name().to_owned())
+        let semantics = match &self.objects.semantics {
+            Semantics::Auto => None,
+            Semantics::Field(name) => Some(format!("field:{name}")),
+            Semantics::Ground => Some("ground".into()),
+            Semantics::All => Some("all".into()),
         };
-        add(
-            "semantics",
-            match &self.objects.semantics {
-                Semantics::Auto => None,
-                Semantics::Field(name) => Some(format!("field:{name}")),
-                Semantics::Ground => Some("ground".into()),
-                Semantics::All => Some("all".into()),
-            },
-        );
+        say("semantics", semantics);
         let taxonomy = self.objects.taxonomy.as_ref();
-        add("taxonomy", taxonomy.map(|path| path.display().to_string()));
-        let is_ours = self.method == Cutter::DivideAndMerge;
-        add("method", named(self.method.to_possible_value()).filter(|_| !is_ours));
-        let is_default = self.preset == Preset::Best;
-        add("preset", named(self.preset.to_possible_value()).filter(|_| !is_default));
-        add("voxel", self.voxel.map(|n| n.to_string()));
-        add("angle", self.angle.map(|n| n.to_string()));
-        add("gap-columns", self.gap_columns.map(|n| n.to_string()));
-        add("gap-rows", self.gap_rows.map(|n| n.to_string()));
-        add("min-points", self.min_points.map(|n| n.to_string()));
-        add("bev", named(self.bev.and_then(|bev| bev.to_possible_value())));
+        say("taxonomy", taxonomy.map(|path| path.display().to_string()));
+        say("method", (self.method != Cutter::DivideAndMerge).then(|| written(self.method)));
+        say("preset", (self.preset != Preset::Best).then(|| written(self.preset)));
+        say("voxel", self.voxel.map(|n| n.to_string()));
+        say("angle", self.angle.map(|n| n.to_string()));
+        say("gap-columns", self.gap_columns.map(|n| n.to_string()));
+        say("gap-rows", self.gap_rows.map(|n| n.to_string()));
+        say("min-points", self.min_points.map(|n| n.to_string()));
+        say("bev", self.bev.map(written));
+        words.extend(self.boxes.words());
         words
     }
 }
@@ -250,6 +244,25 @@ pub fn taxonomy(file: Option<&Path>) -> Result<Taxonomy> {
         Some(path) => Taxonomy::from_yaml_file(path)?,
         None => Taxonomy::semantic_kitti(),
     })
+}
+
+/// A value as the command line takes it.
+fn written(value: impl ValueEnum) -> String {
+    value.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned())
+}
+
+/// A command that a shell reads as these words.
+pub fn command_line(words: &[String]) -> String {
+    words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
+}
+
+/// A word that a shell reads as this one.
+pub fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+@%".contains(c);
+    match !word.is_empty() && word.chars().all(is_plain) {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    }
 }
 
 /// The preset's bird's-eye merge with another region.
@@ -408,6 +421,12 @@ mod tests {
         assert_eq!(moment("@7"), Ok(Moment::Absolute(7_000_000_000)));
         assert!(moment("-1").is_err() && moment("noon").is_err() && moment("@1e3").is_err());
         assert_eq!(Moment::FromStart(1.5).log_time(10), 1_500_000_010);
+    }
+
+    #[test]
+    fn commands_are_quoted_for_a_shell() {
+        let words = ["divmerge", "a b.mcap", "--at", "-1.5,2,3", "it's", ""].map(String::from);
+        assert_eq!(command_line(&words), r"divmerge 'a b.mcap' --at -1.5,2,3 'it'\''s' ''");
     }
 
     #[test]

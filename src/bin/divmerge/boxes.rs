@@ -75,6 +75,24 @@ impl BoxArguments {
         }
     }
 
+    /// The same arguments as words of a command line; nothing for those that were left out.
+    pub fn words(&self) -> Vec<String> {
+        let source = self.boxes.as_ref().map(|source| match source {
+            BoxesFrom::Topic(name) => format!("topic:{name}"),
+            BoxesFrom::Kitti(folder) => format!("kitti:{}", folder.display()),
+        });
+        let calibration = self.boxes_calibration.as_ref().map(|path| path.display().to_string());
+        let arguments = [
+            ("--boxes", source),
+            ("--boxes-calibration", calibration),
+            ("--boxes-margin", self.boxes_margin.map(|margin| margin.to_string())),
+            ("--least-score", self.least_score.map(|score| score.to_string())),
+        ];
+        let said =
+            arguments.into_iter().filter_map(|(name, value)| Some([name.to_owned(), value?]));
+        said.flatten().collect()
+    }
+
     /// Puts what is said of the boxes into the parameters, if it is boxes that cut.
     pub fn set(&self, config: &mut Config) {
         if let Some(AnyBaseline::Boxes(boxes)) = &mut config.baseline {

@@ -16,7 +16,7 @@ use divmerge::pipeline;
 use serde::Serialize;
 
 use crate::Outcome;
-use crate::arguments::MethodArguments;
+use crate::arguments::{MethodArguments, quoted};
 use crate::terminal::{frame_bar, grouped};
 use crate::truth::CloudArguments;
 
@@ -252,15 +252,6 @@ impl Place<'_> {
         }
         words.extend(self.arguments.method.words().iter().map(|word| quoted(word)));
         words.join(" ")
-    }
-}
-
-/// A word as a shell reads it.
-fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || "/._-:,=+@".contains(c);
-    match !word.is_empty() && word.chars().all(is_plain) {
-        true => word.to_owned(),
-        false => format!("'{}'", word.replace('\'', r"'\''")),
     }
 }
 

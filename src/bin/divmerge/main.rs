@@ -10,6 +10,7 @@ mod demo;
 mod diff;
 mod evaluate;
 mod explain;
+mod explain_text;
 mod export;
 mod failures;
 mod figure;
@@ -19,6 +20,8 @@ mod simulate;
 mod sweep;
 mod table;
 mod terminal;
+mod triage;
+mod triage_report;
 mod truth;
 mod view;
 mod viewer;
@@ -56,6 +59,7 @@ enum Command {
     Explain(explain::Arguments),
     Failures(failures::Arguments),
     Figure(figure::Arguments),
+    Triage(triage::Arguments),
     Evaluate(evaluate::Arguments),
     Export(export::Arguments),
     Compare(compare::Arguments),
@@ -99,6 +103,7 @@ fn main() -> ExitCode {
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Failures(arguments) => failures::run(&arguments),
         Command::Figure(arguments) => figure::run(&arguments),
+        Command::Triage(arguments) => triage::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),

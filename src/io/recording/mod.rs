@@ -20,6 +20,7 @@ mod tests;
 
 pub use mcap::records::{AttachmentHeader, Channel, MessageHeader, Metadata};
 pub use overview::Overview;
+pub use partial::PartialFile;
 pub use reader::RecordingReader;
 pub use record::{Position, Record, Schema};
 pub use writer::{Compression, RecordingWriter, WriteOptions, write_file};

@@ -1,0 +1,119 @@
+"""The pages of `divmerge triage` in a real browser: sorting, keys, no request to anywhere.
+
+Needs the release binary, `pip install -r tests/python/requirements.txt` and a Chromium (Debian's package). The page
+is driven by a script that is put at its end, and what it found is read out of the dumped document.
+"""
+
+import argparse
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+BINARY = ROOT / "target" / "release" / "divmerge"
+
+# Asked of the index, once its own script has run.
+PROBE = """
+<pre id="probe"></pre>
+<script>
+window.addEventListener("load", () => {
+  const key = (name) => (document.activeElement || document.body)
+    .dispatchEvent(new KeyboardEvent("keydown", { key: name, bubbles: true, cancelable: true }));
+  const column = (n) => [...document.querySelectorAll("#cases tbody tr")].map((row) => row.cells[n].textContent);
+  const here = () => { const row = document.querySelector("tr.here"); return row && row.cells[0].textContent; };
+  const found = { before: column(0), script: document.scripts.length };
+  document.querySelectorAll("#cases th button")[4].click();
+  found.kinds = column(4);
+  found.sorted = document.querySelectorAll("#cases th")[4].getAttribute("aria-sort");
+  document.querySelectorAll("#cases th button")[4].click();
+  found.kinds_down = column(4);
+  key("1"); found.again = column(0);
+  key("1"); found.down = column(0);
+  key("1");
+  key("j"); found.first = here();
+  key("j"); found.second = here();
+  key("ArrowDown"); key("k"); key("ArrowUp"); found.back = here();
+  key("ArrowUp"); found.stays = here();
+  const link = document.querySelector("tr.here a");
+  link.addEventListener("click", (event) => { found.opened = link.getAttribute("href"); event.preventDefault(); });
+  key("Enter");
+  key("?"); found.help = document.getElementById("help").open;
+  document.querySelector("#help button").click(); found.closed = !document.getElementById("help").open;
+  found.loaded = performance.getEntriesByType("resource").map((entry) => entry.name);
+  found.fits = document.documentElement.scrollWidth <= window.innerWidth;
+  document.getElementById("probe").textContent = "PROBE" + JSON.stringify(found) + "END";
+});
+</script>
+</body>"""
+
+
+def browser():
+    for name in ("chromium", "chromium-browser", "google-chrome"):
+        if shutil.which(name):
+            return name
+    sys.exit("no Chromium found")
+
+
+def chromium(folder, *arguments):
+    command = [browser(), "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder}/profile"]
+    done = subprocess.run([*command, *map(str, arguments)], capture_output=True, timeout=120)
+    assert done.returncode == 0, done.stderr.decode(errors="replace")
+    return done.stdout.decode()
+
+
+def probed(folder, page):
+    text = page.read_text()
+    copy = page.with_name(f"probe-{page.name}")
+    assert text.count("</body>") == 1
+    copy.write_text(text.replace("</body>", PROBE))
+    dumped = chromium(folder, "--virtual-time-budget=5000", "--dump-dom", copy.as_uri())
+    copy.unlink()
+    found = dumped.split("PROBE{")[-1].split("}END")[0]
+    return json.loads("{" + found.replace("&amp;", "&").replace("&lt;", "<").replace("&gt;", ">") + "}")
+
+
+def check_index(found, cases, link):
+    ranks = [str(number + 1) for number in range(cases)]
+    assert found["before"] == ranks == found["again"], found
+    assert found["down"] == ranks[::-1], found
+    assert found["kinds"] == sorted(found["kinds"]) and found["sorted"] == "ascending", found
+    assert len(set(found["kinds"])) > 1, "one kind alone: sorting by it shows nothing"
+    assert found["kinds_down"] == found["kinds"][::-1], found
+    assert (found["first"], found["second"], found["back"], found["stays"]) == ("1", "2", "1", "1"), found
+    assert found["opened"] == link, found
+    assert found["help"] and found["closed"], found
+    assert not [name for name in found["loaded"] if not name.startswith("data:")], found["loaded"]
+    assert found["fits"], "wider than the window"
+
+
+def main():
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("recording", type=Path)
+    arguments.add_argument("--keep", type=Path, help="folder for pictures of the pages")
+    arguments = arguments.parse_args()
+    cases = 12
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        for name in ("pages", "one.html"):
+            command = [BINARY, "triage", arguments.recording, "--limit", str(cases), "--report", folder / name]
+            subprocess.run(command, check=True, capture_output=True)
+        check_index(probed(folder, folder / "pages" / "index.html"), cases, "case-001.html")
+        check_index(probed(folder, folder / "one.html"), cases, "#case-1")
+        # Without scripts the table stands there with its links.
+        plain = (folder / "pages" / "index.html").read_text().split("<script>")[0]
+        assert plain.count("<tr tabindex") == cases and plain.count('href="case-') == cases
+        if arguments.keep:
+            arguments.keep.mkdir(parents=True, exist_ok=True)
+            for name, size in (("index", "1400,1000"), ("case-001", "1400,1700")):
+                picture = arguments.keep / f"triage-{name}.png"
+                page = folder / "pages" / f"{name}.html"
+                chromium(folder, f"--screenshot={picture}", f"--window-size={size}", page.as_uri())
+                assert picture.stat().st_size > 20_000, picture
+    print("triage pages: sorted, moved, opened; nothing loaded")
+
+
+if __name__ == "__main__":
+    main()
