@@ -9,7 +9,7 @@
 //! | `T/votes/merged`, `.../apart` | lines between the centroids of components that voted on each other |
 //! | `T/dropped/unreached`, `.../too_small` | points of objects that ended without an instance |
 //! | `T/image/range`, `.../component`, `.../instance` | the range image, highest beam on top |
-//! | `T/series/milliseconds`, `.../instances` | time per stage, number of instances |
+//! | `T/series/milliseconds`, `.../instances`, `.../suspicion` | time per stage, number of instances, how suspect the cloud's decisions are ([`triage`]) |
 //! | `T/log` | what was dropped and why |
 //! | `T/explanation/points` | the points A and B of an explanation (`divmerge explain --rerun`) |
 //! | `T/explanation/votes/for`, `.../against` | lines between the pixels of each pair that voted |
@@ -47,14 +47,14 @@ use rerun::{
 };
 
 use super::Target;
-use crate::annotate::Frame;
+use crate::annotate::{Frame, Method};
 use crate::error::{Error, Result};
-use crate::explain::Explanation;
+use crate::explain::{self, Explanation};
 use crate::instances::Reason;
 use crate::io::recording::partial::PartialFile;
 use crate::palette::{instance_colour, reason_colour};
 use crate::pipeline::Stages;
-use crate::taxonomy::Taxonomy;
+use crate::triage::{self, triage};
 
 const APPLICATION: &str = "divmerge";
 /// A viewer that is running answers within this time.
@@ -90,16 +90,17 @@ pub struct RerunStream {
     target: String,
     file: Option<RrdFile>,
     classes: Vec<(String, bool)>,
+    method: Method,
     /// Topics seen so far, with the coordinate frame of their first cloud.
     topics: BTreeMap<String, String>,
 }
 
 impl RerunStream {
-    /// Opens a stream named `title`. A file appears under its name when the stream is finished.
+    /// Opens a stream named `title` of what a method does. A file appears under its name when the stream is finished.
     ///
     /// # Errors
     /// [`Error::Viewer`] if no viewer answers, [`Error::Io`] if the file cannot be made.
-    pub fn open(target: &Target, title: &str, taxonomy: &Taxonomy) -> Result<Self> {
+    pub fn open(target: &Target, title: &str, method: &Method) -> Result<Self> {
         let broken = |error: &dyn Display| Error::Viewer {
             target: target.to_string(),
             problem: error.to_string(),
@@ -121,10 +122,11 @@ impl RerunStream {
             }
             Target::Spawn => recording.set_sink(Box::new(spawn().map_err(|p| broken(&p))?)),
         }
-        let classes = taxonomy.classes().iter();
+        let classes = method.taxonomy.classes().iter();
         let classes = classes.map(|class| (class.name.clone(), class.is_thing)).collect();
         let target = target.to_string();
-        Ok(RerunStream { recording, target, file, classes, topics: BTreeMap::new() })
+        let (method, topics) = (method.clone(), BTreeMap::new());
+        Ok(RerunStream { recording, target, file, classes, method, topics })
     }
 
     /// Shows one cloud, and returns when it is on its way: nothing piles up.
@@ -194,8 +196,16 @@ impl RerunStream {
         scene.log_boxes()?;
         scene.log_votes()?;
         scene.log_images()?;
-        scene.log_series()?;
+        scene.log_series(self.suspicion(frame))?;
         scene.log_words()
+    }
+
+    /// How suspect the decisions on a cloud are, in percent.
+    fn suspicion(&self, frame: &Frame) -> f64 {
+        let Frame { cloud, stages, .. } = *frame;
+        let (mask, config) = (self.method.mask(cloud), &self.method.config);
+        let run = explain::Frame { cloud, mask, config, stages };
+        triage(&run, &triage::Params::default()).score * 100.0
     }
 
     /// What holds for all clouds of a topic: colours, names, sizes of points.
@@ -223,7 +233,10 @@ impl RerunStream {
         log("series/milliseconds", &milliseconds)?;
         let instances =
             show::SeriesLines::new().with_names(["instances"]).with_colors([STAGES[1].1]);
-        log("series/instances", &instances)
+        log("series/instances", &instances)?;
+        let suspicion =
+            show::SeriesLines::new().with_names(["suspicion, %"]).with_colors([STAGES[0].1]);
+        log("series/suspicion", &suspicion)
     }
 }
 
@@ -465,13 +478,14 @@ impl Scene<'_> {
         bytes
     }
 
-    fn log_series(&self) -> RecordingStreamResult<()> {
+    fn log_series(&self, suspicion: f64) -> RecordingStreamResult<()> {
         let stages = self.frame.stages;
         let t = &stages.times;
         let times = [t.projection_ms, t.mask_ms, t.divide_ms, t.merge_ms, t.labels_ms];
         self.recording.log(self.path("series/milliseconds"), &show::Scalars::new(times))?;
         let instances = show::Scalars::new([stages.instances.len() as f64]);
-        self.recording.log(self.path("series/instances"), &instances)
+        self.recording.log(self.path("series/instances"), &instances)?;
+        self.recording.log(self.path("series/suspicion"), &show::Scalars::new([suspicion]))
     }
 
     fn log_words(&self) -> RecordingStreamResult<()> {
@@ -712,6 +726,9 @@ impl Layout {
         )?;
         let counts =
             self.view("TimeSeries", "Number of instances", &at("series/instances"), &[], &legend)?;
+        let suspicion =
+            self.view("TimeSeries", "Suspicion, %", &at("series/suspicion"), &[], &legend)?;
+        let counts = self.container(Tabs, &[counts, suspicion], None)?;
         let columns =
             layout::TextLogColumns::new()
                 .with_text_log_columns([TextLogColumnKind::LogLevel, TextLogColumnKind::Body].map(

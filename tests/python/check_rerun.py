@@ -32,7 +32,7 @@ WINDOW = (1600, 1000)
 # What a cloud topic T leaves in the stream, below T.
 ENTITIES = """
     cloud/class cloud/component cloud/instance boxes votes/merged votes/apart dropped/unreached
-    dropped/too_small image/range image/component image/instance series/milliseconds series/instances log
+    dropped/too_small image/range image/component image/instance series/milliseconds series/instances series/suspicion log
 """.split()
 # A software rasteriser on a busy machine may need several times the seconds it usually does.
 ATTEMPTS = 4

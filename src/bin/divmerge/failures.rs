@@ -17,6 +17,7 @@ use serde::Serialize;
 
 use crate::Outcome;
 use crate::arguments::{MethodArguments, quoted};
+use crate::table::Table;
 use crate::terminal::{frame_bar, grouped};
 use crate::truth::CloudArguments;
 
@@ -271,25 +272,14 @@ fn print(sums: &Sums, rows: &[Row], arguments: &Arguments) {
     let frames = grouped(sums.frames);
     println!("{frames} frames; objects of {} points or more count unless matched", arguments.small);
     println!();
-    println!("verdict           true objects   found instances");
-    for verdict in Verdict::ALL {
-        let count = sums.verdicts.get(verdict.name()).copied().unwrap_or_default();
-        let told = |number: u64, is_none: bool| if is_none { "-".into() } else { grouped(number) };
-        let (of_true, found) = (
-            told(count.r#true, verdict == Verdict::Spurious),
-            told(count.found, verdict == Verdict::Missed),
-        );
-        println!("{:<16}{of_true:>14}{found:>18}", verdict.name());
-    }
-    let small = sums.small;
-    println!("{:<16}{:>14}{:>18}", "small", grouped(small.r#true), grouped(small.found));
+    print!("{}", verdicts(sums).markdown());
     if sums.elsewhere > 0 {
         println!(
             "and {} found instances of no thing, which truth does not number",
             grouped(sums.elsewhere)
         );
     }
-    causes(sums);
+    print!("\n{}", causes(sums).markdown());
     let total: u64 = sums.causes.values().flat_map(BTreeMap::values).sum();
     if total == 0 {
         println!("\nno failures");
@@ -310,18 +300,39 @@ fn print(sums: &Sums, rows: &[Row], arguments: &Arguments) {
     }
 }
 
+/// Objects of either side by verdict.
+fn verdicts(sums: &Sums) -> Table {
+    let rows = Verdict::ALL.map(|verdict| {
+        let count = sums.verdicts.get(verdict.name()).copied().unwrap_or_default();
+        let told = |number: u64, is_none: bool| if is_none { "-".into() } else { grouped(number) };
+        vec![
+            verdict.name().to_owned(),
+            told(count.r#true, verdict == Verdict::Spurious),
+            told(count.found, verdict == Verdict::Missed),
+        ]
+    });
+    let Count { r#true, found } = sums.small;
+    let small = vec!["small".to_owned(), grouped(r#true), grouped(found)];
+    Table::new(&["verdict", "true objects", "found instances"], rows.into_iter().chain([small]))
+}
+
 /// Failures by step and verdict.
-fn causes(sums: &Sums) {
+fn causes(sums: &Sums) -> Table {
     let verdicts = &Verdict::ALL[1..];
-    println!();
-    let names = verdicts.iter().map(|verdict| format!("{:>17}", verdict.name()));
-    println!("failures by cause{}", names.collect::<String>());
-    for step in Cause::STEPS {
+    let head: Vec<&str> =
+        std::iter::once("failures by cause").chain(verdicts.iter().map(|v| v.name())).collect();
+    let row = |step: &&'static str| {
         let of_step = sums.causes.get(step);
         let count = |verdict: &Verdict| of_step.and_then(|of| of.get(verdict.name())).copied();
-        let counts = verdicts.iter().map(|v| format!("{:>17}", grouped(count(v).unwrap_or(0))));
-        println!("{step:<17}{}", counts.collect::<String>());
-    }
+        let counts = verdicts.iter().map(|verdict| grouped(count(verdict).unwrap_or(0)));
+        std::iter::once(step.to_string()).chain(counts).collect()
+    };
+    Table::new(&head, Cause::STEPS.iter().map(row))
+}
+
+/// Number of a true object as people know it: the instance of a word that holds class and instance.
+fn true_number(id: u32) -> u32 {
+    if id > u32::from(u16::MAX) { id >> 16 } else { id }
 }
 
 fn described(number: usize, row: &Row) {
@@ -355,6 +366,7 @@ fn involved(side: Side, judged: &Judged) -> String {
         Side::True => ("instances", "without an instance"),
         Side::Found => ("true objects", "of no thing"),
     };
+    let number = |is_true: bool, id: u32| if is_true { true_number(id) } else { id };
     let parts = judged.parts.iter().take(3).map(|part| {
         let name = if part.class_name.is_empty() {
             String::new()
@@ -364,7 +376,7 @@ fn involved(side: Side, judged: &Judged) -> String {
         format!(
             "{} of{name} {} ({} points)",
             grouped(part.shared),
-            part.object.id,
+            number(side == Side::Found, part.object.id),
             grouped(part.points)
         )
     });
@@ -378,7 +390,12 @@ fn involved(side: Side, judged: &Judged) -> String {
     let mut told = format!("its points: {}", told.join(", "));
     if !judged.beside.is_empty() || judged.beside_nothing > 0 {
         let beside = judged.beside.iter().take(3).map(|share| {
-            format!("{} of {} {}", grouped(share.shared), share.class_name, share.object.id)
+            format!(
+                "{} of {} {}",
+                grouped(share.shared),
+                share.class_name,
+                number(side == Side::True, share.object.id)
+            )
         });
         let mut beside: Vec<String> = beside.collect();
         if judged.beside.len() > 3 {

@@ -41,6 +41,12 @@ fn figures(measured: &Measured) -> [String; 8] {
 }
 
 impl Table {
+    /// A table of a column of words and some of numbers.
+    pub fn new(head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Self {
+        let head = head.iter().map(|&name| name.to_owned()).collect();
+        Table { rows: std::iter::once(head).chain(rows).collect(), words: 1 }
+    }
+
     /// Adds a column at the right.
     pub fn push_column(&mut self, name: &str, cells: impl Iterator<Item = String>) {
         let cells = std::iter::once(name.to_owned()).chain(cells);

@@ -56,7 +56,7 @@ pub fn open(target: &Target, input: &Path, method: &Method) -> Result<RerunStrea
         refuse_same(path, input)?;
     }
     let title = input.file_name().unwrap_or(input.as_os_str()).to_string_lossy();
-    Ok(RerunStream::open(target, &title, &method.taxonomy)?)
+    Ok(RerunStream::open(target, &title, method)?)
 }
 
 /// Opens a stream that is named like the recording.
