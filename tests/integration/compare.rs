@@ -48,6 +48,7 @@ fn truth_that_is_not_there_is_named() {
     assert_eq!(missing.status.code(), Some(1));
     let said = text(&missing.stderr);
     assert!(said.contains("cloud 0") && said.contains("`nobody`"), "{said}");
+    assert!(said.contains("--labels in a folder"), "{said}");
     let labels = divmerge(&["compare", path(&input), "--labels", path(folder.path())]);
     assert_eq!(labels.status.code(), Some(1));
     assert!(text(&labels.stderr).contains("000000.label"), "{}", text(&labels.stderr));

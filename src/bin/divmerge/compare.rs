@@ -16,7 +16,7 @@ use crate::arguments::{Cutter, ObjectArguments, Preset, positive};
 use crate::boxes::BoxArguments;
 use crate::table::{extension, output, table, write_json};
 use crate::terminal::frame_bar;
-use crate::truth::TruthArguments;
+use crate::truth::{TruthArguments, with_hint};
 
 /// Compare methods on clouds with truth
 ///
@@ -169,7 +169,8 @@ fn measure_here(arguments: &Arguments, contender: Contender) -> Result<Row> {
     }
     let frames = arguments.truth.open(&method.semantics)?;
     let bar = frame_bar(&contender.name(), frames.remaining());
-    let measured = measure(frames, &method, arguments.truth.min_points, || bar.inc(1))?;
+    let measured = measure(frames, &method, arguments.truth.min_points, || bar.inc(1));
+    let measured = measured.map_err(with_hint)?;
     bar.finish_and_clear();
     Ok(Row { method: contender.name(), measured, peak_memory: peak_memory() })
 }

@@ -19,7 +19,7 @@ use crate::Outcome;
 use crate::arguments::{MethodArguments, quoted};
 use crate::table::Table;
 use crate::terminal::{frame_bar, grouped};
-use crate::truth::CloudArguments;
+use crate::truth::{CloudArguments, with_hint};
 
 /// List the objects that the clustering gets wrong, the worst first, each with its cause
 ///
@@ -119,7 +119,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let (mut sums, mut rows) = (Sums::default(), Vec::new());
     let keeps_all = arguments.csv.is_some() || arguments.json.is_some();
     for frame in frames {
-        let frame = frame?;
+        let frame = frame.map_err(with_hint)?;
         rows.extend(judge(arguments, &method, frame, &mut sums)?);
         rows.sort_by_key(|row: &Row| std::cmp::Reverse(row.failure.judged.points));
         if !keeps_all {

@@ -13,7 +13,7 @@ use crate::Outcome;
 use crate::arguments::{ObjectArguments, Preset, number};
 use crate::table::{extension, output, table, write_json};
 use crate::terminal::frame_bar;
-use crate::truth::TruthArguments;
+use crate::truth::{TruthArguments, with_hint};
 
 /// Draw quality and time over a parameter
 ///
@@ -154,7 +154,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         let preset = config.preset;
         method.config = config;
         let frames = arguments.truth.open(&method.semantics)?;
-        let measured = measure(frames, &method, arguments.truth.min_points, || bar.inc(1))?;
+        let measured = measure(frames, &method, arguments.truth.min_points, || bar.inc(1));
+        let measured = measured.map_err(with_hint)?;
         rows.push(Row { preset, value, measured });
     }
     bar.finish_and_clear();

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::Result;
+use anyhow::{Result, anyhow};
 use clap::Args;
 use divmerge::annotate::Semantics;
 use divmerge::evaluate::panoptic::MIN_POINTS;
@@ -73,6 +73,19 @@ impl CloudArguments {
             },
         };
         Ok(LabelledFrames::open(&self.input, options)?)
+    }
+}
+
+/// An error, and where truth is looked for if it has not been found.
+pub fn with_hint(error: divmerge::Error) -> anyhow::Error {
+    let is_missing =
+        matches!(&error, divmerge::Error::Truth { problem, .. } if problem.starts_with("no field"));
+    match is_missing {
+        true => anyhow!(
+            "{error}\n  truth is looked for in the fields --true-class-field and --true-instance-field, or with \
+             --labels in a folder of label files"
+        ),
+        false => error.into(),
     }
 }
 
