@@ -11,7 +11,7 @@ use divmerge::baselines::{Alpine, AnyBaseline};
 use divmerge::cluster::params::{BirdsEye, ClusterParams, Region};
 use divmerge::io::{FrameBoxes, Overview};
 use divmerge::pipeline::Config;
-use divmerge::replay::FrameRange;
+use divmerge::replay::{FrameRange, Selection};
 use divmerge::semantics::GroundParams;
 
 use crate::boxes::BoxArguments;
@@ -315,6 +315,35 @@ fn at_least_one(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(0) | Err(_) => Err("must be a whole number from 1 on".into()),
         Ok(n) => Ok(n),
+    }
+}
+
+/// Which clouds of a recording are looked at.
+#[derive(Args)]
+pub struct SelectionArguments {
+    /// Look at this cloud topic alone; may be given several times [default: all]
+    #[arg(long = "topic", value_name = "T")]
+    topics: Vec<String>,
+
+    /// Look at these frames of each topic alone, numbered from 0: 5..10 (10 is left out), 5.., ..10 or 5
+    #[arg(long, value_name = "A..B", value_parser = frames)]
+    frames: Option<FrameRange>,
+
+    /// Leave out clouds before this log time: seconds from the start (12.5) or since 1970 (@1317384506.4)
+    #[arg(long, value_name = "T", value_parser = moment)]
+    from: Option<Moment>,
+
+    /// Leave out clouds from this log time on
+    #[arg(long, value_name = "T", value_parser = moment)]
+    to: Option<Moment>,
+}
+
+impl SelectionArguments {
+    /// The clouds of a recording.
+    pub fn selection(&self, input: &Path) -> Result<Selection> {
+        let (from_ns, to_ns) = window(input, self.from, self.to)?;
+        let frames = self.frames.unwrap_or((Bound::Unbounded, Bound::Unbounded));
+        Ok(Selection { topics: self.topics.clone(), frames, from_ns, to_ns })
     }
 }
 

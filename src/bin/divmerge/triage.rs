@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
-use std::ops::{Bound, ControlFlow};
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -11,12 +11,12 @@ use clap::Args;
 use divmerge::Error;
 use divmerge::annotate::{Event, Frame};
 use divmerge::io::{Overview, PartialFile};
-use divmerge::replay::{FrameRange, Selection};
+use divmerge::replay::Selection;
 use divmerge::triage::recording::{Output, Triaged, triage_recording};
 use divmerge::triage::{Case, Params, Suspect, Triage};
 
 use crate::annotate::Compress;
-use crate::arguments::{MethodArguments, Moment, command_line, frames, moment, window};
+use crate::arguments::{MethodArguments, SelectionArguments, command_line};
 use crate::terminal::{byte_bar, grouped};
 use crate::{Outcome, interrupt, triage_report};
 
@@ -31,21 +31,8 @@ pub struct Arguments {
     /// The recording (MCAP); it is never touched. Of an annotated one the original clouds are clustered anew
     input: PathBuf,
 
-    /// Look at this cloud topic alone; may be given several times [default: all]
-    #[arg(long = "topic", value_name = "T")]
-    topics: Vec<String>,
-
-    /// Look at these frames of each topic alone, numbered from 0: 5..10 (10 is left out), 5.., ..10 or 5
-    #[arg(long, value_name = "A..B", value_parser = frames)]
-    frames: Option<FrameRange>,
-
-    /// Leave out clouds before this log time: seconds from the start (12.5) or since 1970 (@1317384506.4)
-    #[arg(long, value_name = "T", value_parser = moment)]
-    from: Option<Moment>,
-
-    /// Leave out clouds from this log time on
-    #[arg(long, value_name = "T", value_parser = moment)]
-    to: Option<Moment>,
+    #[command(flatten)]
+    selection: SelectionArguments,
 
     #[command(flatten)]
     method: MethodArguments,
@@ -96,13 +83,7 @@ pub struct Listed {
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     interrupt::listen();
     refuse(arguments)?;
-    let (from_ns, to_ns) = window(&arguments.input, arguments.from, arguments.to)?;
-    let selection = Selection {
-        topics: arguments.topics.clone(),
-        frames: arguments.frames.unwrap_or((Bound::Unbounded, Bound::Unbounded)),
-        from_ns,
-        to_ns,
-    };
+    let selection = arguments.selection.selection(&arguments.input)?;
     selection.check(&arguments.input)?;
     let method = arguments.method.method(&arguments.input)?;
     let params = Params { min_points: arguments.weigh_points };

@@ -1,6 +1,6 @@
 //! `divmerge view`
 
-use std::ops::{Bound, ControlFlow};
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -8,10 +8,10 @@ use anyhow::Result;
 use clap::Args;
 use divmerge::Error;
 use divmerge::annotate::Event;
-use divmerge::replay::{FrameRange, Selection, replay};
+use divmerge::replay::replay;
 use divmerge::view::Target;
 
-use crate::arguments::{MethodArguments, Moment, frames, moment, window};
+use crate::arguments::{MethodArguments, SelectionArguments};
 use crate::terminal::{byte_bar, grouped};
 use crate::{Outcome, interrupt, viewer};
 
@@ -37,22 +37,8 @@ pub struct Arguments {
     #[arg(long)]
     spawn: bool,
 
-    /// Show only this cloud topic; may be given several times [default: all]
-    #[arg(long = "topic", value_name = "T")]
-    topics: Vec<String>,
-
-    /// Show only these frames of each topic, numbered from 0: 5..10 (10 is left out), 5.., ..10 or 5
-    #[arg(long, value_name = "A..B", value_parser = frames)]
-    frames: Option<FrameRange>,
-
-    /// Leave out clouds before this log time: seconds from the start (12.5) or since 1970
-    /// (@1317384506.4)
-    #[arg(long, value_name = "T", value_parser = moment)]
-    from: Option<Moment>,
-
-    /// Leave out clouds from this log time on
-    #[arg(long, value_name = "T", value_parser = moment)]
-    to: Option<Moment>,
+    #[command(flatten)]
+    selection: SelectionArguments,
 
     #[command(flatten)]
     method: MethodArguments,
@@ -69,13 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if let Target::Save { path, force } = &target {
         crate::refuse_existing(path, *force)?;
     }
-    let (from_ns, to_ns) = window(&arguments.input, arguments.from, arguments.to)?;
-    let selection = Selection {
-        topics: arguments.topics.clone(),
-        frames: arguments.frames.unwrap_or((Bound::Unbounded, Bound::Unbounded)),
-        from_ns,
-        to_ns,
-    };
+    let selection = arguments.selection.selection(&arguments.input)?;
     let method = arguments.method.method(&arguments.input)?;
     // Before anything is opened or started for it.
     selection.check(&arguments.input)?;
