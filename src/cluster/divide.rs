@@ -21,6 +21,11 @@ pub struct Components {
 ///
 /// In every round each non-empty queue, in seed order, pops one pixel and visits its neighbours left,
 /// right, up and down. Time O(M); memory O(M) and one entry per pair of border pixels.
+///
+/// Where seeds are labelled at once a pixel keeps the label it gets, and every pixel with a label visits all its
+/// neighbours, so that the votes of Alg. 1 are known from the labels alone: two for each pair of neighbours with
+/// different labels, in favour where the condition holds (one that holds is visited from both sides when both have
+/// their labels; one that does not is on the undecided list if it comes too early). They are counted afterwards.
 pub fn divide(
     objects: &ObjectPixels,
     seeds: &[u32],
@@ -28,20 +33,47 @@ pub fn divide(
 ) -> (Components, Votes) {
     let mut growth = Growth::new(objects, seeds, params.seeding);
     growth.run();
-    let Growth { label, grown, undecided, mut ballot, .. } = growth;
-    for (own, neighbour) in undecided {
-        let other = label[neighbour as usize];
-        if other > 0 {
-            ballot.against(own, other);
+    let Growth { label, grown, undecided, ballot, .. } = growth;
+    let (ballot, weight) = match ballot {
+        None => (border_votes(objects, &label), 2),
+        Some(mut ballot) => {
+            for (own, neighbour) in undecided {
+                let other = label[neighbour as usize];
+                if other > 0 {
+                    ballot.cast(own, other, false);
+                }
+            }
+            (ballot, 1)
         }
-    }
+    };
     let mut components = Components { label, count: seeds.len() as u32, grown };
     if params.leftovers == Leftovers::Reseeded {
         reseed(objects, &mut components);
     }
-    let votes = ballot.count(components.count);
+    let votes = ballot.count(components.count, weight);
     (components, votes)
 }
+
+/// One vote for each pair of neighbours with different labels.
+fn border_votes(objects: &ObjectPixels, label: &[u32]) -> Ballot {
+    let mut ballot = Ballot::default();
+    let pixels = objects.neighbours.iter().zip(&objects.connected).zip(label);
+    for ((neighbours, connected), &own) in pixels.filter(|&(_, &own)| own != 0) {
+        for direction in FORWARD {
+            let neighbour = neighbours[direction];
+            if neighbour != NO_NEIGHBOUR {
+                let other = label[neighbour as usize];
+                if other != 0 {
+                    ballot.cast(own, other, connected[direction]);
+                }
+            }
+        }
+    }
+    ballot
+}
+
+/// Right and down: each pair of neighbours from one side.
+const FORWARD: [usize; 2] = [1, 3];
 
 /// The state of Alg. 1. Queues are linked lists in one arena.
 struct Growth<'a> {
@@ -49,16 +81,19 @@ struct Growth<'a> {
     label: Vec<u32>,
     grown: Vec<(u32, u32)>,
     undecided: Vec<(u32, u32)>,
-    ballot: Ballot,
+    /// Votes as they are cast, where pixels can change hands.
+    ballot: Option<Ballot>,
     arena: Vec<Entry>,
     queues: Vec<Queue>,
 }
 
+#[derive(Clone, Copy)]
 struct Entry {
     object: u32,
     next: u32,
 }
 
+#[derive(Clone, Copy)]
 struct Queue {
     label: u32,
     head: u32,
@@ -82,9 +117,9 @@ impl<'a> Growth<'a> {
         Growth {
             objects,
             label,
-            grown: Vec::with_capacity(objects.len()),
+            grown: Vec::with_capacity(objects.len() - seeds.len()),
             undecided: Vec::new(),
-            ballot: Ballot::default(),
+            ballot: (seeding == Seeding::AtPop).then(Ballot::default),
             arena,
             queues,
         }
@@ -93,34 +128,51 @@ impl<'a> Growth<'a> {
     fn run(&mut self) {
         let mut queues = std::mem::take(&mut self.queues);
         while !queues.is_empty() {
-            for queue in &mut queues {
-                self.expand(queue);
+            let mut kept = 0;
+            for place in 0..queues.len() {
+                let mut queue = queues[place];
+                match &self.ballot {
+                    None => self.expand(&mut queue),
+                    Some(_) => self.expand_and_vote(&mut queue),
+                }
+                if queue.head != END {
+                    queues[kept] = queue;
+                    kept += 1;
+                }
             }
-            queues.retain(|queue| queue.head != END);
+            queues.truncate(kept);
         }
     }
 
-    /// ExpandCluster of Alg. 1: pops one pixel and visits its neighbours.
+    /// ExpandCluster of Alg. 1 without its votes: pops one pixel, whose connected neighbours without a label join.
     fn expand(&mut self, queue: &mut Queue) {
         let object = self.pop(queue);
+        let connected = self.objects.connected[object];
+        for (neighbour, connected) in self.objects.neighbours[object].into_iter().zip(connected) {
+            if connected && self.label[neighbour as usize] == 0 {
+                self.take(queue, neighbour);
+            }
+        }
+    }
+
+    /// ExpandCluster of Alg. 1 where seeds are labelled at the pop, and every pop writes its own label again.
+    fn expand_and_vote(&mut self, queue: &mut Queue) {
+        let object = self.pop(queue);
         let own = queue.label;
-        // Does nothing unless seeds are labelled at the pop.
         self.label[object] = own;
         let connected = self.objects.connected[object];
         for (neighbour, connected) in self.objects.neighbours[object].into_iter().zip(connected) {
             if neighbour == NO_NEIGHBOUR {
                 continue;
             }
-            let other = self.label[neighbour as usize];
-            match (connected, other) {
-                (true, 0) => {
-                    self.label[neighbour as usize] = own;
-                    self.grown.push((neighbour, own));
-                    self.push(queue, neighbour);
-                }
-                (true, other) => self.ballot.in_favour(own, other),
+            match (connected, self.label[neighbour as usize]) {
+                (true, 0) => self.take(queue, neighbour),
                 (false, 0) => self.undecided.push((own, neighbour)),
-                (false, other) => self.ballot.against(own, other),
+                (connected, other) => {
+                    if let Some(ballot) = &mut self.ballot {
+                        ballot.cast(own, other, connected);
+                    }
+                }
             }
         }
     }
@@ -131,7 +183,10 @@ impl<'a> Growth<'a> {
         entry.object as usize
     }
 
-    fn push(&mut self, queue: &mut Queue, object: u32) {
+    /// A pixel gets the label of a queue and joins it.
+    fn take(&mut self, queue: &mut Queue, object: u32) {
+        self.label[object as usize] = queue.label;
+        self.grown.push((object, queue.label));
         let entry = self.arena.len() as u32;
         self.arena.push(Entry { object, next: END });
         if queue.head == END {
