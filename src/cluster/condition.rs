@@ -47,10 +47,9 @@ impl<'a> Judge<'a> {
             let reach = (nearness.share_of_width * size.width).min(nearness.at_most);
             return (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2) < reach * reach;
         }
-        let angle = || self.angle_exceeds(p, q, apart, along);
         match &self.condition.gate {
-            None => angle(),
-            Some(gate) => gated(p, q, apart, gate, angle),
+            None => self.angle_exceeds(p, q, apart, along),
+            Some(gate) => gated(p, q, apart, gate, || self.angle_exceeds(p, q, apart, along)),
         }
     }
 

@@ -3,7 +3,7 @@
 use super::objects::ObjectPixels;
 use super::params::{ClusterParams, Leftovers, Seeding};
 use super::votes::{Ballot, Votes};
-use crate::range_image::NO_NEIGHBOUR;
+use crate::range_image::{NEIGHBOURS, NO_NEIGHBOUR};
 
 /// The local components of the divide step and the votes on their borders.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -31,19 +31,15 @@ pub fn divide(
     seeds: &[u32],
     params: &ClusterParams,
 ) -> (Components, Votes) {
-    let mut growth = Growth::new(objects, seeds, params.seeding);
-    growth.run();
-    let Growth { label, grown, undecided, ballot, .. } = growth;
-    let (ballot, weight) = match ballot {
-        None => (border_votes(objects, &label), 2),
-        Some(mut ballot) => {
-            for (own, neighbour) in undecided {
-                let other = label[neighbour as usize];
-                if other > 0 {
-                    ballot.cast(own, other, false);
-                }
-            }
-            (ballot, 1)
+    let (label, grown, ballot, weight) = match params.seeding {
+        Seeding::AtOnce => {
+            let (label, grown) = grow(objects, seeds);
+            let ballot = border_votes(objects, &label);
+            (label, grown, ballot, 2)
+        }
+        Seeding::AtPop => {
+            let Growth { label, grown, ballot, .. } = Growth::new(objects, seeds).run();
+            (label, grown, ballot, 1)
         }
     };
     let mut components = Components { label, count: seeds.len() as u32, grown };
@@ -52,6 +48,64 @@ pub fn divide(
     }
     let votes = ballot.count(components.count, weight);
     (components, votes)
+}
+
+/// Alg. 1 without its votes, for seeds that are labelled at once: the label of each object pixel, and the pixels that
+/// were added with their labels, in order.
+///
+/// A pixel is in one queue only, so queues are linked lists through the pixels. Queues take turns, and each turn is
+/// elsewhere in the image: what a turn reads of a pixel lies together.
+fn grow(objects: &ObjectPixels, seeds: &[u32]) -> (Vec<u32>, Vec<(u32, u32)>) {
+    let connected = connected_neighbours(objects);
+    // The last one stands for what is not connected.
+    let mut pixels = vec![Pixel { label: 0, next: END }; objects.len() + 1];
+    pixels[objects.len()].label = u32::MAX;
+    let mut grown = Vec::with_capacity(objects.len() - seeds.len());
+    for (label, &seed) in (1..).zip(seeds) {
+        pixels[seed as usize].label = label;
+    }
+    // First and last pixel of every queue that is not empty.
+    let mut queues: Vec<[u32; 2]> = seeds.iter().map(|&seed| [seed; 2]).collect();
+    while !queues.is_empty() {
+        let mut kept = 0;
+        for place in 0..queues.len() {
+            let [first, mut last] = queues[place];
+            let label = pixels[first as usize].label;
+            for neighbour in connected[first as usize] {
+                if pixels[neighbour as usize].label == 0 {
+                    pixels[neighbour as usize].label = label;
+                    pixels[last as usize].next = neighbour;
+                    grown.push((neighbour, label));
+                    last = neighbour;
+                }
+            }
+            let next = pixels[first as usize].next;
+            if next != END {
+                queues[kept] = [next, last];
+                kept += 1;
+            }
+        }
+        queues.truncate(kept);
+    }
+    pixels.truncate(objects.len());
+    (pixels.into_iter().map(|pixel| pixel.label).collect(), grown)
+}
+
+/// An object pixel while components grow: its label or 0, and the one behind it in its queue.
+#[derive(Clone, Copy)]
+struct Pixel {
+    label: u32,
+    next: u32,
+}
+
+/// M x 4: the neighbours towards which the condition holds, left, right, up and down; M where there is none.
+fn connected_neighbours(objects: &ObjectPixels) -> Vec<[u32; NEIGHBOURS]> {
+    let none = objects.len() as u32;
+    let pixels = objects.neighbours.iter().zip(&objects.connected);
+    let of_pixel = |(neighbours, connected): (&[u32; NEIGHBOURS], &[bool; NEIGHBOURS])| {
+        std::array::from_fn(|i| if connected[i] { neighbours[i] } else { none })
+    };
+    pixels.map(of_pixel).collect()
 }
 
 /// One vote for each pair of neighbours with different labels.
@@ -75,25 +129,23 @@ fn border_votes(objects: &ObjectPixels, label: &[u32]) -> Ballot {
 /// Right and down: each pair of neighbours from one side.
 const FORWARD: [usize; 2] = [1, 3];
 
-/// The state of Alg. 1. Queues are linked lists in one arena.
+/// The state of Alg. 1 where seeds are labelled at the pop. Queues are linked lists in one arena, because a pixel that
+/// changes hands is in several.
 struct Growth<'a> {
     objects: &'a ObjectPixels,
     label: Vec<u32>,
     grown: Vec<(u32, u32)>,
     undecided: Vec<(u32, u32)>,
-    /// Votes as they are cast, where pixels can change hands.
-    ballot: Option<Ballot>,
+    ballot: Ballot,
     arena: Vec<Entry>,
     queues: Vec<Queue>,
 }
 
-#[derive(Clone, Copy)]
 struct Entry {
     object: u32,
     next: u32,
 }
 
-#[derive(Clone, Copy)]
 struct Queue {
     label: u32,
     head: u32,
@@ -103,60 +155,43 @@ struct Queue {
 const END: u32 = u32::MAX;
 
 impl<'a> Growth<'a> {
-    fn new(objects: &'a ObjectPixels, seeds: &[u32], seeding: Seeding) -> Self {
-        let mut label = vec![0; objects.len()];
-        let mut arena = Vec::with_capacity(objects.len());
-        let mut queues = Vec::with_capacity(seeds.len());
-        for (number, &seed) in (0_u32..).zip(seeds) {
-            arena.push(Entry { object: seed, next: END });
-            queues.push(Queue { label: number + 1, head: number, tail: number });
-            if seeding == Seeding::AtOnce {
-                label[seed as usize] = number + 1;
-            }
-        }
+    fn new(objects: &'a ObjectPixels, seeds: &[u32]) -> Self {
+        let entries = seeds.iter().map(|&object| Entry { object, next: END });
+        let queues = (0..seeds.len() as u32).map(|number| Queue {
+            label: number + 1,
+            head: number,
+            tail: number,
+        });
         Growth {
             objects,
-            label,
-            grown: Vec::with_capacity(objects.len() - seeds.len()),
+            label: vec![0; objects.len()],
+            grown: Vec::new(),
             undecided: Vec::new(),
-            ballot: (seeding == Seeding::AtPop).then(Ballot::default),
-            arena,
-            queues,
+            ballot: Ballot::default(),
+            arena: entries.collect(),
+            queues: queues.collect(),
         }
     }
 
-    fn run(&mut self) {
+    fn run(mut self) -> Self {
         let mut queues = std::mem::take(&mut self.queues);
         while !queues.is_empty() {
-            let mut kept = 0;
-            for place in 0..queues.len() {
-                let mut queue = queues[place];
-                match &self.ballot {
-                    None => self.expand(&mut queue),
-                    Some(_) => self.expand_and_vote(&mut queue),
-                }
-                if queue.head != END {
-                    queues[kept] = queue;
-                    kept += 1;
-                }
+            for queue in &mut queues {
+                self.expand(queue);
             }
-            queues.truncate(kept);
+            queues.retain(|queue| queue.head != END);
         }
+        for (own, neighbour) in std::mem::take(&mut self.undecided) {
+            let other = self.label[neighbour as usize];
+            if other > 0 {
+                self.ballot.cast(own, other, false);
+            }
+        }
+        self
     }
 
-    /// ExpandCluster of Alg. 1 without its votes: pops one pixel, whose connected neighbours without a label join.
+    /// ExpandCluster of Alg. 1: pops one pixel and visits its neighbours. Every pop writes its own label again.
     fn expand(&mut self, queue: &mut Queue) {
-        let object = self.pop(queue);
-        let connected = self.objects.connected[object];
-        for (neighbour, connected) in self.objects.neighbours[object].into_iter().zip(connected) {
-            if connected && self.label[neighbour as usize] == 0 {
-                self.take(queue, neighbour);
-            }
-        }
-    }
-
-    /// ExpandCluster of Alg. 1 where seeds are labelled at the pop, and every pop writes its own label again.
-    fn expand_and_vote(&mut self, queue: &mut Queue) {
         let object = self.pop(queue);
         let own = queue.label;
         self.label[object] = own;
@@ -166,13 +201,13 @@ impl<'a> Growth<'a> {
                 continue;
             }
             match (connected, self.label[neighbour as usize]) {
-                (true, 0) => self.take(queue, neighbour),
-                (false, 0) => self.undecided.push((own, neighbour)),
-                (connected, other) => {
-                    if let Some(ballot) = &mut self.ballot {
-                        ballot.cast(own, other, connected);
-                    }
+                (true, 0) => {
+                    self.label[neighbour as usize] = own;
+                    self.grown.push((neighbour, own));
+                    self.push(queue, neighbour);
                 }
+                (false, 0) => self.undecided.push((own, neighbour)),
+                (connected, other) => self.ballot.cast(own, other, connected),
             }
         }
     }
@@ -183,10 +218,7 @@ impl<'a> Growth<'a> {
         entry.object as usize
     }
 
-    /// A pixel gets the label of a queue and joins it.
-    fn take(&mut self, queue: &mut Queue, object: u32) {
-        self.label[object as usize] = queue.label;
-        self.grown.push((object, queue.label));
+    fn push(&mut self, queue: &mut Queue, object: u32) {
         let entry = self.arena.len() as u32;
         self.arena.push(Entry { object, next: END });
         if queue.head == END {

@@ -9,19 +9,42 @@ use crate::cloud::wide;
 /// The seeds in row-major order, as object pixel numbers: seed k carries label k + 1. Where neighbours
 /// must be of one class, so must the pixels of a voxel.
 pub fn seeds(objects: &ObjectPixels, params: &ClusterParams) -> Vec<u32> {
-    let mut taken = FxHashSet::with_capacity_and_hasher(objects.len() / 4, Default::default());
+    let mut taken = Voxels::default();
     let mut seeds = Vec::new();
     // Most pixels lie in the voxel of the one before them.
     let mut before = None;
     for (object, &position) in (0_u32..).zip(&objects.position) {
         let class = if params.same_class_neighbours { objects.family[object as usize] } else { 0 };
-        let place = Some((voxel(position, params), class));
-        if place != before && taken.insert(place) {
+        let [x, y, z] = voxel(position, params);
+        let place = (x, y, z, class);
+        if before != Some(place) && taken.insert(place) {
             seeds.push(object);
         }
-        before = place;
+        before = Some(place);
     }
     seeds
+}
+
+/// A set of voxels, each with a class.
+#[derive(Default)]
+struct Voxels {
+    /// Those whose numbers have 16 bits, which nearly all have, in one number each.
+    near: FxHashSet<u64>,
+    far: FxHashSet<(i64, i64, i64, u16)>,
+}
+
+impl Voxels {
+    /// Adds a voxel; whether it was not there.
+    fn insert(&mut self, place: (i64, i64, i64, u16)) -> bool {
+        let (x, y, z, class) = place;
+        match [x, y, z].map(i16::try_from) {
+            [Ok(x), Ok(y), Ok(z)] => {
+                let [x, y, z] = [x, y, z].map(|part| u64::from(part as u16));
+                self.near.insert(x << 48 | y << 32 | z << 16 | u64::from(class))
+            }
+            _ => self.far.insert(place),
+        }
+    }
 }
 
 fn voxel(position: [f32; 3], params: &ClusterParams) -> [i64; 3] {
@@ -42,6 +65,17 @@ fn floor(x: f64) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn voxels_far_and_near_are_all_different() {
+        let numbers = [0, 1, -1, 32_767, 32_768, -32_768, -32_769, 1 << 40, i64::MIN];
+        let places =
+            numbers.iter().flat_map(|&x| numbers.map(|y| [0, 7].map(|class| (x, y, x, class))));
+        let places: Vec<_> = places.flatten().collect();
+        let mut voxels = Voxels::default();
+        assert!(places.iter().all(|&place| voxels.insert(place)));
+        assert!(!places.iter().any(|&place| voxels.insert(place)));
+    }
 
     #[test]
     fn floor_is_the_library_s() {
