@@ -60,10 +60,12 @@ fn grow(objects: &ObjectPixels, seeds: &[u32]) -> (Vec<u32>, Vec<(u32, u32)>) {
     // The last one stands for what is not connected.
     let mut pixels = vec![Pixel { label: 0, next: END }; objects.len() + 1];
     pixels[objects.len()].label = u32::MAX;
-    let mut grown = Vec::with_capacity(objects.len() - seeds.len());
     for (label, &seed) in (1..).zip(seeds) {
         pixels[seed as usize].label = label;
     }
+    // A pixel more than can be added: see below.
+    let mut grown = vec![(0, 0); objects.len() - seeds.len() + 1];
+    let mut count = 0;
     // First and last pixel of every queue that is not empty.
     let mut queues: Vec<[u32; 2]> = seeds.iter().map(|&seed| [seed; 2]).collect();
     while !queues.is_empty() {
@@ -71,22 +73,23 @@ fn grow(objects: &ObjectPixels, seeds: &[u32]) -> (Vec<u32>, Vec<(u32, u32)>) {
         for place in 0..queues.len() {
             let [first, mut last] = queues[place];
             let label = pixels[first as usize].label;
+            // Which neighbours are free cannot be foreseen, so each is written down as if it were, without a branch.
             for neighbour in connected[first as usize] {
-                if pixels[neighbour as usize].label == 0 {
-                    pixels[neighbour as usize].label = label;
-                    pixels[last as usize].next = neighbour;
-                    grown.push((neighbour, label));
-                    last = neighbour;
-                }
+                let found = pixels[neighbour as usize].label;
+                let is_free = found == 0;
+                pixels[neighbour as usize].label = if is_free { label } else { found };
+                pixels[last as usize].next = if is_free { neighbour } else { END };
+                last = if is_free { neighbour } else { last };
+                grown[count] = (neighbour, label);
+                count += usize::from(is_free);
             }
             let next = pixels[first as usize].next;
-            if next != END {
-                queues[kept] = [next, last];
-                kept += 1;
-            }
+            queues[kept] = [next, last];
+            kept += usize::from(next != END);
         }
         queues.truncate(kept);
     }
+    grown.truncate(count);
     pixels.truncate(objects.len());
     (pixels.into_iter().map(|pixel| pixel.label).collect(), grown)
 }
@@ -110,17 +113,13 @@ fn connected_neighbours(objects: &ObjectPixels) -> Vec<[u32; NEIGHBOURS]> {
 
 /// One vote for each pair of neighbours with different labels.
 fn border_votes(objects: &ObjectPixels, label: &[u32]) -> Ballot {
-    let mut ballot = Ballot::default();
+    let mut ballot = Ballot::with_places(FORWARD.len() * label.len());
     let pixels = objects.neighbours.iter().zip(&objects.connected).zip(label);
-    for ((neighbours, connected), &own) in pixels.filter(|&(_, &own)| own != 0) {
+    for ((neighbours, connected), &own) in pixels {
         for direction in FORWARD {
-            let neighbour = neighbours[direction];
-            if neighbour != NO_NEIGHBOUR {
-                let other = label[neighbour as usize];
-                if other != 0 {
-                    ballot.cast(own, other, connected[direction]);
-                }
-            }
+            let other = label.get(neighbours[direction] as usize).copied().unwrap_or(0);
+            let counts = (own != 0) & (other != 0);
+            ballot.cast_if(counts, own, other, connected[direction]);
         }
     }
     ballot

@@ -27,16 +27,32 @@ pub struct Votes {
 #[derive(Debug, Default)]
 pub(super) struct Ballot {
     cast: Vec<(u32, u32)>,
+    /// How many of them are votes; behind them are places for more.
+    count: usize,
 }
 
 impl Ballot {
-    /// A vote between two components. Votes within one decide nothing and are not kept.
-    #[inline]
+    /// With places for so many votes.
+    pub(super) fn with_places(places: usize) -> Self {
+        Ballot { cast: vec![(0, 0); places + 1], count: 0 }
+    }
+
+    /// A vote between two components.
     pub(super) fn cast(&mut self, own: u32, other: u32, in_favour: bool) {
-        if own != other {
-            let (a, b) = (own.min(other), own.max(other));
-            self.cast.push((a, b << 1 | u32::from(in_favour)));
+        if self.count + 1 >= self.cast.len() {
+            self.cast.resize((2 * self.cast.len()).max(64), (0, 0));
         }
+        self.cast_if(true, own, other, in_favour);
+    }
+
+    /// A vote between two components, if it counts, for which there must be a place. Votes within one component decide
+    /// nothing and are not kept. Which those are cannot be foreseen, so each is written down and some are written over,
+    /// without a branch.
+    #[inline]
+    pub(super) fn cast_if(&mut self, counts: bool, own: u32, other: u32, in_favour: bool) {
+        let (a, b) = (own.min(other), own.max(other));
+        self.cast[self.count] = (a, b << 1 | u32::from(in_favour));
+        self.count += usize::from(counts & (own != other));
     }
 
     /// Counts the votes between `components` components, each as `weight` votes: a counting sort by the lower label,
@@ -68,16 +84,17 @@ impl Ballot {
 
     /// The votes of each lower label one after the other; those of label a from start\[a\] to start\[a + 1\].
     fn by_lower_label(self, components: u32) -> (Vec<u32>, Vec<u32>) {
+        let cast = &self.cast[..self.count];
         let mut start = vec![0_u32; components as usize + 2];
-        for &(a, _) in &self.cast {
+        for &(a, _) in cast {
             start[a as usize + 1] += 1;
         }
         for label in 1..start.len() {
             start[label] += start[label - 1];
         }
-        let mut sorted = vec![0; self.cast.len()];
+        let mut sorted = vec![0; cast.len()];
         let mut next = start.clone();
-        for (a, vote) in self.cast {
+        for &(a, vote) in cast {
             sorted[next[a as usize] as usize] = vote;
             next[a as usize] += 1;
         }
