@@ -9,7 +9,7 @@ use crate::cloud::wide;
 /// The seeds in row-major order, as object pixel numbers: seed k carries label k + 1. Where neighbours
 /// must be of one class, so must the pixels of a voxel.
 pub fn seeds(objects: &ObjectPixels, params: &ClusterParams) -> Vec<u32> {
-    let mut taken = Voxels::default();
+    let mut taken = Voxels::with_capacity(objects.len() / 8);
     let mut seeds = Vec::new();
     // Most pixels lie in the voxel of the one before them.
     let mut before = None;
@@ -26,7 +26,6 @@ pub fn seeds(objects: &ObjectPixels, params: &ClusterParams) -> Vec<u32> {
 }
 
 /// A set of voxels, each with a class.
-#[derive(Default)]
 struct Voxels {
     /// Those whose numbers have 16 bits, which nearly all have, in one number each.
     near: FxHashSet<u64>,
@@ -34,6 +33,13 @@ struct Voxels {
 }
 
 impl Voxels {
+    fn with_capacity(near: usize) -> Self {
+        Voxels {
+            near: FxHashSet::with_capacity_and_hasher(near, Default::default()),
+            far: FxHashSet::default(),
+        }
+    }
+
     /// Adds a voxel; whether it was not there.
     fn insert(&mut self, place: (i64, i64, i64, u16)) -> bool {
         let (x, y, z, class) = place;
@@ -72,7 +78,7 @@ mod tests {
         let places =
             numbers.iter().flat_map(|&x| numbers.map(|y| [0, 7].map(|class| (x, y, x, class))));
         let places: Vec<_> = places.flatten().collect();
-        let mut voxels = Voxels::default();
+        let mut voxels = Voxels::with_capacity(0);
         assert!(places.iter().all(|&place| voxels.insert(place)));
         assert!(!places.iter().any(|&place| voxels.insert(place)));
     }
