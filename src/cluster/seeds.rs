@@ -86,7 +86,7 @@ mod tests {
     #[test]
     fn floor_is_the_library_s() {
         let odd = [0.0, 0.5, 1.0, 1.5, 1e-300, 4e9, 1e15 + 0.5, 9e18, 1e19, 1e300];
-        for x in odd.into_iter().flat_map(|x| [x, -x, x.next_up(), -x.next_up()]) {
+        for x in odd.into_iter().flat_map(|x: f64| [x, -x, x.next_up(), -x.next_up()]) {
             assert_eq!(floor(x), x.floor() as i64, "{x}");
         }
         assert_eq!(floor(f64::INFINITY), i64::MAX);
