@@ -127,9 +127,10 @@ struct Assigner<'a> {
 impl Assigner<'_> {
     /// The row of a target is added to the rows of the queries that join.
     ///
-    /// What a query inherits, all that join one target inherit alike when their turn comes: the entries of its row
-    /// towards labels still unassigned, which are those that it was not to have. Such a label stays so until a
-    /// component asks it that has votes of its own on it, so an entry is handed on only while there are some.
+    /// All queries that join one target have inherited the same when their turn comes: its entries towards labels that
+    /// are still unassigned, which are those that it asked in vain. A component without votes of its own on such a
+    /// label would ask it in vain as well, so an entry is handed on only while some that have votes on it have yet to
+    /// ask.
     fn merge_into_queries(&mut self) {
         let components = self.merge.instance_of_component.len() as u32;
         let mut askers: Vec<u32> =
@@ -315,6 +316,57 @@ mod tests {
         // Labels that were passed are not asked again by the opener; 3 asks 2 with its own row.
         let passed = votes(3, &[(1, 3, 2, 0), (1, 2, 0, 9), (2, 3, 2, 0)]);
         assert_eq!(merge(&passed, &ClusterParams::authors()).steps[1].target, 3);
+    }
+
+    /// Alg. 2 with its matrices: the instance of each component.
+    fn with_matrices(votes: &Votes) -> Vec<u32> {
+        let m = votes.components as usize;
+        let (mut plus, mut minus) = (vec![vec![0; m]; m], vec![vec![0; m]; m]);
+        for vote in &votes.pairs {
+            let (a, b) = (vote.a as usize - 1, vote.b as usize - 1);
+            (plus[a][b], plus[b][a]) = (vote.positive, vote.positive);
+            (minus[a][b], minus[b][a]) = (vote.negative, vote.negative);
+        }
+        let mut instance = vec![0; m];
+        let mut count = 0;
+        for opener in 0..m {
+            if instance[opener] != 0 {
+                continue;
+            }
+            count += 1;
+            instance[opener] = count;
+            let mut queue = VecDeque::from([opener]);
+            while let Some(target) = queue.pop_front() {
+                for query in 0..m {
+                    if instance[query] == 0 && plus[target][query] > minus[target][query] {
+                        instance[query] = count;
+                        queue.push_back(query);
+                        for i in 0..m {
+                            plus[query][i] += plus[target][i];
+                            minus[query][i] += minus[target][i];
+                        }
+                    }
+                }
+            }
+        }
+        instance
+    }
+
+    proptest::proptest! {
+        /// Dense enough that rows are handed on over many merges, and close enough that they decide.
+        #[test]
+        fn agrees_with_matrices(
+            m in 2..24_u32,
+            cells in proptest::collection::vec((0..4_u8, 0..5_u32, 0..5_u32), 24 * 24),
+        ) {
+            let pairs = (1..=m).flat_map(|a| (a + 1..=m).map(move |b| (a, b)));
+            let cell = |(a, b): (u32, u32)| (a, b, cells[(a * 24 + b) as usize % cells.len()]);
+            let pairs = pairs.map(cell).filter(|(.., (kept, ..))| *kept == 0);
+            let pairs: Vec<_> = pairs.map(|(a, b, (_, plus, minus))| (a, b, plus, minus)).collect();
+            let votes = votes(m, &pairs);
+            let merged = merge(&votes, &ClusterParams::paper());
+            proptest::prop_assert_eq!(merged.instance_of_component, with_matrices(&votes));
+        }
     }
 
     #[test]

@@ -23,7 +23,8 @@ pub struct Votes {
     pub pairs: Vec<Vote>,
 }
 
-/// Votes as they come in: (lower label, twice the higher label and, in the lowest bit, whether in favour).
+/// Votes as they come in: (lower label, twice the higher label and, in the lowest bit, whether in favour). Labels are
+/// below 2^31, which is more pixels than any memory holds.
 #[derive(Debug, Default)]
 pub(super) struct Ballot {
     cast: Vec<(u32, u32)>,
