@@ -34,6 +34,7 @@ impl<'a> Judge<'a> {
     ///
     /// `p` and `q` in metres, sensor frame, `apart` pixels from each other in their row or column.
     /// `size` is that of their class where it is known.
+    #[inline]
     pub fn is_connected(
         &self,
         p: [f64; 3],
@@ -46,21 +47,26 @@ impl<'a> Judge<'a> {
             let reach = (nearness.share_of_width * size.width).min(nearness.at_most);
             return (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2) < reach * reach;
         }
-        let angle = || match self.condition.rays {
+        match &self.condition.gate {
+            None => self.angle_exceeds(p, q, apart, along),
+            Some(gate) => gated(p, q, apart, gate, || self.angle_exceeds(p, q, apart, along)),
+        }
+    }
+
+    #[inline]
+    fn angle_exceeds(&self, p: [f64; 3], q: [f64; 3], apart: usize, along: Along) -> bool {
+        match self.condition.rays {
             Rays::Measured => measured_angle_exceeds(p, q, self.tangent),
             Rays::Nominal { row_step } => {
                 let step = if along == Along::Row { self.column_step } else { row_step };
                 nominal_angle_exceeds(p, q, apart as f64 * step, self.condition.angle)
             }
-        };
-        match &self.condition.gate {
-            None => angle(),
-            Some(gate) => gated(p, q, apart, gate, angle),
         }
     }
 }
 
 /// beta > theta without trigonometry per pair: |p x q| > tan(theta) (p.p - p.q), p the farther point.
+#[inline]
 fn measured_angle_exceeds(p: [f64; 3], q: [f64; 3], tangent: f64) -> bool {
     let (pp, qq, pq) = (dot(p, p), dot(q, q), dot(p, q));
     let farther = pp.max(qq);

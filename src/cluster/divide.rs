@@ -3,7 +3,7 @@
 use super::objects::ObjectPixels;
 use super::params::{ClusterParams, Leftovers, Seeding};
 use super::votes::{Ballot, Votes};
-use crate::range_image::NO_NEIGHBOUR;
+use crate::range_image::{NEIGHBOURS, NO_NEIGHBOUR};
 
 /// The local components of the divide step and the votes on their borders.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -21,29 +21,115 @@ pub struct Components {
 ///
 /// In every round each non-empty queue, in seed order, pops one pixel and visits its neighbours left,
 /// right, up and down. Time O(M); memory O(M) and one entry per pair of border pixels.
+///
+/// Where seeds are labelled at once a pixel keeps the label it gets, and every pixel with a label visits all its
+/// neighbours, so that the votes of Alg. 1 are known from the labels alone: two for each pair of neighbours with
+/// different labels, in favour where the condition holds (one that holds is visited from both sides when both have
+/// their labels; one that does not is on the undecided list if it comes too early). They are counted afterwards.
 pub fn divide(
     objects: &ObjectPixels,
     seeds: &[u32],
     params: &ClusterParams,
 ) -> (Components, Votes) {
-    let mut growth = Growth::new(objects, seeds, params.seeding);
-    growth.run();
-    let Growth { label, grown, undecided, mut ballot, .. } = growth;
-    for (own, neighbour) in undecided {
-        let other = label[neighbour as usize];
-        if other > 0 {
-            ballot.against(own, other);
+    let (label, grown, ballot, weight) = match params.seeding {
+        Seeding::AtOnce => {
+            let (label, grown) = grow(objects, seeds);
+            let ballot = border_votes(objects, &label);
+            (label, grown, ballot, 2)
         }
-    }
+        Seeding::AtPop => {
+            let Growth { label, grown, ballot, .. } = Growth::new(objects, seeds).run();
+            (label, grown, ballot, 1)
+        }
+    };
     let mut components = Components { label, count: seeds.len() as u32, grown };
     if params.leftovers == Leftovers::Reseeded {
         reseed(objects, &mut components);
     }
-    let votes = ballot.count(components.count);
+    let votes = ballot.count(components.count, weight);
     (components, votes)
 }
 
-/// The state of Alg. 1. Queues are linked lists in one arena.
+/// Alg. 1 without its votes, for seeds that are labelled at once: the label of each object pixel, and the pixels that
+/// were added with their labels, in order.
+///
+/// A pixel is in one queue only, so queues are linked lists through the pixels. Queues take turns, and each turn is
+/// elsewhere in the image: what a turn reads of a pixel lies together.
+fn grow(objects: &ObjectPixels, seeds: &[u32]) -> (Vec<u32>, Vec<(u32, u32)>) {
+    let connected = connected_neighbours(objects);
+    // The last one stands for what is not connected.
+    let mut pixels = vec![Pixel { label: 0, next: END }; objects.len() + 1];
+    pixels[objects.len()].label = u32::MAX;
+    for (label, &seed) in (1..).zip(seeds) {
+        pixels[seed as usize].label = label;
+    }
+    // A pixel more than can be added: see below.
+    let mut grown = vec![(0, 0); objects.len() - seeds.len() + 1];
+    let mut count = 0;
+    // First and last pixel of every queue that is not empty.
+    let mut queues: Vec<[u32; 2]> = seeds.iter().map(|&seed| [seed; 2]).collect();
+    while !queues.is_empty() {
+        let mut kept = 0;
+        for place in 0..queues.len() {
+            let [first, mut last] = queues[place];
+            let label = pixels[first as usize].label;
+            // Which neighbours are free cannot be foreseen, so each is written down as if it were, without a branch.
+            for neighbour in connected[first as usize] {
+                let found = pixels[neighbour as usize].label;
+                let is_free = found == 0;
+                pixels[neighbour as usize].label = if is_free { label } else { found };
+                pixels[last as usize].next = if is_free { neighbour } else { END };
+                last = if is_free { neighbour } else { last };
+                grown[count] = (neighbour, label);
+                count += usize::from(is_free);
+            }
+            let next = pixels[first as usize].next;
+            queues[kept] = [next, last];
+            kept += usize::from(next != END);
+        }
+        queues.truncate(kept);
+    }
+    grown.truncate(count);
+    pixels.truncate(objects.len());
+    (pixels.into_iter().map(|pixel| pixel.label).collect(), grown)
+}
+
+/// An object pixel while components grow: its label or 0, and the one behind it in its queue.
+#[derive(Clone, Copy)]
+struct Pixel {
+    label: u32,
+    next: u32,
+}
+
+/// M x 4: the neighbours towards which the condition holds, left, right, up and down; M where there is none.
+fn connected_neighbours(objects: &ObjectPixels) -> Vec<[u32; NEIGHBOURS]> {
+    let none = objects.len() as u32;
+    let pixels = objects.neighbours.iter().zip(&objects.connected);
+    let of_pixel = |(neighbours, connected): (&[u32; NEIGHBOURS], &[bool; NEIGHBOURS])| {
+        std::array::from_fn(|i| if connected[i] { neighbours[i] } else { none })
+    };
+    pixels.map(of_pixel).collect()
+}
+
+/// One vote for each pair of neighbours with different labels.
+fn border_votes(objects: &ObjectPixels, label: &[u32]) -> Ballot {
+    let mut ballot = Ballot::with_places(FORWARD.len() * label.len());
+    let pixels = objects.neighbours.iter().zip(&objects.connected).zip(label);
+    for ((neighbours, connected), &own) in pixels {
+        for direction in FORWARD {
+            let other = label.get(neighbours[direction] as usize).copied().unwrap_or(0);
+            let counts = (own != 0) & (other != 0);
+            ballot.cast_if(counts, own, other, connected[direction]);
+        }
+    }
+    ballot
+}
+
+/// Right and down: each pair of neighbours from one side.
+const FORWARD: [usize; 2] = [1, 3];
+
+/// The state of Alg. 1 where seeds are labelled at the pop. Queues are linked lists in one arena, because a pixel that
+/// changes hands is in several.
 struct Growth<'a> {
     objects: &'a ObjectPixels,
     label: Vec<u32>,
@@ -68,29 +154,25 @@ struct Queue {
 const END: u32 = u32::MAX;
 
 impl<'a> Growth<'a> {
-    fn new(objects: &'a ObjectPixels, seeds: &[u32], seeding: Seeding) -> Self {
-        let mut label = vec![0; objects.len()];
-        let mut arena = Vec::with_capacity(objects.len());
-        let mut queues = Vec::with_capacity(seeds.len());
-        for (number, &seed) in (0_u32..).zip(seeds) {
-            arena.push(Entry { object: seed, next: END });
-            queues.push(Queue { label: number + 1, head: number, tail: number });
-            if seeding == Seeding::AtOnce {
-                label[seed as usize] = number + 1;
-            }
-        }
+    fn new(objects: &'a ObjectPixels, seeds: &[u32]) -> Self {
+        let entries = seeds.iter().map(|&object| Entry { object, next: END });
+        let queues = (0..seeds.len() as u32).map(|number| Queue {
+            label: number + 1,
+            head: number,
+            tail: number,
+        });
         Growth {
             objects,
-            label,
-            grown: Vec::with_capacity(objects.len()),
+            label: vec![0; objects.len()],
+            grown: Vec::new(),
             undecided: Vec::new(),
             ballot: Ballot::default(),
-            arena,
-            queues,
+            arena: entries.collect(),
+            queues: queues.collect(),
         }
     }
 
-    fn run(&mut self) {
+    fn run(mut self) -> Self {
         let mut queues = std::mem::take(&mut self.queues);
         while !queues.is_empty() {
             for queue in &mut queues {
@@ -98,29 +180,33 @@ impl<'a> Growth<'a> {
             }
             queues.retain(|queue| queue.head != END);
         }
+        for (own, neighbour) in std::mem::take(&mut self.undecided) {
+            let other = self.label[neighbour as usize];
+            if other > 0 {
+                self.ballot.cast(own, other, false);
+            }
+        }
+        self
     }
 
-    /// ExpandCluster of Alg. 1: pops one pixel and visits its neighbours.
+    /// ExpandCluster of Alg. 1: pops one pixel and visits its neighbours. Every pop writes its own label again.
     fn expand(&mut self, queue: &mut Queue) {
         let object = self.pop(queue);
         let own = queue.label;
-        // Does nothing unless seeds are labelled at the pop.
         self.label[object] = own;
         let connected = self.objects.connected[object];
         for (neighbour, connected) in self.objects.neighbours[object].into_iter().zip(connected) {
             if neighbour == NO_NEIGHBOUR {
                 continue;
             }
-            let other = self.label[neighbour as usize];
-            match (connected, other) {
+            match (connected, self.label[neighbour as usize]) {
                 (true, 0) => {
                     self.label[neighbour as usize] = own;
                     self.grown.push((neighbour, own));
                     self.push(queue, neighbour);
                 }
-                (true, other) => self.ballot.in_favour(own, other),
                 (false, 0) => self.undecided.push((own, neighbour)),
-                (false, other) => self.ballot.against(own, other),
+                (connected, other) => self.ballot.cast(own, other, connected),
             }
         }
     }

@@ -48,12 +48,14 @@ impl ObjectPixels {
         let pixels = seen.map(|point| image.pixel_of_point[point]);
         let set = PixelSet::new(image.rows(), image.columns(), pixels);
         let pixel = set.pixels();
-        let point =
-            || pixel.iter().map(|&pixel| image.point_of_pixel.values()[pixel as usize] as usize);
+        let point_of_pixel = image.point_of_pixel.values();
+        let point = pixel.iter().map(|&pixel| point_of_pixel[pixel as usize] as usize);
+        let position = point.clone().map(|point| cloud.position(point)).collect();
+        let class: Vec<u16> = point.map(|point| mask.class[point]).collect();
         let mut objects = ObjectPixels {
-            position: point().map(|point| cloud.position(point)).collect(),
-            class: point().map(|point| mask.class[point]).collect(),
-            family: point().map(|point| mask.families[usize::from(mask.class[point])]).collect(),
+            family: class.iter().map(|&class| mask.families[usize::from(class)]).collect(),
+            position,
+            class,
             points,
             set,
             pixel,
@@ -125,6 +127,8 @@ fn connected(
 fn pixels_apart(from: u32, to: u32, columns: usize, along: Along) -> usize {
     let (from, to) = (from as usize, to as usize);
     match along {
+        // Nearly all are next to each other, and a division is dear.
+        Along::Column if to - from == columns => 1,
         Along::Column => (to - from) / columns,
         Along::Row if to > from => to - from,
         Along::Row => to + columns - from,

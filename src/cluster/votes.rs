@@ -23,55 +23,82 @@ pub struct Votes {
     pub pairs: Vec<Vote>,
 }
 
-/// Votes as they come in: (lower label, higher label and, in the lowest bit, whether in favour).
+/// Votes as they come in: (lower label, twice the higher label and, in the lowest bit, whether in favour). Labels are
+/// below 2^31, which is more pixels than any memory holds.
 #[derive(Debug, Default)]
 pub(super) struct Ballot {
-    cast: Vec<(u32, u64)>,
+    cast: Vec<(u32, u32)>,
+    /// How many of them are votes; behind them are places for more.
+    count: usize,
 }
 
 impl Ballot {
-    pub(super) fn in_favour(&mut self, own: u32, other: u32) {
-        self.cast(own, other, true);
+    /// With places for so many votes.
+    pub(super) fn with_places(places: usize) -> Self {
+        Ballot { cast: vec![(0, 0); places + 1], count: 0 }
     }
 
-    pub(super) fn against(&mut self, own: u32, other: u32) {
-        self.cast(own, other, false);
-    }
-
-    /// Votes within one component decide nothing and are not kept.
-    fn cast(&mut self, own: u32, other: u32, in_favour: bool) {
-        if own != other {
-            let (a, b) = (own.min(other), own.max(other));
-            self.cast.push((a, u64::from(b) << 1 | u64::from(in_favour)));
+    /// A vote between two components.
+    pub(super) fn cast(&mut self, own: u32, other: u32, in_favour: bool) {
+        if self.count + 1 >= self.cast.len() {
+            self.cast.resize((2 * self.cast.len()).max(64), (0, 0));
         }
+        self.cast_if(true, own, other, in_favour);
     }
 
-    /// Counts the votes between `components` components: a counting sort by the lower label, then a
-    /// short sort of each label's votes. O(m + v log b) in v votes, b of them on one component's border.
-    pub(super) fn count(self, components: u32) -> Votes {
-        let mut start = vec![0_usize; components as usize + 2];
-        for &(a, _) in &self.cast {
+    /// A vote between two components, if it counts, for which there must be a place. Votes within one component decide
+    /// nothing and are not kept. Which those are cannot be foreseen, so each is written down and some are written over,
+    /// without a branch.
+    #[inline]
+    pub(super) fn cast_if(&mut self, counts: bool, own: u32, other: u32, in_favour: bool) {
+        let (a, b) = (own.min(other), own.max(other));
+        self.cast[self.count] = (a, b << 1 | u32::from(in_favour));
+        self.count += usize::from(counts & (own != other));
+    }
+
+    /// Counts the votes between `components` components, each as `weight` votes: a counting sort by the lower label,
+    /// then a sum for each of its neighbours. O(m + v + p log p) in v votes and the p neighbours of one component.
+    pub(super) fn count(self, components: u32, weight: u32) -> Votes {
+        let (sorted, start) = self.by_lower_label(components);
+        let mut pairs: Vec<Vote> = Vec::new();
+        // Where the pair of a label stands, if it is there and belongs to the lower label in turn.
+        let mut place = vec![0_u32; components as usize + 1];
+        for a in 1..=components {
+            let first = pairs.len();
+            for &vote in &sorted[start[a as usize] as usize..start[a as usize + 1] as usize] {
+                let (b, in_favour) = (vote >> 1, vote & 1);
+                let at = place[b as usize] as usize;
+                let at = if at >= first && pairs.get(at).is_some_and(|pair| pair.b == b) {
+                    at
+                } else {
+                    place[b as usize] = pairs.len() as u32;
+                    pairs.push(Vote { a, b, positive: 0, negative: 0 });
+                    pairs.len() - 1
+                };
+                pairs[at].positive += weight * in_favour;
+                pairs[at].negative += weight * (1 - in_favour);
+            }
+            pairs[first..].sort_unstable_by_key(|pair| pair.b);
+        }
+        Votes { components, pairs }
+    }
+
+    /// The votes of each lower label one after the other; those of label a from start\[a\] to start\[a + 1\].
+    fn by_lower_label(self, components: u32) -> (Vec<u32>, Vec<u32>) {
+        let cast = &self.cast[..self.count];
+        let mut start = vec![0_u32; components as usize + 2];
+        for &(a, _) in cast {
             start[a as usize + 1] += 1;
         }
         for label in 1..start.len() {
             start[label] += start[label - 1];
         }
-        let mut sorted = vec![0_u64; self.cast.len()];
+        let mut sorted = vec![0; cast.len()];
         let mut next = start.clone();
-        for (a, vote) in self.cast {
-            sorted[next[a as usize]] = vote;
+        for &(a, vote) in cast {
+            sorted[next[a as usize] as usize] = vote;
             next[a as usize] += 1;
         }
-        let mut pairs = Vec::new();
-        for a in 1..=components {
-            let of_a = &mut sorted[start[a as usize]..start[a as usize + 1]];
-            of_a.sort_unstable();
-            for of_pair in of_a.chunk_by(|x, y| x >> 1 == y >> 1) {
-                let positive = of_pair.iter().filter(|&vote| vote & 1 == 1).count() as u32;
-                let negative = of_pair.len() as u32 - positive;
-                pairs.push(Vote { a, b: (of_pair[0] >> 1) as u32, positive, negative });
-            }
-        }
-        Votes { components, pairs }
+        (sorted, start)
     }
 }

@@ -1,5 +1,7 @@
 //! Neighbours on the range image: the nearest object pixel in each direction.
 
+use std::ops::Range;
+
 use super::PixelSet;
 
 /// Marks the absence of a neighbour in a direction.
@@ -32,48 +34,87 @@ pub fn neighbours(
     reach: Reach,
 ) -> Vec<[u32; NEIGHBOURS]> {
     let mut found = vec![[NO_NEIGHBOUR; NEIGHBOURS]; group.len()];
-    let (columns, size) = (objects.columns(), objects.rows() * objects.columns());
-    let row = |pixel: u32| pixel as usize / columns;
-    let mut in_row = Vec::with_capacity(columns);
-    let mut number = 0;
-    for pixels in pixels.chunk_by(|&a, &b| row(a) == row(b)) {
-        let first = row(pixels[0]) * columns;
-        in_row.clear();
-        in_row.extend(pixels.iter().map(|&pixel| pixel as usize - first).zip(number..));
-        number += pixels.len() as u32;
-        link_row(&in_row, columns, group, reach, &mut found);
-        for &(column, number) in &in_row {
-            let below = (first + column..size).step_by(columns).skip(1).take(reach.rows);
-            let other = below
-                .filter_map(|pixel| objects.number(pixel))
-                .find(|&other| group[other as usize] == group[number as usize]);
-            if let Some(other) = other {
-                found[number as usize][3] = other;
-                found[other as usize][2] = number;
-            }
+    let columns = objects.columns();
+    let rows = rows(pixels, objects.rows(), columns);
+    for row in &rows {
+        link_row(&pixels[row.clone()], row.start, columns, group, reach, &mut found);
+    }
+    // Rows beside each other first, so that the nearest are linked first.
+    for apart in 1..=reach.rows.min(rows.len().saturating_sub(1)) {
+        let step = (apart * columns) as u32;
+        for (upper, lower) in rows.iter().zip(&rows[apart..]) {
+            link_rows(pixels, upper.clone(), lower.clone(), step, group, &mut found);
         }
     }
     found
 }
 
-/// Links the object pixels of one row, given as (column, number) from left to right.
+/// The numbers of the object pixels in each row of the image.
+fn rows(pixels: &[u32], rows: usize, columns: usize) -> Vec<Range<usize>> {
+    let mut end = 0;
+    let row = |row: usize| {
+        let start = end;
+        let next = (row + 1) * columns;
+        end += pixels[start..].iter().take_while(|&&pixel| (pixel as usize) < next).count();
+        start..end
+    };
+    (0..rows).map(row).collect()
+}
+
+/// Links the object pixels of one row from left to right; the first of them has the number `first`.
 fn link_row(
-    in_row: &[(usize, u32)],
+    in_row: &[u32],
+    first: usize,
     columns: usize,
     group: &[u16],
     reach: Reach,
     found: &mut [[u32; NEIGHBOURS]],
 ) {
-    for (place, &(column, number)) in in_row.iter().enumerate() {
-        let to_the_right = in_row[place + 1..].iter().map(|&(c, n)| (c - column, n));
-        let round_the_seam = in_row[..place].iter().map(|&(c, n)| (c + columns - column, n));
-        let other = to_the_right
-            .chain(round_the_seam.filter(|_| reach.wraps))
-            .take_while(|&(distance, _)| distance <= reach.columns)
-            .find(|&(_, other)| group[other as usize] == group[number as usize]);
-        if let Some((_, other)) = other {
-            found[number as usize][1] = other;
-            found[other as usize][0] = number;
+    for (place, &pixel) in in_row.iter().enumerate() {
+        let own = group[first + place];
+        let is_near = |&(_, distance): &(usize, usize)| distance <= reach.columns;
+        let to_the_right = (place + 1..).zip(&in_row[place + 1..]);
+        let mut near = to_the_right
+            .map(|(place, &other)| (place, (other - pixel) as usize))
+            .take_while(is_near);
+        let right = near.find(|&(place, _)| group[first + place] == own);
+        let other = right.or_else(|| {
+            let seam = in_row[..place].iter().filter(|_| reach.wraps).enumerate();
+            let mut near = seam
+                .map(|(place, &other)| (place, other as usize + columns - pixel as usize))
+                .take_while(is_near);
+            near.find(|&(place, _)| group[first + place] == own)
+        });
+        if let Some((other, _)) = other {
+            found[first + place][1] = (first + other) as u32;
+            found[first + other][0] = (first + place) as u32;
+        }
+    }
+}
+
+/// Links the object pixels of two rows that lie in one column and have nothing between them; `step` pixels
+/// lie between one and the other.
+fn link_rows(
+    pixels: &[u32],
+    upper: Range<usize>,
+    lower: Range<usize>,
+    step: u32,
+    group: &[u16],
+    found: &mut [[u32; NEIGHBOURS]],
+) {
+    let mut below = lower.start;
+    for number in upper {
+        let wanted = pixels[number] + step;
+        while below < lower.end && pixels[below] < wanted {
+            below += 1;
+        }
+        if below == lower.end {
+            return;
+        }
+        let is_next = pixels[below] == wanted && group[below] == group[number];
+        if is_next && found[number][3] == NO_NEIGHBOUR {
+            found[number][3] = below as u32;
+            found[below][2] = number as u32;
         }
     }
 }
