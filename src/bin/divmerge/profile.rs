@@ -35,6 +35,9 @@ pub fn print(report: &Report) {
         grouped(write.compressed_bytes)
     );
     println!("clouds in flight: at most {}", profile.most_clouds_in_flight);
+    if let Some(bytes) = peak_memory() {
+        println!("memory at its peak: {:.0} MB", bytes as f64 / 1e6);
+    }
     println!("slowest frames:");
     for frame in &profile.slowest {
         let (topic, number, log_time) = (&frame.topic, frame.number, frame.log_time_ns);
@@ -75,4 +78,11 @@ fn print_stage(name: &str, steps: &Steps, frames: u64, wall_ms: f64) {
         steps.slowest_ms,
         100.0 * steps.ms / wall_ms
     );
+}
+
+/// The most memory that this process had, in bytes, where the system tells (Linux).
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.trim().strip_suffix(" kB")?.parse::<u64>().ok().map(|kib| kib * 1024)
 }
