@@ -22,9 +22,9 @@ use crate::workers::{Ticket, Workers};
 /// Bytes of the input's messages, for each thread, that may wait for clouds before them.
 const WAITING_PER_THREAD: usize = 16 << 20;
 
-/// Clouds that are clustered or wait for their turn: one for each thread, one that is written, and one to follow.
+/// Clouds that are clustered or wait for their turn: one for each thread, and one to follow.
 fn most_clouds(threads: usize) -> usize {
-    threads + 2
+    threads + 1
 }
 
 /// An annotation under way.

@@ -410,10 +410,10 @@ impl RecordingWriter {
     }
 
     /// Queues something, and places what is ready. Where more is waiting than keeps the threads busy, this waits
-    /// for the front of it: a chunk being compressed and one to be placed as it is, for each thread and one more.
+    /// for the front of it.
     fn enqueue(&mut self, placement: Placement) -> Result<()> {
         self.queue.push_back(placement);
-        let most = if self.workers.is_parallel() { 2 * (self.workers.threads() + 1) } else { 0 };
+        let most = if self.workers.is_parallel() { self.workers.threads() + 2 } else { 0 };
         self.place_all_but(most)
     }
 
