@@ -60,7 +60,7 @@ struct Waiting {
 enum What {
     Chunk(SourceChunk),
     Item(Item),
-    Cloud(Cloud),
+    Cloud(Box<Cloud>),
 }
 
 /// A cloud being clustered.
@@ -230,7 +230,7 @@ impl<'a> Job<'a> {
         let result = self.workers.run(move || cluster(&message, &name, number, &method));
         let (header, position, message_len) = (*header, *position, data.len());
         let cloud = Cloud { topic, number, header, position, message_len, result };
-        self.push(bytes, What::Cloud(cloud))
+        self.push(bytes, What::Cloud(Box::new(cloud)))
     }
 
     /// The number of a topic's next cloud.
@@ -286,7 +286,7 @@ impl<'a> Job<'a> {
             }
             What::Item(Item::Record(record)) => self.record(&record),
             What::Cloud(cloud) => {
-                self.cloud(cloud)?;
+                self.cloud(*cloud)?;
                 self.progress(bytes)
             }
         }
