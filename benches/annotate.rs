@@ -49,7 +49,8 @@ fn main() {
     street.write(frames, &input);
     let copies = Copies { input: &input, output: folder.path().join("out.mcap"), street: &street };
     copies.compare(frames, rounds);
-    let lengths = if quick { vec![10, 20] } else { vec![100, 300, frames.max(300)] };
+    let mut lengths = if quick { vec![10, 20] } else { vec![100, 300, frames.max(300)] };
+    lengths.dedup();
     memory(&street, &lengths, folder.path());
     sensors(if quick { 3 } else { 20 }, rounds, folder.path());
 }
