@@ -47,9 +47,11 @@ pub mod range_image;
 pub mod replay;
 pub mod semantics;
 pub mod simulate;
+pub mod stopwatch;
 pub mod taxonomy;
 pub mod triage;
 pub mod view;
+pub mod workers;
 
 pub use cloud::PointCloud;
 pub use error::{Error, Result};

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::message::{Annotated, Clustered, Method};
+use super::profile::Profile;
 use crate::instances::Reason;
 use crate::pipeline::{StageTimes, Stages};
 use crate::taxonomy::Taxonomy;
@@ -32,6 +33,8 @@ pub struct Report {
     pub truncated: Option<String>,
     /// Everything that was warned of.
     pub warnings: Vec<String>,
+    /// What took how long.
+    pub profile: Profile,
 }
 
 impl Report {

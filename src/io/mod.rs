@@ -36,6 +36,7 @@ pub use labelled::{
 pub use markers::{MarkerBox, marker_array};
 pub use point_cloud2::{Datatype, PointCloud2, PointField};
 pub use recording::{
-    AttachmentHeader, Channel, Compression, MessageHeader, Metadata, Overview, PartialFile,
-    Position, Record, RecordingReader, RecordingWriter, Schema, WriteOptions, write_file,
+    AttachmentHeader, Channel, Compression, Item, MessageHeader, Metadata, Overview, Part,
+    PartialFile, Position, ReadTimes, Record, RecordingReader, RecordingWriter, Schema,
+    SharedBytes, SourceChunk, WriteOptions, WriteTimes, write_file,
 };

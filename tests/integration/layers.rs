@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 /// Modules from the bottom up: each may use those in the rows above it and, unless it is alone in its
 /// row, none beside it.
 const LAYERS: &[&[&str]] = &[
-    &["error"],
+    &["error", "stopwatch", "workers"],
     &["grid", "cloud", "disjoint_sets", "footprint", "kd_tree", "palette", "taxonomy"],
     &["instances"],
     &["simulate", "evaluate"],
@@ -27,6 +27,9 @@ const LAYERS: &[&[&str]] = &[
 /// Which dependencies may be named where.
 const ROOMS: &[(&str, &[&str])] = &[
     ("mcap", &["io", "error"]),
+    ("binrw", &["io"]),
+    ("lz4", &["io"]),
+    ("zstd", &["io"]),
     ("kiddo", &["kd_tree"]),
     ("clap", &["bin"]),
     ("anyhow", &["bin"]),

@@ -15,6 +15,7 @@ mod partition;
 mod recordings;
 mod shared_data;
 mod simulated;
+mod threads;
 mod triage;
 #[cfg(feature = "rerun")]
 mod viewer;

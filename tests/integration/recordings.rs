@@ -38,7 +38,7 @@ fn run(input: &Path, options: &Options) -> Result<(PathBuf, Report)> {
 }
 
 /// All records of a recording but its header.
-fn records(path: &Path) -> Vec<Record<'static>> {
+pub fn records(path: &Path) -> Vec<Record<'static>> {
     let mut reader = RecordingReader::open(path).expect("a recording");
     let mut records = Vec::new();
     while let Some(record) = reader.next_record().expect("readable") {
@@ -61,7 +61,7 @@ fn same(a: &Record, b: &Record) -> bool {
 }
 
 /// The input's records are a subsequence of the output's, messages in their order.
-fn assert_passed_through(input: &Path, output: &Path) {
+pub fn assert_passed_through(input: &Path, output: &Path) {
     let (before, after) = (records(input), records(output));
     let is_message = |record: &&Record| matches!(record, Record::Message { .. });
     let mut rest = after.iter().filter(is_message);

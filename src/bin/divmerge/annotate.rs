@@ -11,13 +11,14 @@ use divmerge::view::Target;
 use crate::arguments::{MethodArguments, Moment, moment, window};
 use crate::terminal::{byte_bar, grouped};
 use crate::viewer::{self, Watcher};
-use crate::{Outcome, interrupt};
+use crate::{Outcome, interrupt, profile};
 
 /// Write a recording again with instances in it
 ///
 /// Every message, channel, schema, attachment and metadata record is kept as it is. Each cloud topic T
 /// gains T/instances (the same cloud with instance, component, semantic, reason, rgb and colors behind
-/// its own fields) and T/objects (a box and a number per instance, as a MarkerArray).
+/// its own fields) and T/objects (a box and a number per instance, as a MarkerArray). Chunks of the asked-for
+/// compression are taken over as they are, byte for byte; what is added stands in chunks of its own.
 #[derive(Args)]
 pub struct Arguments {
     /// The recording (MCAP); it is never touched
@@ -50,6 +51,15 @@ pub struct Arguments {
     /// Replace an existing output
     #[arg(long)]
     force: bool,
+
+    /// Threads that decompress, cluster and compress, besides the one that reads and writes; with 1 everything
+    /// happens one thing after the other. The output is the same [default: one for each core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+
+    /// Print what each stage took, and the slowest frames
+    #[arg(long)]
+    profile: bool,
 
     /// Show every frame in the Rerun viewer as it is annotated: into a file (F.rrd), to a viewer that is
     /// running (rerun+http://127.0.0.1:9876/proxy), or to one that is started (spawn)
@@ -93,6 +103,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         to_ns,
         compression: arguments.compression.into(),
         force: arguments.force,
+        threads: arguments.threads.map_or(0, usize::from),
     };
     let target = arguments.rerun.clone().map(|target| match target {
         Target::Save { path, .. } => Target::Save { path, force: arguments.force },
@@ -119,6 +130,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         println!("{}", serde_json::to_string_pretty(&report)?);
     } else {
         print(&report);
+        if arguments.profile {
+            profile::print(&report);
+        }
     }
     viewer.finish()?;
     Ok(if report.is_complete() { Outcome::Done } else { Outcome::Incomplete })

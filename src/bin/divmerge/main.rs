@@ -16,6 +16,7 @@ mod failures;
 mod figure;
 mod info;
 mod interrupt;
+mod profile;
 mod simulate;
 mod sweep;
 mod table;

@@ -10,6 +10,8 @@ use super::words::{chunk_problem, crc_mismatch, record_name};
 const PIECE: usize = 1 << 20;
 
 struct Header<'a> {
+    /// Earliest and latest log time.
+    times: (u64, u64),
     uncompressed_size: u64,
     uncompressed_crc: u32,
     compression: &'a str,
@@ -21,8 +23,8 @@ struct Header<'a> {
 impl<'a> Header<'a> {
     fn parse(body: &'a [u8]) -> Option<Self> {
         let mut fields = Fields(body);
-        let _start_and_end_time = (fields.u64()?, fields.u64()?);
         Some(Header {
+            times: (fields.u64()?, fields.u64()?),
             uncompressed_size: fields.u64()?,
             uncompressed_crc: fields.u32()?,
             compression: fields.str()?,
@@ -30,6 +32,26 @@ impl<'a> Header<'a> {
             data: fields.0,
         })
     }
+}
+
+/// What a chunk's header says of it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Sizes {
+    /// Earliest and latest log time.
+    pub(super) times: (u64, u64),
+    pub(super) uncompressed_size: u64,
+    pub(super) compressed_size: u64,
+    /// Name of the compression, empty for none.
+    pub(super) compression: String,
+}
+
+/// What the header says; nothing if there is more or less behind it than it says.
+pub(super) fn sizes(body: &[u8]) -> Option<Sizes> {
+    let Header { times, uncompressed_size, compressed_size, compression, data, .. } =
+        Header::parse(body)?;
+    let compression = compression.to_owned();
+    let is_whole = data.len() as u64 == compressed_size;
+    is_whole.then_some(Sizes { times, uncompressed_size, compressed_size, compression })
 }
 
 /// Name of the compression, empty for none.
@@ -57,6 +79,9 @@ pub(super) fn unpack(body: &[u8], records: &mut Vec<u8>) -> Result<(), String> {
             header.uncompressed_size
         ));
     }
+    if quick(&header, data, records) {
+        return Ok(());
+    }
     if !header.compression.is_empty() {
         return decompress(body, body.len() as u64, header.uncompressed_size, records);
     }
@@ -77,6 +102,28 @@ pub(super) fn unpack(body: &[u8], records: &mut Vec<u8>) -> Result<(), String> {
     }
     records.extend_from_slice(data);
     Ok(())
+}
+
+/// Unpacks a chunk of one Zstandard frame at once, which takes half the time of doing it piece by piece. Whether
+/// that could be done and nothing is wrong; `records` are as they were otherwise. Claims far beyond what points
+/// compress to are not believed.
+fn quick(header: &Header, data: &[u8], records: &mut Vec<u8>) -> bool {
+    const MOST_TIMES_SMALLER: u64 = 64;
+    let size = header.uncompressed_size;
+    if header.compression != "zstd" || size / MOST_TIMES_SMALLER > data.len() as u64 {
+        return false;
+    }
+    let is_sound = |records: &[u8]| {
+        let crc = header.uncompressed_crc;
+        records.len() as u64 == size
+            && (crc == 0 || crc == crc32fast::hash(records))
+            && whole_records(records) == records.len()
+    };
+    match zstd::bulk::decompress(data, clamp(size)) {
+        Ok(unpacked) if is_sound(&unpacked) => *records = unpacked,
+        _ => return false,
+    }
+    true
 }
 
 /// Puts what records are still whole of a chunk that was cut off into `records`. There is no

@@ -6,12 +6,16 @@
 //! of the recording beyond the index that the format itself asks for.
 
 mod chunk;
+mod encode;
 mod index;
 mod overview;
+mod pack;
+mod part;
 pub(crate) mod partial;
 mod reader;
 mod record;
 mod scan;
+mod summary;
 mod words;
 mod writer;
 
@@ -20,7 +24,8 @@ mod tests;
 
 pub use mcap::records::{AttachmentHeader, Channel, MessageHeader, Metadata};
 pub use overview::Overview;
+pub use part::{Item, Part, SharedBytes, SourceChunk};
 pub use partial::PartialFile;
-pub use reader::RecordingReader;
+pub use reader::{ReadTimes, RecordingReader};
 pub use record::{Position, Record, Schema};
-pub use writer::{Compression, RecordingWriter, WriteOptions, write_file};
+pub use writer::{Compression, RecordingWriter, WriteOptions, WriteTimes, write_file};

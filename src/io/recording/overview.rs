@@ -61,7 +61,7 @@ impl Overview {
     /// [`crate::Error::Io`]; [`crate::Error::Recording`] if the file is no MCAP, or had to be read
     /// through and is damaged. A file that is cut off is no error.
     pub fn read(path: &Path) -> Result<Self> {
-        let mut reader = RecordingReader::open_hashing(path, false)?;
+        let mut reader = RecordingReader::open_unhashed(path)?;
         let mut overview = Overview::empty(path, &reader);
         overview.take_first(&mut reader)?;
         match overview.indexed() {

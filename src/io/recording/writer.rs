@@ -1,17 +1,27 @@
 //! Writing a recording beside its final name, and putting it there when it is whole.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
-use mcap::records::{AttachmentHeader, Channel, MessageHeader, Metadata};
-use mcap::write::{NoSeek, PrivateRecordOptions};
+use mcap::McapError;
+use mcap::records::{
+    AttachmentHeader, AttachmentIndex, Channel, Header, MessageHeader, Metadata, MetadataIndex, op,
+};
+use serde::Serialize;
 
+use super::encode;
 use super::overview::Overview;
+use super::pack::{OpenChunk, PackedChunk};
+use super::part::{Item, SourceChunk};
 use super::partial::{PartialFile, at};
 use super::record::{Record, Schema};
+use super::summary::Summary;
 use crate::error::{Error, Result};
+use crate::stopwatch::Steps;
+use crate::workers::{Ticket, Workers};
 
 /// Uncompressed bytes after which a chunk is closed.
 const CHUNK_SIZE: u64 = 4 << 20;
@@ -28,6 +38,17 @@ pub enum Compression {
     Zstd,
 }
 
+impl Compression {
+    /// Name in the format, empty for none.
+    pub fn name(self) -> &'static str {
+        match self {
+            Compression::None => "",
+            Compression::Lz4 => "lz4",
+            Compression::Zstd => "zstd",
+        }
+    }
+}
+
 /// How to write a recording.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct WriteOptions {
@@ -41,15 +62,65 @@ pub struct WriteOptions {
     pub force: bool,
 }
 
+/// What writing took.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct WriteTimes {
+    /// Compressing chunks; bytes before it.
+    pub compress: Steps,
+    /// Bytes of those chunks behind it.
+    pub compressed_bytes: u64,
+    /// Chunks of the source that were placed as they are.
+    pub verbatim_chunks: u64,
+    /// Bytes of those, as they lie in the file.
+    pub verbatim_bytes: u64,
+    /// Handing bytes to the system, and at the end to the disk.
+    pub write: Steps,
+    /// Waiting for chunks to be compressed.
+    pub wait: Steps,
+}
+
 /// A recording being written. Until [`RecordingWriter::finish`] it has a temporary name in the
 /// output's folder (`.NAME.XXXXXX.partial`), and is removed if it is never finished.
+///
+/// Records go into chunks as they come; a chunk that is full is compressed by the [`Workers`], and placed in
+/// the file when its turn has come. Which records share a chunk depends on their bytes and order alone, so the
+/// file does too, however many threads there are.
 pub struct RecordingWriter {
-    writer: mcap::Writer<NoSeek<BufWriter<File>>>,
-    // Behind the writer, so that the file is closed before it is removed.
+    file: File,
+    // Behind the file, so that it is closed before it is removed.
     partial: PartialFile,
     output: PathBuf,
+    compression: Compression,
+    workers: Workers,
+    open: OpenChunk,
+    /// What is to follow in the file, in its order.
+    queue: VecDeque<Placement>,
+    /// Bytes in the file.
+    offset: u64,
+    /// Checksum of those.
+    crc: crc32fast::Hasher,
+    summary: Summary,
     schemas: BTreeMap<u16, Schema>,
     channel_ids: BTreeSet<u16>,
+    times: WriteTimes,
+}
+
+/// Something with a place in the file.
+enum Placement {
+    Packing(Ticket<io::Result<PackedChunk>>),
+    Verbatim(PackedChunk),
+    Record(Vec<u8>),
+    Attachment(Vec<u8>, AttachmentHeader, u64),
+    Metadata(Vec<u8>, String),
+}
+
+impl Placement {
+    fn is_ready(&mut self) -> bool {
+        match self {
+            Placement::Packing(chunk) => chunk.is_ready(),
+            _ => true,
+        }
+    }
 }
 
 impl RecordingWriter {
@@ -64,18 +135,34 @@ impl RecordingWriter {
             "" => concat!("divmerge ", env!("CARGO_PKG_VERSION")).to_owned(),
             by => format!("divmerge {} (recorded by {by})", env!("CARGO_PKG_VERSION")),
         };
-        let writer = mcap_options(options.compression)
-            .profile(&options.profile)
-            .library(library)
-            .create(NoSeek::new(BufWriter::with_capacity(1 << 20, file)))
-            .map_err(|error| write_error(output, error))?;
-        Ok(RecordingWriter {
-            writer,
+        let header = Header { profile: options.profile.clone(), library };
+        let mut writer = RecordingWriter {
+            file,
             partial,
             output: output.to_owned(),
+            compression: options.compression,
+            workers: Workers::none(),
+            open: OpenChunk::default(),
+            queue: VecDeque::new(),
+            offset: 0,
+            crc: crc32fast::Hasher::new(),
+            summary: Summary::default(),
             schemas: BTreeMap::new(),
             channel_ids: BTreeSet::new(),
-        })
+            times: WriteTimes::default(),
+        };
+        writer.place(&[mcap::MAGIC, &encode::record(op::HEADER, &header)])?;
+        Ok(writer)
+    }
+
+    /// Lets chunks be compressed by these threads. The bytes of the file are the same without.
+    pub fn compress_on(&mut self, workers: &Workers) {
+        self.workers = workers.clone();
+    }
+
+    /// What writing took so far.
+    pub fn times(&self) -> WriteTimes {
+        self.times
     }
 
     /// Keeps the ids of a recording that is going to be copied away from what
@@ -92,27 +179,45 @@ impl RecordingWriter {
     /// # Errors
     /// [`Error::Write`] for a record that contradicts one before it, [`Error::Io`].
     pub fn copy(&mut self, record: &Record) -> Result<()> {
-        let written = match record {
+        match record {
             Record::Header { .. } | Record::Damaged { .. } | Record::Truncated { .. } => Ok(()),
-            Record::Schema(schema) => return self.copy_schema(schema),
-            Record::Channel(channel) => return self.copy_channel(channel),
-            Record::Message { header, data, .. } => {
-                self.writer.write_to_known_channel(header, data)
+            Record::Schema(schema) => self.copy_schema(schema),
+            Record::Channel(channel) => self.copy_channel(channel),
+            Record::Message { header, data, .. } => self.write_message(header, data),
+            Record::Attachment { header, data } => {
+                let record = encode::attachment(header, data);
+                let size = data.len() as u64;
+                self.queue_behind_chunk(Placement::Attachment(record, header.clone(), size))
             }
-            Record::Attachment { header, data } => self.writer.attach(&mcap::Attachment {
-                log_time: header.log_time,
-                create_time: header.create_time,
-                name: header.name.clone(),
-                media_type: header.media_type.clone(),
-                data: data.as_ref().into(),
-            }),
-            Record::Metadata(metadata) => self.writer.write_metadata(metadata),
-            Record::Private { opcode, data, in_chunk } => {
-                let options = in_chunk.then_some(PrivateRecordOptions::IncludeInChunks);
-                self.writer.write_private_record(*opcode, data, options.into_iter().collect())
+            Record::Metadata(Metadata { name, metadata }) => self.write_metadata(name, metadata),
+            Record::Private { opcode, data, in_chunk: true } => {
+                self.open.put_record(&encode::plain(*opcode, data));
+                Ok(())
             }
-        };
-        written.map_err(|error| write_error(&self.output, error))
+            Record::Private { opcode, data, in_chunk: false } => {
+                self.queue_behind_chunk(Placement::Record(encode::plain(*opcode, data)))
+            }
+        }
+    }
+
+    /// Places a chunk of another recording as it lies there, with indexes of its messages behind it. What it
+    /// defines is taken as copied. This closes the current chunk.
+    ///
+    /// # Errors
+    /// As [`RecordingWriter::copy`] for the records in it.
+    pub fn copy_chunk(&mut self, chunk: &SourceChunk) -> Result<()> {
+        for item in &chunk.items {
+            match item {
+                Item::Record(Record::Schema(schema)) => self.define_schema(schema).map(drop)?,
+                Item::Record(Record::Channel(channel)) => self.define_channel(channel).map(drop)?,
+                Item::Message { header, .. } => self.count(header)?,
+                Item::Record(_) => {}
+            }
+        }
+        self.times.verbatim_chunks += 1;
+        let packed = chunk.verbatim();
+        self.times.verbatim_bytes += (packed.start.len() + packed.data.len()) as u64;
+        self.queue_behind_chunk(Placement::Verbatim(packed))
     }
 
     /// Adds a schema and returns its id: that of an equal one if there is one, else a new one.
@@ -129,7 +234,7 @@ impl RecordingWriter {
             None => free_id(self.schemas.last_key_value().map(|(&id, _)| id), |id| {
                 self.schemas.contains_key(&id)
             })
-            .ok_or(mcap::McapError::TooManySchemas)?,
+            .ok_or(Error::Write(McapError::TooManySchemas))?,
         };
         self.copy_schema(&Schema {
             id,
@@ -153,7 +258,7 @@ impl RecordingWriter {
         metadata: &BTreeMap<String, String>,
     ) -> Result<u16> {
         let id = free_id(self.channel_ids.last().copied(), |id| self.channel_ids.contains(&id))
-            .ok_or(mcap::McapError::TooManyChannels)?;
+            .ok_or(Error::Write(McapError::TooManyChannels))?;
         self.copy_channel(&Channel {
             id,
             schema_id,
@@ -169,9 +274,12 @@ impl RecordingWriter {
     /// # Errors
     /// [`Error::Write`] for an unknown channel, [`Error::Io`].
     pub fn write_message(&mut self, header: &MessageHeader, data: &[u8]) -> Result<()> {
-        self.writer
-            .write_to_known_channel(header, data)
-            .map_err(|error| write_error(&self.output, error))
+        self.count(header)?;
+        if self.open.len() > CHUNK_SIZE {
+            self.close_chunk()?;
+        }
+        self.open.put_message(header, data);
+        Ok(())
     }
 
     /// Writes a metadata record. This closes the current chunk.
@@ -184,7 +292,8 @@ impl RecordingWriter {
         metadata: &BTreeMap<String, String>,
     ) -> Result<()> {
         let metadata = Metadata { name: name.to_owned(), metadata: metadata.clone() };
-        self.writer.write_metadata(&metadata).map_err(|error| write_error(&self.output, error))
+        let record = encode::record(op::METADATA, &metadata);
+        self.queue_behind_chunk(Placement::Metadata(record, metadata.name))
     }
 
     /// Attaches a file, logged and created at a time in nanoseconds since 1970. This closes the current chunk.
@@ -207,56 +316,172 @@ impl RecordingWriter {
     /// # Errors
     /// [`Error::Io`], also if the output exists by now and may not be replaced. The temporary file
     /// is then removed.
-    pub fn finish(mut self) -> Result<u64> {
-        let output = self.output;
-        self.writer.finish().map_err(|error| write_error(&output, error))?;
-        let mut buffer = self.writer.into_inner().into_inner();
-        buffer.flush().map_err(at(&output))?;
-        let file = buffer.get_ref();
-        file.sync_all().map_err(at(&output))?;
-        let size = file.metadata().map_err(at(&output))?.len();
-        self.partial.put()?;
-        Ok(size)
+    pub fn finish(self) -> Result<u64> {
+        self.finish_timed().map(|(size, _)| size)
+    }
+
+    /// As [`RecordingWriter::finish`], and says what writing took.
+    ///
+    /// # Errors
+    /// Those of [`RecordingWriter::finish`].
+    pub fn finish_timed(mut self) -> Result<(u64, WriteTimes)> {
+        self.close_chunk()?;
+        self.place_all_but(0)?;
+        let crc = std::mem::take(&mut self.crc).finalize();
+        let end = std::mem::take(&mut self.summary).close(self.offset, crc);
+        self.place(&[&end])?;
+        let started = Instant::now();
+        self.file.sync_all().map_err(at(&self.output))?;
+        self.times.write.take_since(started, 0);
+        let RecordingWriter { file, partial, offset, times, .. } = self;
+        drop(file);
+        partial.put()?;
+        Ok((offset, times))
     }
 
     fn copy_schema(&mut self, schema: &Schema) -> Result<()> {
-        self.writer
-            .add_schema_with_id(schema.id, &schema.name, &schema.encoding, &schema.data)
-            .map_err(|error| write_error(&self.output, error))?;
-        self.schemas.entry(schema.id).or_insert_with(|| schema.clone());
+        if self.define_schema(schema)? {
+            self.open.put_record(&encode::schema(schema));
+        }
         Ok(())
     }
 
     fn copy_channel(&mut self, channel: &Channel) -> Result<()> {
-        self.writer
-            .add_channel_with_id(
-                channel.id,
-                channel.schema_id,
-                &channel.topic,
-                &channel.message_encoding,
-                &channel.metadata,
-            )
-            .map_err(|error| write_error(&self.output, error))?;
-        self.channel_ids.insert(channel.id);
+        if self.define_channel(channel)? {
+            self.open.put_record(&encode::record(op::CHANNEL, channel));
+        }
         Ok(())
     }
-}
 
-fn mcap_options(compression: Compression) -> mcap::WriteOptions {
-    let (compression, level) = match compression {
-        Compression::None => (None, 0),
-        Compression::Lz4 => (Some(mcap::Compression::Lz4), 0),
-        Compression::Zstd => (Some(mcap::Compression::Zstd), 1),
-    };
-    mcap::WriteOptions::new()
-        .compression(compression)
-        .compression_level(level)
-        // Threads inside zstd gained nothing when measured, and their number must not show in the
-        // bytes.
-        .compression_threads(0)
-        .chunk_size(Some(CHUNK_SIZE))
-        .disable_seeking(true)
-        .calculate_chunk_crcs(true)
+    /// Notes a schema; whether it is new.
+    fn define_schema(&mut self, schema: &Schema) -> Result<bool> {
+        if schema.id == 0 {
+            return Err(Error::Write(McapError::InvalidSchemaId));
+        }
+        match self.summary.schemas.get(&schema.id) {
+            Some(known) if known == schema => return Ok(false),
+            Some(_) => {
+                return Err(Error::Write(McapError::ConflictingSchemas(schema.name.clone())));
+            }
+            None => {}
+        }
+        self.schemas.entry(schema.id).or_insert_with(|| schema.clone());
+        self.summary.schemas.insert(schema.id, schema.clone());
+        Ok(true)
+    }
+
+    /// Notes a channel; whether it is new.
+    fn define_channel(&mut self, channel: &Channel) -> Result<bool> {
+        let topic = || channel.topic.clone();
+        if channel.schema_id != 0 && !self.summary.schemas.contains_key(&channel.schema_id) {
+            return Err(Error::Write(McapError::UnknownSchema(topic(), channel.schema_id)));
+        }
+        match self.summary.channels.get(&channel.id) {
+            Some(known) if known == channel => return Ok(false),
+            Some(_) => return Err(Error::Write(McapError::ConflictingChannels(topic()))),
+            None => {}
+        }
+        self.channel_ids.insert(channel.id);
+        self.summary.channels.insert(channel.id, channel.clone());
+        Ok(true)
+    }
+
+    fn count(&mut self, header: &MessageHeader) -> Result<()> {
+        if !self.summary.channels.contains_key(&header.channel_id) {
+            let unknown = McapError::UnknownChannel(header.sequence, header.channel_id);
+            return Err(Error::Write(unknown));
+        }
+        self.summary.count(header);
+        Ok(())
+    }
+
+    fn close_chunk(&mut self) -> Result<()> {
+        if self.open.len() == 0 {
+            return Ok(());
+        }
+        let (chunk, compression) = (std::mem::take(&mut self.open), self.compression);
+        let packing = self.workers.run(move || chunk.pack(compression));
+        self.enqueue(Placement::Packing(packing))
+    }
+
+    fn queue_behind_chunk(&mut self, placement: Placement) -> Result<()> {
+        self.close_chunk()?;
+        self.enqueue(placement)
+    }
+
+    /// Queues something, and places what is ready. Where more is waiting than keeps the threads busy, this waits
+    /// for the front of it.
+    fn enqueue(&mut self, placement: Placement) -> Result<()> {
+        self.queue.push_back(placement);
+        let most = if self.workers.is_parallel() { self.workers.threads() + 2 } else { 0 };
+        self.place_all_but(most)
+    }
+
+    fn place_all_but(&mut self, most: usize) -> Result<()> {
+        while let Some(mut next) = self.queue.pop_front() {
+            if self.queue.len() < most && !next.is_ready() {
+                self.queue.push_front(next);
+                break;
+            }
+            self.place_next(next)?;
+        }
+        Ok(())
+    }
+
+    fn place_next(&mut self, next: Placement) -> Result<()> {
+        let offset = self.offset;
+        match next {
+            Placement::Packing(chunk) => {
+                let started = Instant::now();
+                let chunk = chunk.wait().map_err(at(&self.output))?;
+                self.times.wait.take_since(started, 0);
+                self.times.compress.take(chunk.ms, chunk.uncompressed_size);
+                self.times.compressed_bytes += chunk.compressed_size;
+                self.place_chunk(&chunk)
+            }
+            Placement::Verbatim(chunk) => self.place_chunk(&chunk),
+            Placement::Record(record) => self.place(&[&record]),
+            Placement::Attachment(
+                record,
+                AttachmentHeader { log_time, create_time, name, media_type },
+                data_size,
+            ) => {
+                let length = record.len() as u64;
+                self.summary.attachments.push(AttachmentIndex {
+                    offset,
+                    length,
+                    log_time,
+                    create_time,
+                    data_size,
+                    name,
+                    media_type,
+                });
+                self.place(&[&record])
+            }
+            Placement::Metadata(record, name) => {
+                let length = record.len() as u64;
+                self.summary.metadata.push(MetadataIndex { offset, length, name });
+                self.place(&[&record])
+            }
+        }
+    }
+
+    fn place_chunk(&mut self, chunk: &PackedChunk) -> Result<()> {
+        let (indexes, index) = chunk.index(self.offset);
+        self.summary.chunks.push(index);
+        self.place(&[&chunk.start, &chunk.data, &indexes])
+    }
+
+    fn place(&mut self, parts: &[&[u8]]) -> Result<()> {
+        let (started, before) = (Instant::now(), self.offset);
+        for part in parts {
+            self.file.write_all(part).map_err(at(&self.output))?;
+            self.crc.update(part);
+            self.offset += part.len() as u64;
+        }
+        self.times.write.take_since(started, self.offset - before);
+        Ok(())
+    }
 }
 
 /// The id after the last, or else the first free one.
@@ -273,11 +498,4 @@ pub fn write_file(output: &Path, bytes: &[u8], force: bool) -> Result<()> {
     file.write_all(bytes).and_then(|()| file.flush()).map_err(at(output))?;
     drop(file);
     partial.put()
-}
-
-fn write_error(output: &Path, error: mcap::McapError) -> Error {
-    match error {
-        mcap::McapError::Io(source) => at(output)(source),
-        error => Error::Write(error),
-    }
 }

@@ -2,10 +2,12 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
+use std::sync::Arc;
 
 use mcap::records::{self, AttachmentHeader, Channel, MessageHeader, op};
 
 use super::super::chunk;
+use super::super::encode::MESSAGE_HEADER_LEN;
 use super::super::record::{Position, Record, Schema};
 use super::super::scan::{Fields, HEAD_LEN};
 use super::super::words::{crc_mismatch, record_name};
@@ -15,11 +17,13 @@ use crate::error::Result;
 /// Records that are in memory with their heads: those of a chunk, or one that was outside.
 #[derive(Default)]
 pub(super) struct Batch {
-    pub(super) bytes: Vec<u8>,
+    pub(super) bytes: Arc<Vec<u8>>,
     pub(super) next: usize,
     pub(super) offset: u64,
     pub(super) in_chunk: bool,
     pub(super) messages: u32,
+    /// Whether it is a whole chunk, checked.
+    pub(super) is_copyable: bool,
 }
 
 /// A record of the batch; messages and private records stay there.
@@ -30,11 +34,9 @@ pub(super) enum Found {
 }
 
 impl RecordingReader {
-    pub(super) fn open_batch(&mut self, offset: u64, in_chunk: bool) {
-        self.batch.next = 0;
-        self.batch.offset = offset;
-        self.batch.in_chunk = in_chunk;
-        self.batch.messages = 0;
+    pub(super) fn open_batch(&mut self, offset: u64, in_chunk: bool, bytes: Vec<u8>) {
+        let bytes = Arc::new(bytes);
+        self.batch = Batch { bytes, offset, in_chunk, ..Batch::default() };
     }
 
     /// Takes the next record of the batch, whose records are known to be whole.
@@ -85,7 +87,6 @@ impl RecordingReader {
     }
 
     fn found_message(&mut self, header: MessageHeader, place: Range<usize>) -> Result<Found> {
-        const HEADER_LEN: usize = 2 + 4 + 8 + 8;
         let offset = self.batch.offset;
         if !self.channels.contains_key(&header.channel_id) {
             return Err(self.source.damage(
@@ -100,7 +101,7 @@ impl RecordingReader {
         let position = Position { chunk_offset: offset, index_in_chunk: self.batch.messages };
         self.batch.messages += 1;
         self.counts.messages += 1;
-        let data = place.start + HEADER_LEN..place.end;
+        let data = place.start + MESSAGE_HEADER_LEN..place.end;
         Ok(Found::Message(header, data, position))
     }
 

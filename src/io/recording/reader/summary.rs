@@ -1,6 +1,7 @@
 //! The end of a recording: what only the summary has, and whether it agrees with what was read.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use mcap::records::{self, Channel, op};
 
@@ -99,22 +100,22 @@ impl RecordingReader {
              affected, but what stands only in the summary is left out"
         );
         self.waiting.push_back(Record::Damaged { offset, problem });
-        self.batch.bytes.clear();
+        self.batch.bytes = Arc::default();
         self.section = Section::End;
     }
 
     /// Looks at what is behind the footer.
     fn check_end(&mut self) -> Result<()> {
-        let offset = self.source.offset;
+        let source = &mut self.source.source;
+        let offset = source.offset;
         let mut end = Vec::new();
-        let length = self.source.remaining().min(mcap::MAGIC.len() as u64);
-        self.source.read(length, &mut end)?;
-        let more = self.source.remaining();
+        let length = source.remaining().min(mcap::MAGIC.len() as u64);
+        source.read(length, &mut end)?;
+        self.offset = source.offset;
+        let more = source.remaining();
         let (offset, problem) = match (end == mcap::MAGIC, more) {
             (true, 0) => return Ok(()),
-            (true, _) => {
-                (self.source.offset, format!("{more} bytes behind the end of the recording"))
-            }
+            (true, _) => (self.offset, format!("{more} bytes behind the end of the recording")),
             (false, 0) => {
                 let problem = "the file is cut off in the eight bytes that close a recording";
                 let problem = problem.to_owned();

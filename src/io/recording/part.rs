@@ -1,0 +1,122 @@
+//! A recording in parts: chunks as a whole with everything in them, and records outside of chunks.
+
+use std::ops::{Deref, Range};
+use std::sync::Arc;
+
+use mcap::records::{MessageHeader, op};
+
+use super::chunk;
+use super::encode::MESSAGE_HEADER_LEN;
+use super::pack::{MessagePlaces, PackedChunk};
+use super::record::{Position, Record};
+use super::scan::{HEAD_LEN, head};
+
+/// Bytes that are kept, or used in another thread, together with those around them, and not copied.
+#[derive(Debug, Clone)]
+pub struct SharedBytes {
+    all: Arc<Vec<u8>>,
+    place: Range<usize>,
+}
+
+impl SharedBytes {
+    pub(super) fn new(all: &Arc<Vec<u8>>, place: Range<usize>) -> Self {
+        SharedBytes { all: Arc::clone(all), place }
+    }
+}
+
+impl Deref for SharedBytes {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        &self.all[self.place.clone()]
+    }
+}
+
+/// A record, to keep.
+#[derive(Debug, Clone)]
+pub enum Item {
+    /// A message.
+    Message {
+        /// Channel, sequence, log and publish time.
+        header: MessageHeader,
+        /// The message itself.
+        data: SharedBytes,
+        /// Where it lies.
+        position: Position,
+    },
+    /// Anything else.
+    Record(Record<'static>),
+}
+
+/// What is read at once.
+#[derive(Debug, Clone)]
+pub enum Part {
+    /// A whole chunk that is what it says it is.
+    Chunk(SourceChunk),
+    /// Records outside of chunks, or of a chunk that cannot be copied as it is.
+    Items(Vec<Item>),
+}
+
+/// A chunk as it lies in its file, and what is in it. Its checksum, the times in its header and its records have
+/// been checked.
+#[derive(Debug, Clone)]
+pub struct SourceChunk {
+    /// Its records, those left out that repeat a definition.
+    pub items: Vec<Item>,
+    body: Arc<Vec<u8>>,
+    places: MessagePlaces,
+    header: chunk::Sizes,
+}
+
+impl SourceChunk {
+    /// The chunk, or its items back if it should not be copied as it is.
+    pub(super) fn new(body: &Arc<Vec<u8>>, items: Vec<Item>) -> Result<Self, Vec<Item>> {
+        let mut places = MessagePlaces::default();
+        for item in &items {
+            match item {
+                Item::Message { header, data, .. } => {
+                    let start = data.place.start - MESSAGE_HEADER_LEN - HEAD_LEN;
+                    places.take(header, start as u64);
+                }
+                Item::Record(Record::Damaged { .. }) => return Err(items),
+                Item::Record(_) => {}
+            }
+        }
+        match chunk::sizes(body).filter(|header| header.times == places.times()) {
+            Some(header) => Ok(SourceChunk { items, body: Arc::clone(body), places, header }),
+            None => Err(items),
+        }
+    }
+
+    /// Name of its compression, empty for none.
+    pub fn compression(&self) -> &str {
+        &self.header.compression
+    }
+
+    /// The earliest and the latest log time of its messages, nanoseconds; 0 and 0 if it has none.
+    pub fn times(&self) -> (u64, u64) {
+        self.header.times
+    }
+
+    /// Messages in it.
+    pub fn message_count(&self) -> u64 {
+        self.items.iter().filter(|item| matches!(item, Item::Message { .. })).count() as u64
+    }
+
+    /// Bytes of it in memory: as it lies in its file, and unpacked.
+    pub fn size(&self) -> usize {
+        self.body.len() + self.header.uncompressed_size as usize
+    }
+
+    pub(super) fn verbatim(&self) -> PackedChunk {
+        PackedChunk {
+            start: head(op::CHUNK, self.body.len() as u64).to_vec(),
+            data: Arc::clone(&self.body),
+            places: self.places.clone(),
+            uncompressed_size: self.header.uncompressed_size,
+            compression: self.header.compression.clone(),
+            compressed_size: self.header.compressed_size,
+            ms: 0.0,
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! The records of a file one after the other, whole ones read ahead and chunks of them unpacked by threads.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::Instant;
+
+use mcap::records::op;
+
+use super::super::chunk;
+use super::super::scan::{HEAD_LEN, MAX_RECORD, Source};
+use super::super::words::record_name;
+use crate::error::{Error, Result};
+use crate::stopwatch::{Steps, ms_since};
+use crate::workers::{Ticket, Workers};
+
+/// Bytes read ahead for each thread, records of chunks counted as unpacked: a few chunks as recorders make them.
+/// A record that is larger is read ahead alone.
+const AHEAD_PER_THREAD: u64 = 8 << 20;
+
+/// The records of a chunk one behind the other, or what is wrong with it.
+pub(super) type Records = std::result::Result<Vec<u8>, String>;
+
+/// Those, and milliseconds.
+pub(super) type Unpacked = (Records, f64);
+
+/// A record of the file.
+pub(super) struct Raw {
+    pub(super) offset: u64,
+    /// Where it ends.
+    pub(super) end: u64,
+    pub(super) opcode: u8,
+    pub(super) head: Vec<u8>,
+    pub(super) body: Arc<Vec<u8>>,
+    /// If it is a chunk.
+    pub(super) unpacked: Option<Ticket<Unpacked>>,
+    /// Bytes that it counts for.
+    size: u64,
+}
+
+/// What comes next in the file.
+pub(super) enum Next {
+    Record(Raw),
+    /// The file ends within a record, `left` bytes behind its head. Of a chunk those are in `body`.
+    Cut {
+        offset: u64,
+        opcode: u8,
+        length: u64,
+        left: u64,
+        body: Vec<u8>,
+    },
+    /// The file ends, or nearly, `left` bytes before where a record should be.
+    RunOut {
+        offset: u64,
+        left: u64,
+    },
+}
+
+/// Reads the records of a file.
+pub(super) struct Ahead {
+    pub(super) source: Source,
+    workers: Workers,
+    queue: VecDeque<Result<Next>>,
+    size: u64,
+    /// Whether nothing more is to be read ahead: behind the footer, a cut or an error.
+    is_over: bool,
+    /// Reading and hashing.
+    pub(super) steps: Steps,
+}
+
+impl Ahead {
+    pub(super) fn new(source: Source, workers: Workers) -> Self {
+        let queue = VecDeque::new();
+        Ahead { source, workers, queue, size: 0, is_over: false, steps: Steps::default() }
+    }
+
+    /// What comes next. Not to be called behind anything but a whole record that is no footer.
+    pub(super) fn next(&mut self) -> Result<Next> {
+        self.fill();
+        let next = self.queue.pop_front().unwrap_or_else(|| self.read())?;
+        if let Next::Record(raw) = &next {
+            self.size -= raw.size;
+        }
+        Ok(next)
+    }
+
+    fn fill(&mut self) {
+        let budget = match self.workers.is_parallel() {
+            true => AHEAD_PER_THREAD * self.workers.threads() as u64,
+            false => 0,
+        };
+        while !self.is_over && (self.queue.is_empty() || self.size < budget) {
+            let next = self.read();
+            match &next {
+                Ok(Next::Record(raw)) => {
+                    self.is_over = raw.opcode == op::FOOTER;
+                    self.size += raw.size;
+                }
+                _ => self.is_over = true,
+            }
+            self.queue.push_back(next);
+        }
+    }
+
+    fn read(&mut self) -> Result<Next> {
+        let (started, before) = (Instant::now(), self.source.offset);
+        let next = self.read_raw();
+        self.steps.take_since(started, self.source.offset - before);
+        let mut next = next?;
+        if let Next::Record(raw) = &mut next
+            && raw.opcode == op::CHUNK
+        {
+            let body = Arc::clone(&raw.body);
+            raw.unpacked = Some(self.workers.run(move || unpack(&body)));
+        }
+        Ok(next)
+    }
+
+    fn read_raw(&mut self) -> Result<Next> {
+        let source = &mut self.source;
+        let offset = source.offset;
+        let tail = if source.is_complete { mcap::MAGIC.len() as u64 } else { 0 };
+        let left = source.remaining().saturating_sub(tail);
+        if left < HEAD_LEN as u64 {
+            return Ok(Next::RunOut { offset, left });
+        }
+        let mut head = Vec::with_capacity(HEAD_LEN);
+        source.read(HEAD_LEN as u64, &mut head)?;
+        let (opcode, length) = chunk::split_head(&head).unwrap_or_default();
+        let left = left - HEAD_LEN as u64;
+        if length > left && !source.is_complete {
+            let mut body = Vec::new();
+            if opcode == op::CHUNK && left <= MAX_RECORD {
+                source.read(left, &mut body)?;
+            }
+            return Ok(Next::Cut { offset, opcode, length, left, body });
+        }
+        if length > left || length > MAX_RECORD {
+            return Err(source.damage(offset, too_long(opcode, length, left)));
+        }
+        // So many bytes are there.
+        let mut body = Vec::with_capacity(length as usize);
+        source.read(length, &mut body)?;
+        let size = length + chunk_size(opcode, &body);
+        let (end, body) = (source.offset, Arc::new(body));
+        Ok(Next::Record(Raw { offset, end, opcode, head, body, unpacked: None, size }))
+    }
+
+    /// An error about what is at `offset`.
+    pub(super) fn damage(&self, offset: u64, problem: impl Into<String>) -> Error {
+        self.source.damage(offset, problem)
+    }
+
+    /// Reads what is left and returns the SHA-256 of the file in lowercase hexadecimal.
+    pub(super) fn finish(self) -> Result<String> {
+        self.source.finish()
+    }
+}
+
+fn unpack(body: &[u8]) -> Unpacked {
+    let started = Instant::now();
+    let mut records = Vec::new();
+    let unpacked = chunk::unpack(body, &mut records).map(|()| records);
+    (unpacked, ms_since(started))
+}
+
+/// Bytes of a chunk's records, as it claims.
+fn chunk_size(opcode: u8, body: &[u8]) -> u64 {
+    let sizes = (opcode == op::CHUNK).then(|| chunk::sizes(body)).flatten();
+    sizes.map_or(0, |sizes| sizes.uncompressed_size.min(MAX_RECORD))
+}
+
+fn too_long(opcode: u8, length: u64, left: u64) -> String {
+    format!(
+        "{} claims {length} bytes; {left} are left in the file, and {MAX_RECORD} are the most that can be \
+         read here",
+        record_name(opcode)
+    )
+}
