@@ -41,7 +41,7 @@ pub struct Options {
     /// Whether an existing output may be replaced.
     pub force: bool,
     /// Threads that unpack, cluster and compress, besides the one that reads and writes; with 1 that one does
-    /// everything, one thing after the other. 0, the default: as many as there are cores.
+    /// everything, one thing after the other. 0, the default: as many as there are cores, up to [`USUAL_THREADS`].
     pub threads: usize,
 }
 
@@ -82,6 +82,10 @@ pub enum Event<'a> {
     Frame(Frame<'a>),
 }
 
+/// Most threads that are started unasked: eight all but reach what the one that reads and writes can do alone, and stay
+/// below 400 MB with a large sensor (docs/performance.md).
+pub const USUAL_THREADS: usize = 8;
+
 /// Annotates a recording.
 ///
 /// Everything in the input is copied unchanged; to each cloud message come one on `T/instances` and one on
@@ -107,7 +111,7 @@ pub fn annotate(
     let started = Instant::now();
     let overview = Overview::read(input)?;
     let workers = Workers::start(match options.threads {
-        0 => Workers::per_core(),
+        0 => Workers::per_core().min(USUAL_THREADS),
         threads => threads,
     });
     let mut job = Job::new(&overview, output, options, &workers, on_event)?;

@@ -53,7 +53,8 @@ pub struct Arguments {
     force: bool,
 
     /// Threads that decompress, cluster and compress, besides the one that reads and writes; with 1 everything
-    /// happens one thing after the other. The output is the same [default: one for each core]
+    /// happens one thing after the other. The output is the same, memory grows by 40 MB each [default: one for each
+    /// core, 8 at most]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
 
