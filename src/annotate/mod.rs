@@ -23,7 +23,7 @@ pub use message::{Annotated, Clustered, Decoded, Method, Semantics, annotate_mes
 pub use profile::{Profile, SlowFrame};
 pub use report::{FrameTimes, METADATA_NAME, Report, TopicReport, remarks};
 pub(crate) use topics::qos;
-pub use topics::{choose, is_annotation};
+pub use topics::{annotated_topics, choose, is_annotation};
 
 /// What is done to a recording.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -1,6 +1,6 @@
 //! Which topics are annotated, and what the added ones are called and carry.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::error::{Error, Result};
 use crate::io::frames::is_readable_cloud;
@@ -11,6 +11,12 @@ pub fn is_annotation(overview: &Overview, topic: &str) -> bool {
     topic
         .strip_suffix(INSTANCES)
         .is_some_and(|cloud| overview.channels_of(&format!("{cloud}{OBJECTS}")).next().is_some())
+}
+
+/// The topics that an earlier annotation added, `T/instances` of each cloud topic T.
+pub fn annotated_topics(overview: &Overview) -> BTreeSet<&str> {
+    let topics = overview.channels.values().map(|channel| channel.topic.as_str());
+    topics.filter(|topic| is_annotation(overview, topic)).collect()
 }
 
 pub(super) const INSTANCES: &str = "/instances";

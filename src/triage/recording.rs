@@ -13,7 +13,6 @@ use crate::io::{
     MessageHeader, Overview, Record, RecordingWriter, WriteOptions, diagnostic_array,
 };
 use crate::replay::{Replayed, Selection, Watcher, play};
-use crate::semantics::MaskSource;
 
 /// What is added to a cloud's topic.
 pub const SUSPICION: &str = "/suspicion";
@@ -100,15 +99,11 @@ impl Watcher for Job<'_> {
     }
 }
 
-/// Triages a clustered cloud of a recording.
-fn triage_frame(frame: &annotate::Frame, method: &Method, params: &Params) -> Triage {
+/// Triages a cloud of a recording that a method has clustered.
+pub fn triage_frame(frame: &annotate::Frame, method: &Method, params: &Params) -> Triage {
     let annotate::Frame { cloud, stages, .. } = *frame;
-    let mask = match (stages.mask.has_classes(), &stages.mask.ground) {
-        (true, _) => MaskSource::Classes(&method.taxonomy),
-        (false, Some(_)) => MaskSource::NotGround(&method.ground),
-        (false, None) => MaskSource::All,
-    };
-    triage(&explain::Frame { cloud, mask, config: &method.config, stages }, params)
+    let (mask, config) = (method.mask(cloud), &method.config);
+    triage(&explain::Frame { cloud, mask, config, stages }, params)
 }
 
 /// The recording as it is written again.

@@ -49,12 +49,13 @@ use rerun::{
 use super::Target;
 use crate::annotate::{Frame, Method};
 use crate::error::{Error, Result};
-use crate::explain::{self, Explanation};
+use crate::explain::Explanation;
 use crate::instances::Reason;
 use crate::io::recording::partial::PartialFile;
 use crate::palette::{instance_colour, reason_colour};
 use crate::pipeline::Stages;
-use crate::triage::{self, triage};
+use crate::triage;
+use crate::triage::recording::triage_frame;
 
 const APPLICATION: &str = "divmerge";
 /// A viewer that is running answers within this time.
@@ -202,10 +203,7 @@ impl RerunStream {
 
     /// How suspect the decisions on a cloud are, in percent.
     fn suspicion(&self, frame: &Frame) -> f64 {
-        let Frame { cloud, stages, .. } = *frame;
-        let (mask, config) = (self.method.mask(cloud), &self.method.config);
-        let run = explain::Frame { cloud, mask, config, stages };
-        triage(&run, &triage::Params::default()).score * 100.0
+        triage_frame(frame, &self.method, &triage::Params::default()).score * 100.0
     }
 
     /// What holds for all clouds of a topic: colours, names, sizes of points.

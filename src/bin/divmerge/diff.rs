@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use divmerge::annotate::is_annotation;
+use divmerge::annotate::annotated_topics;
 use divmerge::evaluate::{Difference, differences};
 use divmerge::io::{CloudMessage, CloudMessages, Overview, PointCloud2};
 use serde::Serialize;
@@ -95,11 +95,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 fn topics(arguments: &Arguments) -> Result<Vec<String>> {
     let annotated = |path: &Path| -> Result<Vec<String>> {
         let overview = Overview::read(path)?;
-        let topics = overview.channels.values().map(|channel| channel.topic.clone());
-        let mut topics: Vec<String> =
-            topics.filter(|topic| is_annotation(&overview, topic)).collect();
-        topics.sort();
-        topics.dedup();
+        let topics: Vec<String> =
+            annotated_topics(&overview).into_iter().map(str::to_owned).collect();
         if topics.is_empty() {
             bail!("{}: no annotated topic (run `divmerge annotate`)", path.display());
         }

@@ -132,7 +132,8 @@ fn refuse(mut problems: Vec<String>) -> Result<()> {
     bail!("nothing scored, {count} {plural}:\n  {}", problems.join("\n  "))
 }
 
-fn write_json(path: &Path, written: &impl Serialize) -> Result<()> {
+/// Writes figures as JSON, over what is there.
+pub fn write_json(path: &Path, written: &impl Serialize) -> Result<()> {
     let text = serde_json::to_string_pretty(written)? + "\n";
     std::fs::write(path, text).with_context(|| path.display().to_string())
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use divmerge::annotate::is_annotation;
+use divmerge::annotate::annotated_topics;
 use divmerge::io::frames::CloudMessages;
 use divmerge::io::scans::SOURCE;
 use divmerge::io::semantic_kitti::sequence::SEQUENCE_KEY;
@@ -144,12 +144,10 @@ fn check_name(name: &str, input: &Path) -> Result<()> {
 
 fn annotated_topic(input: &Path) -> Result<String> {
     let overview = Overview::read(input)?;
-    let topics = overview.channels.values().map(|channel| &channel.topic);
-    let annotated = topics.filter(|topic| is_annotation(&overview, topic)).min();
-    let Some(topic) = annotated else {
+    let Some(topic) = annotated_topics(&overview).pop_first() else {
         bail!("{}: no annotated topic (run `divmerge annotate`, or say --topic)", input.display());
     };
-    Ok(topic.clone())
+    Ok(topic.to_owned())
 }
 
 /// Refuses if a label file is there already. With `force`, if one would stay that belongs to no cloud.

@@ -17,7 +17,8 @@ use serde::Serialize;
 
 use crate::Outcome;
 use crate::arguments::{MethodArguments, quoted};
-use crate::table::Table;
+use crate::evaluate::write_json;
+use crate::table::{Table, csv_cell};
 use crate::terminal::{frame_bar, grouped};
 use crate::truth::{CloudArguments, with_hint};
 
@@ -142,8 +143,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             sums: &sums,
             failures: &rows,
         };
-        let text = serde_json::to_string_pretty(&written)? + "\n";
-        std::fs::write(path, text).with_context(|| path.display().to_string())?;
+        write_json(path, &written)?;
     }
     Ok(Outcome::Done)
 }
@@ -435,16 +435,8 @@ fn csv(rows: &[Row]) -> String {
             row.explain.clone().unwrap_or_default(),
             row.figure.clone().unwrap_or_default(),
         ];
-        let cells = cells.map(|cell| cell_of(&cell));
+        let cells = cells.map(|cell| csv_cell(&cell));
         text += &(cells.join(",") + "\n");
     }
     text
-}
-
-/// A cell of a CSV file (RFC 4180).
-fn cell_of(text: &str) -> String {
-    match text.contains([',', '"', '\n']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_owned(),
-    }
 }

@@ -80,11 +80,9 @@ impl Table {
     }
 
     fn csv(&self) -> String {
-        let quoted = |cell: &String| match cell.contains([',', '"']) {
-            true => format!("\"{}\"", cell.replace('"', "\"\"")),
-            false => cell.clone(),
+        let line = |row: &Vec<String>| {
+            row.iter().map(|cell| csv_cell(cell)).collect::<Vec<_>>().join(",") + "\n"
         };
-        let line = |row: &Vec<String>| row.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n";
         self.rows.iter().map(line).collect()
     }
 
@@ -99,6 +97,14 @@ impl Table {
 pub fn write_json(output: &Path, rows: &impl Serialize, force: bool) -> Result<()> {
     let text = serde_json::to_string_pretty(rows)? + "\n";
     Ok(divmerge::io::write_file(output, text.as_bytes(), force)?)
+}
+
+/// A cell of a CSV file (RFC 4180).
+pub fn csv_cell(text: &str) -> String {
+    match text.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.to_owned(),
+    }
 }
 
 /// The ending of a path in lower case.

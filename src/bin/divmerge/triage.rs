@@ -17,6 +17,7 @@ use divmerge::triage::{Case, Params, Suspect, Triage};
 
 use crate::annotate::Compress;
 use crate::arguments::{MethodArguments, SelectionArguments, command_line};
+use crate::table::csv_cell;
 use crate::terminal::{byte_bar, grouped};
 use crate::{Outcome, interrupt, triage_report};
 
@@ -292,7 +293,7 @@ impl Table {
             let _ = writeln!(
                 lines,
                 "{},{},{},{seconds:.3},{:.4},{},{:.4},{},{},{x:.3},{y:.3},{z:.3},{:.4},{:.4},{},{:.4},{},{}",
-                cell(frame.topic),
+                csv_cell(frame.topic),
                 frame.number,
                 frame.log_time_ns,
                 suspect.score,
@@ -304,8 +305,8 @@ impl Table {
                 suspect.bound,
                 suspect.unit,
                 found.score,
-                cell(&suspect.sentence),
-                cell(&command(suspect))
+                csv_cell(&suspect.sentence),
+                csv_cell(&command(suspect))
             );
         }
         if self.written.is_ok() {
@@ -318,14 +319,6 @@ impl Table {
         written.with_context(|| format!("writing {}", self.path.display()))?;
         drop(self.file);
         Ok(self.partial.put()?)
-    }
-}
-
-/// A cell of a CSV file (RFC 4180).
-fn cell(text: &str) -> String {
-    match text.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_owned(),
     }
 }
 
@@ -394,8 +387,8 @@ mod tests {
 
     #[test]
     fn cells_and_counts() {
-        assert_eq!(cell("plain"), "plain");
-        assert_eq!(cell("a,\"b\"\n"), "\"a,\"\"b\"\"\n\"");
+        assert_eq!(csv_cell("plain"), "plain");
+        assert_eq!(csv_cell("a,\"b\"\n"), "\"a,\"\"b\"\"\n\"");
         assert_eq!(counted(&["b", "a", "b"]), "b (2), a");
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use divmerge::annotate::is_annotation;
+use divmerge::annotate::annotated_topics;
 use divmerge::io::frames::CloudMessages;
 use divmerge::io::labelled::Truth;
 use divmerge::io::semantic_kitti::read_labels;
@@ -62,8 +62,7 @@ pub fn run(arguments: &Arguments, input: &Path, wanted: &Wanted) -> Result<()> {
 /// The annotated topics, `T/instances`, or those of them that are asked for as `T` or `T/instances`.
 fn topics(arguments: &Arguments, input: &Path) -> Result<Vec<String>> {
     let overview = Overview::read(input)?;
-    let all = overview.channels.values().map(|channel| channel.topic.as_str());
-    let annotated: BTreeSet<&str> = all.filter(|topic| is_annotation(&overview, topic)).collect();
+    let annotated = annotated_topics(&overview);
     let known = || annotated.iter().copied().collect::<Vec<_>>().join(", ");
     if annotated.is_empty() {
         bail!("{}: no annotated topic (run `divmerge annotate`)", input.display());
