@@ -25,7 +25,7 @@ use divmerge::annotate::{Annotated, FrameTimes, Method, Semantics, annotate_mess
 use divmerge::cluster::{self, ClusterParams, ObjectPixels};
 use divmerge::disjoint_sets::DisjointSets;
 use divmerge::io::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
-use divmerge::io::{ByteOrder, CloudNumber, Datatype, PointCloud2, PointField};
+use divmerge::io::{ByteOrder, CloudNumber, Datatype, Layout, PointCloud2, PointField};
 use divmerge::pipeline::{self, Config};
 use divmerge::range_image::{PixelSet, RangeImage};
 use divmerge::semantics::{GroundParams, MaskSource, ObjectMask, object_mask};
@@ -537,7 +537,7 @@ fn message(cloud: &PointCloud) -> Vec<u8> {
         count: 1,
     };
     let wire = PointCloud2 {
-        byte_order: ByteOrder::Little,
+        layout: Layout::Cdr(ByteOrder::Little),
         stamp_sec: 0,
         stamp_nanosec: 0,
         frame_id: "lidar".into(),

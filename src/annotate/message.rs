@@ -177,7 +177,7 @@ pub fn annotate_message(
     let boxes: Vec<MarkerBox> = stages.instances.iter().map(marker).collect();
     let (seconds, nanoseconds) = (wire.stamp_sec, wire.stamp_nanosec);
     let frame = &wire.frame_id;
-    io::marker_array(wire.byte_order, seconds, nanoseconds, frame, &boxes, &mut annotated.objects);
+    io::marker_array(wire.layout, seconds, nanoseconds, frame, &boxes, &mut annotated.objects);
     annotated.frame_id.clone_from(frame);
     annotated.stamp_ns = wire.stamp_ns();
     annotated.semantics.clone_from(&clustered.semantics);

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::cdr::ByteOrder;
 use super::point_cloud2::{Datatype, PointCloud2, PointField, malformed};
+use super::ros::ByteOrder;
 use crate::error::{Error, Result};
 use crate::palette::{INSTANCE_COLOURS, instance_colour, reason_colour};
 
@@ -238,6 +238,7 @@ fn head_bound(cloud: &PointCloud2, fields: &[PointField]) -> usize {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Layout;
     use super::super::point_cloud2::tests::{cloud, field, xyz};
     use super::*;
 
@@ -261,13 +262,13 @@ mod tests {
     #[test]
     fn the_points_are_unchanged_and_the_labels_come_back() {
         let data = data();
-        for (byte_order, is_bigendian) in [
+        for (order, is_bigendian) in [
             (ByteOrder::Little, false),
             (ByteOrder::Little, true),
             (ByteOrder::Big, false),
             (ByteOrder::Big, true),
         ] {
-            let input = PointCloud2 { byte_order, is_bigendian, ..input(&data) };
+            let input = PointCloud2 { layout: Layout::Cdr(order), is_bigendian, ..input(&data) };
             let mut cdr = Vec::new();
             annotated_cloud(&input, &ANNOTATION, &mut cdr).unwrap();
             let output = PointCloud2::parse(&cdr).unwrap();
@@ -275,7 +276,7 @@ mod tests {
             assert_eq!(&output.fields[..3], &input.fields[..]);
             let head = |cloud: &PointCloud2| {
                 let shape = (cloud.height, cloud.width, cloud.is_bigendian, cloud.is_dense);
-                (cloud.byte_order, cloud.stamp_ns(), cloud.frame_id.clone(), shape)
+                (cloud.layout, cloud.stamp_ns(), cloud.frame_id.clone(), shape)
             };
             assert_eq!(head(&output), head(&input));
             for (before, after) in input.points().zip(output.points()) {

@@ -1,7 +1,7 @@
 //! `sensor_msgs/msg/CameraInfo`: how a camera projects.
 
-use super::cdr::{ByteOrder, CdrWriter};
 use super::cloud_recording::stamp;
+use super::ros::{ByteOrder, Layout, RosWriter};
 
 /// Writes the calibration of a rectified camera, replacing what is in `out`: no distortion (five zeros of
 /// `plumb_bob`), no rotation, K the left three columns of P. The size of the image is not known and written as 0 x 0.
@@ -9,7 +9,7 @@ use super::cloud_recording::stamp;
 /// `projection` is P, 3 x 4 and row by row: it takes metres in the frame `frame_id` to pixels.
 pub fn camera_info(stamp_ns: u64, frame_id: &str, projection: &[f64; 12], out: &mut Vec<u8>) {
     let (sec, nanosec) = stamp(stamp_ns);
-    let mut cdr = CdrWriter::new(ByteOrder::Little, out);
+    let mut cdr = RosWriter::new(Layout::Cdr(ByteOrder::Little), out);
     cdr.header((sec, nanosec, frame_id));
     cdr.u32(0); // height
     cdr.u32(0); // width

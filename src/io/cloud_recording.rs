@@ -5,11 +5,11 @@ use std::path::Path;
 
 use nalgebra::Isometry3;
 
-use super::cdr::{ByteOrder, CdrWriter};
 use super::definitions::{
     POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA, TF_MESSAGE_NAME, TF_MESSAGE_SCHEMA,
 };
 use super::recording::{MessageHeader, RecordingWriter, WriteOptions};
+use super::ros::{ByteOrder, Layout, RosWriter};
 use crate::error::Result;
 
 /// A recording of one cloud topic being written, with `/tf` where there are poses. It appears under its name
@@ -183,7 +183,7 @@ fn write(
 fn transform_message(transform: &Transform, out: &mut Vec<u8>) {
     let Isometry3 { rotation, translation } = transform.pose;
     let (sec, nanosec) = stamp(transform.stamp_ns);
-    let mut cdr = CdrWriter::new(ByteOrder::Little, out);
+    let mut cdr = RosWriter::new(Layout::Cdr(ByteOrder::Little), out);
     cdr.length(1);
     cdr.header((sec, nanosec, transform.parent));
     cdr.string(transform.child);

@@ -1,7 +1,7 @@
 //! `diagnostic_msgs/msg/DiagnosticArray`: something that stands in words and numbers beside a cloud, which every
 //! viewer shows in a table or plots.
 
-use super::cdr::{ByteOrder, CdrWriter};
+use super::ros::{Layout, RosWriter};
 
 /// How bad it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -32,13 +32,13 @@ pub struct Diagnostic {
 
 /// Writes a DiagnosticArray message, replacing what is in `out`.
 pub fn diagnostic_array(
-    byte_order: ByteOrder,
+    layout: Layout,
     (stamp_sec, stamp_nanosec): (i32, u32),
     frame_id: &str,
     diagnostics: &[Diagnostic],
     out: &mut Vec<u8>,
 ) {
-    let mut writer = CdrWriter::new(byte_order, out);
+    let mut writer = RosWriter::new(layout, out);
     writer.i32(stamp_sec);
     writer.u32(stamp_nanosec);
     writer.string(frame_id);
@@ -58,7 +58,7 @@ pub fn diagnostic_array(
 
 #[cfg(test)]
 mod tests {
-    use super::super::cdr::CdrReader;
+    use super::super::ros::{ByteOrder, RosReader};
     use super::*;
     use crate::io::DIAGNOSTIC_ARRAY_SCHEMA;
 
@@ -73,8 +73,14 @@ mod tests {
         };
         for byte_order in [ByteOrder::Little, ByteOrder::Big] {
             let mut cdr = vec![7; 3];
-            diagnostic_array(byte_order, (-3, 4), "lidar", &[one.clone(), one.clone()], &mut cdr);
-            let mut reader = CdrReader::new("DiagnosticArray", &cdr).unwrap();
+            diagnostic_array(
+                Layout::Cdr(byte_order),
+                (-3, 4),
+                "lidar",
+                &[one.clone(), one.clone()],
+                &mut cdr,
+            );
+            let mut reader = RosReader::cdr("DiagnosticArray", &cdr).unwrap();
             assert_eq!((reader.i32().unwrap(), reader.u32().unwrap()), (-3, 4));
             assert_eq!((reader.string().unwrap().as_str(), reader.u32().unwrap()), ("lidar", 2));
             for _ in 0..2 {

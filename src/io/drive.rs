@@ -3,10 +3,10 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use super::cdr::ByteOrder;
 use super::cloud_recording::{CloudRecording, Transform, stamp};
 use super::point_cloud2::{Datatype, PointCloud2, PointField};
 use super::recording::WriteOptions;
+use super::ros::{ByteOrder, Layout};
 use crate::error::{Error, Result};
 use crate::simulate::{Drive, Frame};
 
@@ -88,7 +88,7 @@ pub fn cloud_message(frame: &Frame, out: &mut Vec<u8>) -> Result<()> {
     });
     let (stamp_sec, stamp_nanosec) = stamp(frame.stamp_ns);
     let message = PointCloud2 {
-        byte_order: ByteOrder::Little,
+        layout: Layout::Cdr(ByteOrder::Little),
         stamp_sec,
         stamp_nanosec,
         frame_id: SENSOR_FRAME.to_owned(),

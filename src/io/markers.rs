@@ -1,6 +1,6 @@
 //! `visualization_msgs/msg/MarkerArray`: a box and a number for each instance.
 
-use super::cdr::{ByteOrder, CdrWriter};
+use super::ros::{Layout, RosWriter};
 use crate::palette::instance_colour;
 
 /// Opacity of a box.
@@ -33,14 +33,14 @@ pub struct MarkerBox {
 /// Writes a MarkerArray message, replacing what is in `out`: first a marker that deletes those of
 /// the frame before, then for each instance a box (namespace `boxes`) and a text above it (`ids`).
 pub fn marker_array(
-    byte_order: ByteOrder,
+    layout: Layout,
     stamp_sec: i32,
     stamp_nanosec: u32,
     frame_id: &str,
     boxes: &[MarkerBox],
     out: &mut Vec<u8>,
 ) {
-    let mut writer = CdrWriter::new(byte_order, out);
+    let mut writer = RosWriter::new(layout, out);
     let header = (stamp_sec, stamp_nanosec, frame_id);
     writer.length(1 + 2 * boxes.len());
     write_marker(&mut writer, header, &Marker::delete_all());
@@ -109,7 +109,7 @@ impl<'a> Marker<'a> {
     }
 }
 
-fn write_marker(writer: &mut CdrWriter, header: (i32, u32, &str), marker: &Marker) {
+fn write_marker(writer: &mut RosWriter, header: (i32, u32, &str), marker: &Marker) {
     writer.header(header);
     writer.string(marker.namespace);
     writer.i32(marker.id);
@@ -141,14 +141,14 @@ fn write_marker(writer: &mut CdrWriter, header: (i32, u32, &str), marker: &Marke
 
 #[cfg(test)]
 mod tests {
-    use super::super::cdr::CdrReader;
+    use super::super::ros::{ByteOrder, RosReader};
     use super::*;
 
     type Read = (String, [i32; 3], [f64; 10], [f32; 4], String);
 
     /// Takes a message apart again, field by field.
     fn read(cdr: &[u8]) -> Vec<Read> {
-        let mut reader = CdrReader::new("MarkerArray", cdr).unwrap();
+        let mut reader = RosReader::cdr("MarkerArray", cdr).unwrap();
         let r = &mut reader;
         let count = r.u32().unwrap();
         let mut markers = Vec::new();
@@ -187,7 +187,7 @@ mod tests {
         }];
         for byte_order in [ByteOrder::Little, ByteOrder::Big] {
             let mut cdr = Vec::new();
-            marker_array(byte_order, -3, 4, "lidar", &boxes, &mut cdr);
+            marker_array(Layout::Cdr(byte_order), -3, 4, "lidar", &boxes, &mut cdr);
             let markers = read(&cdr);
             assert_eq!(markers.len(), 3);
             assert_eq!(markers[0].1, [0, 0, DELETE_ALL]);
@@ -209,7 +209,7 @@ mod tests {
     #[test]
     fn a_frame_without_instances_still_deletes_those_before() {
         let mut cdr = vec![1; 9];
-        marker_array(ByteOrder::Little, -3, 4, "lidar", &[], &mut cdr);
+        marker_array(Layout::Cdr(ByteOrder::Little), -3, 4, "lidar", &[], &mut cdr);
         let markers = read(&cdr);
         assert_eq!(markers.len(), 1);
         assert_eq!(markers[0].1[2], DELETE_ALL);

@@ -7,7 +7,6 @@
 pub mod annotation;
 pub mod boxes;
 pub mod camera_info;
-pub mod cdr;
 pub mod cloud_recording;
 pub mod definitions;
 pub mod diagnostics;
@@ -18,12 +17,12 @@ pub mod markers;
 pub mod point_cloud2;
 pub mod problems;
 pub mod recording;
+pub mod ros;
 pub mod scans;
 pub mod semantic_kitti;
 
 pub use annotation::{PointAnnotation, annotated_cloud};
 pub use boxes::{BoxSource, FrameBoxes, FrameDetections};
-pub use cdr::ByteOrder;
 pub use definitions::{
     DIAGNOSTIC_ARRAY_NAME, DIAGNOSTIC_ARRAY_SCHEMA, MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA,
     POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA,
@@ -40,3 +39,4 @@ pub use recording::{
     PartialFile, Position, ReadTimes, Record, RecordingReader, RecordingWriter, Schema,
     SharedBytes, SourceChunk, WriteOptions, WriteTimes, write_file,
 };
+pub use ros::{ByteOrder, Layout};

@@ -1,7 +1,7 @@
 //! `sensor_msgs/msg/PointCloud2`: the message as it is on the wire, and the cloud in it.
 
-use super::cdr::{ByteOrder, CdrReader, CdrWriter};
 use super::definitions::POINT_CLOUD2_NAME;
+use super::ros::{ByteOrder, Layout, RosReader, RosWriter};
 use crate::cloud::PointCloud;
 use crate::error::{Error, Result};
 
@@ -92,8 +92,8 @@ pub struct PointField {
 /// The message as it is on the wire. [`PointCloud2::parse`] has checked that the sizes agree.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointCloud2<'a> {
-    /// Byte order of the message (not of `data`).
-    pub byte_order: ByteOrder,
+    /// How the message lies in bytes (the numbers in `data` have an order of their own).
+    pub layout: Layout,
     /// Whole seconds of the stamp.
     pub stamp_sec: i32,
     /// Nanoseconds of the stamp beyond the seconds.
@@ -125,9 +125,9 @@ impl<'a> PointCloud2<'a> {
     /// [`Error::Malformed`] if the message ends early or its sizes disagree, [`Error::Unsupported`]
     /// if it is not plain CDR.
     pub fn parse(cdr: &'a [u8]) -> Result<Self> {
-        let mut reader = CdrReader::new(POINT_CLOUD2_NAME, cdr)?;
+        let mut reader = RosReader::cdr(POINT_CLOUD2_NAME, cdr)?;
         let cloud = PointCloud2 {
-            byte_order: reader.byte_order(),
+            layout: reader.layout(),
             stamp_sec: reader.i32()?,
             stamp_nanosec: reader.u32()?,
             frame_id: reader.string()?,
@@ -401,7 +401,7 @@ impl<'a> PointCloud2<'a> {
         row_step: u32,
         out: &mut Vec<u8>,
     ) {
-        let mut writer = CdrWriter::new(self.byte_order, out);
+        let mut writer = RosWriter::new(self.layout, out);
         writer.i32(self.stamp_sec);
         writer.u32(self.stamp_nanosec);
         writer.string(&self.frame_id);
@@ -426,11 +426,11 @@ impl<'a> PointCloud2<'a> {
         out: &mut Vec<u8>,
         fill: impl FnOnce(&mut Vec<u8>),
     ) {
-        CdrWriter::resume(self.byte_order, out).length(length);
+        RosWriter::resume(self.layout, out).length(length);
         let start = out.len();
         fill(out);
         debug_assert_eq!(out.len() - start, length);
-        CdrWriter::resume(self.byte_order, out).bool(self.is_dense);
+        RosWriter::resume(self.layout, out).bool(self.is_dense);
     }
 }
 
@@ -438,7 +438,7 @@ pub(super) fn malformed(problem: String) -> Error {
     Error::Malformed { message: POINT_CLOUD2_NAME, problem }
 }
 
-fn read_fields(reader: &mut CdrReader) -> Result<Vec<PointField>> {
+fn read_fields(reader: &mut RosReader) -> Result<Vec<PointField>> {
     // An empty name, offset, datatype and count, without padding.
     const SMALLEST: usize = 4 + 4 + 1 + 4;
     let length = reader.sequence(SMALLEST)?;
@@ -481,7 +481,7 @@ pub(super) mod tests {
         data: &'a [u8],
     ) -> PointCloud2<'a> {
         PointCloud2 {
-            byte_order: ByteOrder::Little,
+            layout: Layout::Cdr(ByteOrder::Little),
             stamp_sec: 1_700_000_000,
             stamp_nanosec: 5,
             frame_id: "lidar".to_owned(),
@@ -562,7 +562,7 @@ pub(super) mod tests {
             point.push(0xee);
             let bytes = [point.as_slice(), &point].concat();
             let mut cloud = cloud(fields, point.len() as u32, &bytes);
-            cloud.byte_order = message;
+            cloud.layout = Layout::Cdr(message);
             cloud.is_bigendian = data == ByteOrder::Big;
             let cdr = encoded(&cloud);
             let parsed = PointCloud2::parse(&cdr).unwrap();

@@ -24,9 +24,9 @@ pub use folder::{
 };
 pub use write::{EPOCH_NS, Frame, Written, write_scans};
 
-use super::ByteOrder;
 use super::cloud_recording::stamp;
 use super::point_cloud2::{Datatype, PointCloud2, PointField};
+use super::{ByteOrder, Layout};
 use crate::error::{Error, Result};
 
 /// The points of a file, described as a PointCloud2 message does.
@@ -173,7 +173,7 @@ impl Scan {
     pub fn message(&self, stamp_ns: u64, frame_id: &str) -> Result<PointCloud2<'_>> {
         let (stamp_sec, stamp_nanosec) = stamp(stamp_ns);
         let mut message = PointCloud2 {
-            byte_order: ByteOrder::Little,
+            layout: Layout::Cdr(ByteOrder::Little),
             stamp_sec,
             stamp_nanosec,
             frame_id: frame_id.to_owned(),

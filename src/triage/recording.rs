@@ -9,8 +9,8 @@ use crate::annotate::{self, Event, Method, qos};
 use crate::error::{Error, Result};
 use crate::explain;
 use crate::io::{
-    ByteOrder, Compression, DIAGNOSTIC_ARRAY_NAME, DIAGNOSTIC_ARRAY_SCHEMA, Diagnostic, Level,
-    MessageHeader, Overview, Record, RecordingWriter, WriteOptions, diagnostic_array,
+    ByteOrder, Compression, DIAGNOSTIC_ARRAY_NAME, DIAGNOSTIC_ARRAY_SCHEMA, Diagnostic, Layout,
+    Level, MessageHeader, Overview, Record, RecordingWriter, WriteOptions, diagnostic_array,
 };
 use crate::replay::{Replayed, Selection, Watcher, play};
 
@@ -148,8 +148,9 @@ impl<'a> Copy<'a> {
         let channel_id = self.channel(frame.topic, header.channel_id)?;
         let diagnostics = diagnostics(frame.topic, found);
         let (sec, nanosec) = split(frame.stamp_ns);
-        let (order, mut message) = (ByteOrder::Little, std::mem::take(&mut self.scratch));
-        diagnostic_array(order, (sec, nanosec), frame.frame_id, &diagnostics, &mut message);
+        let (layout, mut message) =
+            (Layout::Cdr(ByteOrder::Little), std::mem::take(&mut self.scratch));
+        diagnostic_array(layout, (sec, nanosec), frame.frame_id, &diagnostics, &mut message);
         self.writer.write_message(&MessageHeader { channel_id, ..header }, &message)?;
         self.scratch = message;
         Ok(())

@@ -10,7 +10,7 @@ use divmerge::instances::{Detection, UprightBox};
 use divmerge::io::boxes::AskedCloud;
 use divmerge::io::drive::{CLOUD_TOPIC, SENSOR_FRAME};
 use divmerge::io::{
-    BoxSource, ByteOrder, CloudNumber, FrameBoxes, MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA,
+    BoxSource, ByteOrder, CloudNumber, FrameBoxes, Layout, MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA,
     MarkerBox, Overview, PointCloud2, Record, RecordingReader, RecordingWriter, WriteOptions,
     marker_array,
 };
@@ -179,7 +179,14 @@ fn boxes_in_another_frame_end_the_run() {
     let boxed =
         MarkerBox { id: 1, centre: [5.0; 3], yaw: 0.0, size: [1.0; 3], text: "1 car".into() };
     let mut message = Vec::new();
-    marker_array(ByteOrder::Little, seconds, nanoseconds, "base_link", &[boxed], &mut message);
+    marker_array(
+        Layout::Cdr(ByteOrder::Little),
+        seconds,
+        nanoseconds,
+        "base_link",
+        &[boxed],
+        &mut message,
+    );
     let header = divmerge::io::MessageHeader { channel_id, ..header };
     writer.write_message(&header, &message).expect("written");
     writer.finish().expect("finished");

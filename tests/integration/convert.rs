@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use divmerge::Error;
-use divmerge::io::cdr::CdrReader;
 use divmerge::io::frames::CloudMessages;
+use divmerge::io::ros::RosReader;
 use divmerge::io::scans::{Columns, FolderOptions, Format, Scan, ScanFolder};
 use divmerge::io::{Overview, PointCloud2, Record, RecordingReader, WriteOptions};
 use proptest::prelude::*;
@@ -438,7 +438,7 @@ fn kitti(arguments: &[&str]) -> (Option<i32>, String, String) {
 
 /// Stamp, frames, translation and quaternion of a TFMessage of one transform.
 fn transform(data: &[u8]) -> (i64, String, String, [f64; 7]) {
-    let mut cdr = CdrReader::new("TFMessage", data).expect("a message");
+    let mut cdr = RosReader::cdr("TFMessage", data).expect("a message");
     assert_eq!(cdr.u32().expect("length"), 1);
     let stamp =
         i64::from(cdr.i32().expect("s")) * 1_000_000_000 + i64::from(cdr.u32().expect("ns"));

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::cdr::CdrReader;
+use super::super::ros::RosReader;
 use crate::error::Result;
 use crate::instances::{Detection, UprightBox};
 use crate::taxonomy::Taxonomy;
@@ -50,7 +50,7 @@ pub fn marker_boxes(
     has_textures: bool,
     taxonomy: &Taxonomy,
 ) -> Result<Option<BoxMessage>> {
-    let mut reader = CdrReader::new(MARKER_ARRAY, cdr)?;
+    let mut reader = RosReader::cdr(MARKER_ARRAY, cdr)?;
     let mut first: Option<Header> = None;
     let mut cubes: BTreeMap<(String, i32), (Header, Pose, String)> = BTreeMap::new();
     let mut texts: BTreeMap<i32, Vec<String>> = BTreeMap::new();
@@ -89,7 +89,7 @@ pub fn marker_boxes(
 /// # Errors
 /// As [`marker_boxes`].
 pub fn detection_boxes(cdr: &[u8], taxonomy: &Taxonomy) -> Result<BoxMessage> {
-    let mut reader = CdrReader::new(DETECTION_ARRAY, cdr)?;
+    let mut reader = RosReader::cdr(DETECTION_ARRAY, cdr)?;
     let (stamp_ns, mut frame_id) = read_header(&mut reader)?;
     let mut detections = Vec::new();
     for _ in 0..reader.sequence(LEAST_DETECTION)? {
@@ -134,7 +134,7 @@ struct Marker {
     text: String,
 }
 
-fn read_marker(reader: &mut CdrReader, has_textures: bool) -> Result<Marker> {
+fn read_marker(reader: &mut RosReader, has_textures: bool) -> Result<Marker> {
     let header = read_header(reader)?;
     let namespace = reader.string()?;
     let [id, kind, action] = [reader.i32()?, reader.i32()?, reader.i32()?];
@@ -167,7 +167,7 @@ fn read_marker(reader: &mut CdrReader, has_textures: bool) -> Result<Marker> {
 }
 
 /// Name and score of the surest hypothesis.
-fn read_hypotheses(reader: &mut CdrReader) -> Result<Option<(String, f64)>> {
+fn read_hypotheses(reader: &mut RosReader) -> Result<Option<(String, f64)>> {
     let mut surest: Option<(String, f64)> = None;
     for _ in 0..reader.sequence(8 * (1 + 7 + 36))? {
         let (class, score) = (reader.string()?, reader.f64()?);
@@ -180,7 +180,7 @@ fn read_hypotheses(reader: &mut CdrReader) -> Result<Option<(String, f64)>> {
     Ok(surest)
 }
 
-fn read_header(reader: &mut CdrReader) -> Result<Header> {
+fn read_header(reader: &mut RosReader) -> Result<Header> {
     let (seconds, nanoseconds) = (reader.i32()?, reader.u32()?);
     let stamp_ns = i64::from(seconds) * 1_000_000_000 + i64::from(nanoseconds);
     Ok((stamp_ns, reader.string()?))
@@ -194,14 +194,14 @@ struct Pose {
     size: [f64; 3],
 }
 
-fn read_pose(reader: &mut CdrReader) -> Result<Pose> {
+fn read_pose(reader: &mut RosReader) -> Result<Pose> {
     let (position, orientation) = (read_f64(reader)?, read_f64(reader)?);
     Ok(Pose { position, orientation, size: read_f64(reader)? })
 }
 
 impl Pose {
     /// The box, turned about the vertical alone: as its first axis lies on the plane.
-    fn upright(&self, reader: &CdrReader) -> Result<UprightBox> {
+    fn upright(&self, reader: &RosReader) -> Result<UprightBox> {
         let Pose { position, orientation: [x, y, z, w], size } = *self;
         // The first axis turned by the quaternion, of any length; of length 0 it is no turn.
         let yaw = (2.0 * (x * y + w * z)).atan2(w * w + x * x - y * y - z * z);
@@ -216,7 +216,7 @@ impl Pose {
     }
 }
 
-fn read_f64<const N: usize>(reader: &mut CdrReader) -> Result<[f64; N]> {
+fn read_f64<const N: usize>(reader: &mut RosReader) -> Result<[f64; N]> {
     let mut values = [0.0; N];
     for value in &mut values {
         *value = reader.f64()?;
@@ -224,16 +224,16 @@ fn read_f64<const N: usize>(reader: &mut CdrReader) -> Result<[f64; N]> {
     Ok(values)
 }
 
-fn skip_f32(reader: &mut CdrReader, count: usize) -> Result<()> {
+fn skip_f32(reader: &mut RosReader, count: usize) -> Result<()> {
     (0..count).try_for_each(|_| reader.f32().map(drop))
 }
 
-fn skip_bytes(reader: &mut CdrReader) -> Result<()> {
+fn skip_bytes(reader: &mut RosReader) -> Result<()> {
     let length = reader.sequence(1)?;
     reader.bytes(length).map(drop)
 }
 
-fn same_frame(reader: &CdrReader, one: &str, other: &str) -> Result<()> {
+fn same_frame(reader: &RosReader, one: &str, other: &str) -> Result<()> {
     match one == other {
         true => Ok(()),
         false => {
@@ -243,7 +243,7 @@ fn same_frame(reader: &CdrReader, one: &str, other: &str) -> Result<()> {
 }
 
 /// Messages may be padded to a whole number of words; more means another layout of the type.
-fn check_end(reader: &CdrReader) -> Result<()> {
+fn check_end(reader: &RosReader) -> Result<()> {
     match reader.remaining() {
         0..8 => Ok(()),
         rest => {
@@ -256,8 +256,8 @@ fn check_end(reader: &CdrReader) -> Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::cdr::{ByteOrder, CdrWriter};
     use super::super::super::markers::{MarkerBox, marker_array};
+    use super::super::super::ros::{ByteOrder, Layout, RosWriter};
     use super::*;
     use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 
@@ -279,7 +279,7 @@ mod tests {
         let taxonomy = Taxonomy::semantic_kitti();
         for byte_order in [ByteOrder::Little, ByteOrder::Big] {
             let mut cdr = Vec::new();
-            marker_array(byte_order, 5, 6, "lidar", &boxes, &mut cdr);
+            marker_array(Layout::Cdr(byte_order), 5, 6, "lidar", &boxes, &mut cdr);
             let read = marker_boxes(&cdr, true, &taxonomy).unwrap().unwrap();
             assert_eq!((read.stamp_ns, read.frame_id.as_str()), (5_000_000_006, "lidar"));
             let classes: Vec<_> = read.detections.iter().map(|found| found.class).collect();
@@ -297,7 +297,14 @@ mod tests {
     fn an_array_that_ends_early_or_late_or_has_no_marker() {
         let taxonomy = Taxonomy::semantic_kitti();
         let mut cdr = Vec::new();
-        marker_array(ByteOrder::Little, 5, 6, "lidar", &[boxed(1, 0.0, [1.0; 3], "")], &mut cdr);
+        marker_array(
+            Layout::Cdr(ByteOrder::Little),
+            5,
+            6,
+            "lidar",
+            &[boxed(1, 0.0, [1.0; 3], "")],
+            &mut cdr,
+        );
         for cut in 0..cdr.len() {
             assert!(marker_boxes(&cdr[..cut], true, &taxonomy).is_err(), "{cut}");
         }
@@ -305,7 +312,7 @@ mod tests {
         cdr.extend([0; 8]);
         assert!(marker_boxes(&cdr, true, &taxonomy).is_err());
         assert_eq!(marker_boxes(&[0, 1, 0, 0, 0, 0, 0, 0], true, &taxonomy).unwrap(), None);
-        marker_array(ByteOrder::Little, 5, 6, "lidar", &[], &mut cdr);
+        marker_array(Layout::Cdr(ByteOrder::Little), 5, 6, "lidar", &[], &mut cdr);
         let empty = marker_boxes(&cdr, true, &taxonomy).unwrap().unwrap();
         assert_eq!((empty.stamp_ns, empty.detections.len()), (5_000_000_006, 0));
     }
@@ -313,7 +320,7 @@ mod tests {
     /// Namespace, id, kind and action of a marker, written as before Humble: without textures.
     fn old_markers(markers: &[(&str, i32, i32, i32, &str, &str)]) -> Vec<u8> {
         let mut cdr = Vec::new();
-        let mut w = CdrWriter::new(ByteOrder::Little, &mut cdr);
+        let mut w = RosWriter::new(Layout::Cdr(ByteOrder::Little), &mut cdr);
         w.length(markers.len());
         for &(namespace, id, kind, action, frame, text) in markers {
             w.i32(1);
@@ -364,7 +371,7 @@ mod tests {
     /// Writes a Detection3DArray: hypotheses and the side in x of each detection.
     fn detections(found: &[(&[(&str, f64)], f64)]) -> Vec<u8> {
         let mut cdr = Vec::new();
-        let mut w = CdrWriter::new(ByteOrder::Little, &mut cdr);
+        let mut w = RosWriter::new(Layout::Cdr(ByteOrder::Little), &mut cdr);
         w.i32(3);
         w.u32(4);
         w.string("lidar");

@@ -8,10 +8,10 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::super::cdr::CdrReader;
 use super::super::definitions::POINT_CLOUD2_NAME;
 use super::super::frames::{is_readable_cloud, type_name};
 use super::super::recording::{Channel, Overview, Record, RecordingReader};
+use super::super::ros::RosReader;
 use super::messages::{BoxMessage, DETECTION_ARRAY, MARKER_ARRAY, detection_boxes, marker_boxes};
 use super::{AskedCloud, FrameDetections};
 use crate::error::{Error, Result};
@@ -194,7 +194,7 @@ fn merged(mut messages: Vec<BoxMessage>) -> Vec<BoxMessage> {
 
 /// Stamp of a cloud, of which only the header is read.
 fn stamp_of(cloud: &[u8]) -> Result<i64> {
-    let mut reader = CdrReader::new(POINT_CLOUD2_NAME, cloud)?;
+    let mut reader = RosReader::cdr(POINT_CLOUD2_NAME, cloud)?;
     Ok(i64::from(reader.i32()?) * 1_000_000_000 + i64::from(reader.u32()?))
 }
 

@@ -1,13 +1,14 @@
-//! XCDR1, the encoding of ROS 2 messages: a cursor to read it and one to write it.
+//! How ROS messages lie in bytes: a cursor to read them and one to write them.
 //!
-//! A message is a header of four bytes (`00 00` big endian, `00 01` little endian, two bytes of
+//! ROS 2 has XCDR1: a header of four bytes (`00 00` big endian, `00 01` little endian, two bytes of
 //! options that are ignored) and a body. Numbers are aligned to their own size, counted from the
-//! start of the body.
+//! start of the body; strings end with a zero. ROS 1 has neither header nor alignment nor that zero, is little
+//! endian, and begins a `std_msgs/Header` with a counter.
 
 use crate::error::{Error, Result};
 
-/// Bytes of the encapsulation header before the body.
-pub const HEADER_LEN: usize = 4;
+/// Bytes of CDR's encapsulation header before the body.
+const HEADER_LEN: usize = 4;
 
 /// Order of the bytes of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,6 +17,41 @@ pub enum ByteOrder {
     Little,
     /// Most significant byte first.
     Big,
+}
+
+/// How a ROS message lies in bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Layout {
+    /// ROS 2.
+    Cdr(ByteOrder),
+    /// ROS 1.
+    Ros1,
+}
+
+impl Layout {
+    /// Order of the bytes of its numbers.
+    pub fn byte_order(self) -> ByteOrder {
+        match self {
+            Layout::Cdr(byte_order) => byte_order,
+            Layout::Ros1 => ByteOrder::Little,
+        }
+    }
+
+    /// Bytes before the body.
+    fn header_len(self) -> usize {
+        match self {
+            Layout::Cdr(_) => HEADER_LEN,
+            Layout::Ros1 => 0,
+        }
+    }
+
+    /// Bytes from `position` of the body to where a number of `size` bytes can start.
+    fn padding(self, position: usize, size: usize) -> usize {
+        match self {
+            Layout::Cdr(_) => position.next_multiple_of(size) - position,
+            Layout::Ros1 => 0,
+        }
+    }
 }
 
 /// The numbers that the messages are made of, from and to bytes of either order.
@@ -43,7 +79,7 @@ macro_rules! numbers {
             )*
         }
 
-        impl CdrReader<'_> {
+        impl RosReader<'_> {
             $(
                 #[doc = concat!("The next `", stringify!($number), "`.")]
                 ///
@@ -51,17 +87,17 @@ macro_rules! numbers {
                 /// [`Error::Malformed`] if the message ends before it does.
                 pub fn $number(&mut self) -> Result<$number> {
                     let bytes = self.aligned()?;
-                    Ok(self.byte_order.$get(bytes))
+                    Ok(self.layout.byte_order().$get(bytes))
                 }
             )*
         }
 
-        impl CdrWriter<'_> {
+        impl RosWriter<'_> {
             $(
                 #[doc = concat!("Appends a `", stringify!($number), "`.")]
                 pub fn $number(&mut self, value: $number) {
                     self.align($size);
-                    self.out.extend_from_slice(&self.byte_order.$put(value));
+                    self.out.extend_from_slice(&self.layout.byte_order().$put(value));
                 }
             )*
         }
@@ -81,20 +117,25 @@ numbers! {
 
 /// Reads one message from front to back; every read is checked against the bytes that are there.
 #[derive(Debug, Clone)]
-pub struct CdrReader<'a> {
+pub struct RosReader<'a> {
     message: &'static str,
-    byte_order: ByteOrder,
+    layout: Layout,
     body: &'a [u8],
     position: usize,
 }
 
-impl<'a> CdrReader<'a> {
-    /// A cursor at the start of the body. `message` names the type in errors.
+impl<'a> RosReader<'a> {
+    /// A cursor at the start of a ROS 1 message. `message` names the type in errors.
+    pub fn ros1(message: &'static str, body: &'a [u8]) -> Self {
+        RosReader { message, layout: Layout::Ros1, body, position: 0 }
+    }
+
+    /// A cursor at the start of a ROS 2 message's body. `message` names the type in errors.
     ///
     /// # Errors
     /// [`Error::Malformed`] for fewer than four bytes, [`Error::Unsupported`] for an encapsulation
     /// other than plain CDR.
-    pub fn new(message: &'static str, cdr: &'a [u8]) -> Result<Self> {
+    pub fn cdr(message: &'static str, cdr: &'a [u8]) -> Result<Self> {
         let Some((header, body)) = cdr.split_first_chunk::<HEADER_LEN>() else {
             return Err(Error::Malformed {
                 message,
@@ -117,12 +158,12 @@ impl<'a> CdrReader<'a> {
                 });
             }
         };
-        Ok(CdrReader { message, byte_order, body, position: 0 })
+        Ok(RosReader { message, layout: Layout::Cdr(byte_order), body, position: 0 })
     }
 
-    /// Byte order that the header declares.
-    pub fn byte_order(&self) -> ByteOrder {
-        self.byte_order
+    /// How the message lies in bytes.
+    pub fn layout(&self) -> Layout {
+        self.layout
     }
 
     /// Bytes of the body that are still to be read.
@@ -149,22 +190,33 @@ impl<'a> CdrReader<'a> {
         Ok(self.u8()? != 0)
     }
 
-    /// The next string, without its closing zero.
+    /// The next `std_msgs/Header`: seconds and nanoseconds of the stamp, coordinate frame.
     ///
     /// # Errors
-    /// [`Error::Malformed`] if it does not fit, is not closed by a zero or is not UTF-8.
-    pub fn string(&mut self) -> Result<String> {
-        let length = self.u32()?;
-        if length == 0 {
-            // Not what the encoding says, but some writers do it for an empty string.
-            return Ok(String::new());
+    /// [`Error::Malformed`] if it is not all there.
+    pub fn header(&mut self) -> Result<(i32, u32, String)> {
+        if self.layout == Layout::Ros1 {
+            self.u32()?; // seq
         }
+        Ok((self.i32()?, self.u32()?, self.string()?))
+    }
+
+    /// The next string, without the zero that closes it in CDR.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] if it does not fit, is not closed by a zero in CDR or is not UTF-8.
+    pub fn string(&mut self) -> Result<String> {
+        let length = self.u32()? as usize;
         let at = self.position;
-        let (&last, text) = self.bytes(length as usize)?.split_last().unwrap_or((&0, &[]));
-        if last != 0 {
-            return Err(self.malformed(format!(
-                "the string at byte {at} of the body is not closed by a zero but by {last:#04x}"
-            )));
+        let mut text = self.bytes(length)?;
+        // An empty string without its zero is not what CDR says, but some writers do it.
+        if let (Layout::Cdr(_), Some((&last, before))) = (self.layout, text.split_last()) {
+            if last != 0 {
+                return Err(self.malformed(format!(
+                    "the string at byte {at} of the body is not closed by a zero but by {last:#04x}"
+                )));
+            }
+            text = before;
         }
         String::from_utf8(text.to_vec()).map_err(|_| {
             self.malformed(format!("the string at byte {at} of the body is not UTF-8"))
@@ -202,7 +254,7 @@ impl<'a> CdrReader<'a> {
     }
 
     fn aligned<const N: usize>(&mut self) -> Result<[u8; N]> {
-        let start = self.position.next_multiple_of(N);
+        let start = self.position + self.layout.padding(self.position, N);
         let bytes = self
             .body
             .get(start..)
@@ -215,22 +267,24 @@ impl<'a> CdrReader<'a> {
 
 /// Writes one message from front to back.
 #[derive(Debug)]
-pub struct CdrWriter<'a> {
-    byte_order: ByteOrder,
+pub struct RosWriter<'a> {
+    layout: Layout,
     out: &'a mut Vec<u8>,
 }
 
-impl<'a> CdrWriter<'a> {
-    /// Empties `out` and writes the encapsulation header to it.
-    pub fn new(byte_order: ByteOrder, out: &'a mut Vec<u8>) -> Self {
+impl<'a> RosWriter<'a> {
+    /// Empties `out` and writes to it what comes before a message's body.
+    pub fn new(layout: Layout, out: &'a mut Vec<u8>) -> Self {
         out.clear();
-        out.extend_from_slice(&[0, u8::from(byte_order == ByteOrder::Little), 0, 0]);
-        CdrWriter { byte_order, out }
+        if let Layout::Cdr(byte_order) = layout {
+            out.extend_from_slice(&[0, u8::from(byte_order == ByteOrder::Little), 0, 0]);
+        }
+        RosWriter { layout, out }
     }
 
     /// Goes on with a message of which `out` holds the beginning.
-    pub(super) fn resume(byte_order: ByteOrder, out: &'a mut Vec<u8>) -> Self {
-        CdrWriter { byte_order, out }
+    pub(super) fn resume(layout: Layout, out: &'a mut Vec<u8>) -> Self {
+        RosWriter { layout, out }
     }
 
     /// Appends bytes as they are.
@@ -243,18 +297,23 @@ impl<'a> CdrWriter<'a> {
         self.u8(u8::from(value));
     }
 
-    /// Appends a string and its closing zero.
+    /// Appends a string, in CDR with its closing zero.
     ///
     /// # Panics
     /// If it is 4 GiB long.
     pub fn string(&mut self, text: &str) {
-        self.length(text.len() + 1);
+        let zero = matches!(self.layout, Layout::Cdr(_)).then_some(0);
+        self.length(text.len() + usize::from(zero.is_some()));
         self.out.extend_from_slice(text.as_bytes());
-        self.out.push(0);
+        self.out.extend(zero);
     }
 
-    /// Appends a `std_msgs/msg/Header`: seconds and nanoseconds of the stamp, coordinate frame.
+    /// Appends a `std_msgs/Header`: seconds and nanoseconds of the stamp, coordinate frame. The counter that it has
+    /// in ROS 1 is 0.
     pub fn header(&mut self, (sec, nanosec, frame_id): (i32, u32, &str)) {
+        if self.layout == Layout::Ros1 {
+            self.u32(0);
+        }
         self.i32(sec);
         self.u32(nanosec);
         self.string(frame_id);
@@ -265,12 +324,11 @@ impl<'a> CdrWriter<'a> {
     /// # Panics
     /// If it has 2^32 elements.
     pub fn length(&mut self, length: usize) {
-        self.u32(u32::try_from(length).expect("lengths in CDR have 32 bits"));
+        self.u32(u32::try_from(length).expect("lengths have 32 bits"));
     }
 
     fn align(&mut self, size: usize) {
-        let body = self.out.len() - HEADER_LEN;
-        let padding = body.next_multiple_of(size) - body;
+        let padding = self.layout.padding(self.out.len() - self.layout.header_len(), size);
         self.out.resize(self.out.len() + padding, 0);
     }
 }
@@ -279,9 +337,19 @@ impl<'a> CdrWriter<'a> {
 mod tests {
     use super::*;
 
-    fn write(byte_order: ByteOrder) -> Vec<u8> {
+    const LAYOUTS: [Layout; 3] =
+        [Layout::Cdr(ByteOrder::Little), Layout::Cdr(ByteOrder::Big), Layout::Ros1];
+
+    fn open(layout: Layout, bytes: &[u8]) -> RosReader<'_> {
+        match layout {
+            Layout::Cdr(_) => RosReader::cdr("test", bytes).unwrap(),
+            Layout::Ros1 => RosReader::ros1("test", bytes),
+        }
+    }
+
+    fn write(layout: Layout) -> Vec<u8> {
         let mut out = vec![9; 3];
-        let mut writer = CdrWriter::new(byte_order, &mut out);
+        let mut writer = RosWriter::new(layout, &mut out);
         writer.u8(7);
         writer.u32(0x0102_0304);
         writer.string("ab");
@@ -300,7 +368,7 @@ mod tests {
             0, 0, 0, 0, 0, 0, 0xf0, 0x3f, // f64, already aligned
             1, 0, 6, 5, // bool, padding, u16
         ];
-        assert_eq!(write(ByteOrder::Little), expected);
+        assert_eq!(write(Layout::Cdr(ByteOrder::Little)), expected);
     }
 
     #[test]
@@ -309,15 +377,33 @@ mod tests {
             0, 0, 0, 0, 7, 0, 0, 0, 1, 2, 3, 4, 0, 0, 0, 3, b'a', b'b', 0, 0, 0x3f, 0xf0, 0, 0, 0,
             0, 0, 0, 1, 0, 5, 6,
         ];
-        assert_eq!(write(ByteOrder::Big), expected);
+        assert_eq!(write(Layout::Cdr(ByteOrder::Big)), expected);
+    }
+
+    #[test]
+    fn known_bytes_of_ros_1() {
+        let expected =
+            [7, 4, 3, 2, 1, 2, 0, 0, 0, b'a', b'b', 0, 0, 0, 0, 0, 0, 0xf0, 0x3f, 1, 6, 5];
+        assert_eq!(write(Layout::Ros1), expected);
+    }
+
+    #[test]
+    fn headers_come_back() {
+        for layout in LAYOUTS {
+            let mut bytes = Vec::new();
+            RosWriter::new(layout, &mut bytes).header((-3, 4, "lidar"));
+            let mut reader = open(layout, &bytes);
+            assert_eq!(reader.header().unwrap(), (-3, 4, "lidar".to_owned()));
+            assert_eq!(reader.remaining(), 0);
+        }
     }
 
     #[test]
     fn reads_what_it_wrote() {
-        for byte_order in [ByteOrder::Little, ByteOrder::Big] {
-            let bytes = write(byte_order);
-            let mut reader = CdrReader::new("test", &bytes).unwrap();
-            assert_eq!(reader.byte_order(), byte_order);
+        for layout in LAYOUTS {
+            let bytes = write(layout);
+            let mut reader = open(layout, &bytes);
+            assert_eq!(reader.layout(), layout);
             assert_eq!(reader.u8().unwrap(), 7);
             assert_eq!(reader.u32().unwrap(), 0x0102_0304);
             assert_eq!(reader.string().unwrap(), "ab");
@@ -331,27 +417,27 @@ mod tests {
 
     #[test]
     fn other_encapsulations_are_named() {
-        let error = CdrReader::new("test", &[0, 3, 0, 0]).unwrap_err();
+        let error = RosReader::cdr("test", &[0, 3, 0, 0]).unwrap_err();
         assert!(matches!(error, Error::Unsupported { .. }));
         assert!(error.to_string().contains("00 03"), "{error}");
-        assert!(CdrReader::new("test", &[0, 1, 0]).is_err());
+        assert!(RosReader::cdr("test", &[0, 1, 0]).is_err());
     }
 
     #[test]
     fn claimed_lengths_are_checked_before_anything_is_allocated() {
         let bytes = [0, 1, 0, 0, 0xff, 0xff, 0xff, 0xff, b'a', 0];
-        assert!(CdrReader::new("test", &bytes).unwrap().string().is_err());
-        assert!(CdrReader::new("test", &bytes).unwrap().sequence(1).is_err());
-        assert!(CdrReader::new("test", &bytes).unwrap().sequence(usize::MAX).is_err());
+        assert!(RosReader::cdr("test", &bytes).unwrap().string().is_err());
+        assert!(RosReader::cdr("test", &bytes).unwrap().sequence(1).is_err());
+        assert!(RosReader::cdr("test", &bytes).unwrap().sequence(usize::MAX).is_err());
     }
 
     #[test]
     fn strings_are_closed_and_utf8() {
         for body in [[2, 0, 0, 0, b'a', b'b'], [2, 0, 0, 0, 0xff, 0]] {
             let bytes = [[0, 1, 0, 0].as_slice(), &body].concat();
-            assert!(CdrReader::new("test", &bytes).unwrap().string().is_err());
+            assert!(RosReader::cdr("test", &bytes).unwrap().string().is_err());
         }
         let empty = [0, 1, 0, 0, 0, 0, 0, 0];
-        assert_eq!(CdrReader::new("test", &empty).unwrap().string().unwrap(), "");
+        assert_eq!(RosReader::cdr("test", &empty).unwrap().string().unwrap(), "");
     }
 }
