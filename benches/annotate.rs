@@ -18,7 +18,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-use divmerge::annotate::{Annotated, Event, Method, Options, Profile, annotate, annotate_message};
+use divmerge::annotate::{
+    Annotated, Event, MessageTypes, Method, Options, Profile, annotate, annotate_message,
+};
 use divmerge::io::drive::{CLOUD_TOPIC, cloud_message};
 use divmerge::io::{
     CloudNumber, Item, MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA, MessageHeader, POINT_CLOUD2_NAME,
@@ -70,7 +72,8 @@ impl Messages {
             let mut message = Vec::new();
             cloud_message(&drive.frame(number), &mut message).expect("a simulated frame");
             let which = CloudNumber { topic: CLOUD_TOPIC, number: number as u64 };
-            annotate_message(&message, which, &method, &mut annotated).expect("annotated");
+            annotate_message(&message, which, &method, &MessageTypes::default(), &mut annotated)
+                .expect("annotated");
             messages.clouds.push(message);
             messages.added.push([annotated.cloud.clone(), annotated.objects.clone()]);
         }

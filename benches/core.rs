@@ -21,7 +21,9 @@ use std::hint::black_box;
 use std::path::Path;
 use std::time::Instant;
 
-use divmerge::annotate::{Annotated, FrameTimes, Method, Semantics, annotate_message};
+use divmerge::annotate::{
+    Annotated, FrameTimes, MessageTypes, Method, Semantics, annotate_message,
+};
 use divmerge::cluster::{self, ClusterParams, ObjectPixels};
 use divmerge::disjoint_sets::DisjointSets;
 use divmerge::io::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
@@ -561,7 +563,8 @@ fn fastest(message: &[u8], method: &Method, rounds: usize) -> (FrameTimes, f64) 
     let mut annotated = Annotated::default();
     let (mut times, mut copy_ms) = (None::<FrameTimes>, f64::INFINITY);
     for _ in 0..rounds {
-        annotate_message(message, which, method, &mut annotated).expect("annotated");
+        annotate_message(message, which, method, &MessageTypes::default(), &mut annotated)
+            .expect("annotated");
         copy_ms = copy_ms.min(best_ms(1, || black_box(&annotated.cloud).to_vec()));
         let is_faster = times.is_none_or(|best| annotated.times.total_ms() < best.total_ms());
         times = if is_faster { Some(annotated.times) } else { times };

@@ -11,7 +11,9 @@
 use std::path::Path;
 use std::time::Instant;
 
-use divmerge::annotate::{Annotated, FrameTimes, Method, Semantics, annotate_message};
+use divmerge::annotate::{
+    Annotated, FrameTimes, MessageTypes, Method, Semantics, annotate_message,
+};
 use divmerge::io::drive::cloud_message;
 use divmerge::io::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
 use divmerge::io::{CloudNumber, Record, RecordingReader};
@@ -221,7 +223,8 @@ fn report(name: &str, messages: &[Vec<u8>], semantics: &Semantics, config: Confi
     for _ in 0..rounds {
         for message in messages {
             let clustered =
-                annotate_message(message, which, &method, &mut annotated).expect("annotated");
+                annotate_message(message, which, &method, &MessageTypes::default(), &mut annotated)
+                    .expect("annotated");
             let stages = &clustered.stages;
             let copy = copy_ms(&annotated.cloud);
             let (points, objects) = (stages.labels.reason.len(), stages.objects.len());

@@ -2,6 +2,7 @@
 
 pub mod likeness;
 
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde::Serialize;
 
 use crate::cloud::{PointCloud, wide};
@@ -132,6 +133,13 @@ impl UprightBox {
     pub fn new(centre: [f64; 3], [along, across, height]: [f64; 3], yaw: f64) -> Self {
         let plane = Rectangle::new([centre[0], centre[1]], [along, across], yaw);
         UprightBox { centre, size: [plane.size[0], plane.size[1], height], yaw: plane.yaw }
+    }
+
+    /// From the box's own axes (x along the length, y along the width, z along the height, origin in the centre;
+    /// metres) to the sensor frame.
+    pub fn pose(&self) -> Isometry3<f64> {
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.yaw);
+        Isometry3::from_parts(Translation3::from(self.centre), turn)
     }
 
     /// The box around some points of a cloud. `None` of no points.

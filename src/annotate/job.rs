@@ -7,15 +7,15 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::message::{Annotated, Clustered, Method, annotate_message};
+use super::message::{Annotated, Clustered, MessageTypes, Method, annotate_message};
 use super::profile::Profile;
 use super::report::{METADATA_NAME, Report, TopicReport, metadata, remarks};
 use super::topics::{INSTANCES, OBJECTS, channel_metadata, choose, qos, refuse_annotated};
 use super::{Event, Frame, Options, is_cloud, is_readable_cloud, place};
 use crate::error::{Error, Result};
 use crate::io::{
-    CloudNumber, Item, MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA, MessageHeader, Overview, Part,
-    Position, Record, RecordingReader, RecordingWriter, SharedBytes, SourceChunk, WriteOptions,
+    ByteOrder, CloudNumber, Item, Layout, MessageHeader, ObjectEncoding, Overview, Part, Position,
+    Record, RecordingReader, RecordingWriter, SharedBytes, SourceChunk, WriteOptions,
 };
 use crate::workers::{Ticket, Workers};
 
@@ -227,7 +227,8 @@ impl<'a> Job<'a> {
         let topic = Arc::clone(&self.clouds[&header.channel_id]);
         let number = self.count_cloud(&topic);
         let (method, message, name) = (Arc::clone(&self.method), data.clone(), Arc::clone(&topic));
-        let result = self.workers.run(move || cluster(&message, &name, number, &method));
+        let types = self.options.types;
+        let result = self.workers.run(move || cluster(&message, &name, number, &method, &types));
         let (header, position, message_len) = (*header, *position, data.len());
         let cloud = Cloud { topic, number, header, position, message_len, result };
         self.push(bytes, What::Cloud(Box::new(cloud)))
@@ -367,13 +368,15 @@ impl<'a> Job<'a> {
         }
         let channel = &self.overview.channels[&cloud_channel];
         let metadata = qos(channel);
-        let markers = MARKER_ARRAY_SCHEMA.as_bytes();
-        let marker_schema = self.writer.add_schema(MARKER_ARRAY_NAME, "ros2msg", markers)?;
-        let mut add = |end: &str, schema: u16, metadata: &BTreeMap<String, String>| {
-            self.writer.add_channel(&format!("{topic}{end}"), schema, "cdr", metadata)
+        let encoding = ObjectEncoding::Ros(Layout::Cdr(ByteOrder::Little));
+        let boxes = self.options.types.objects_in(encoding).schema(encoding)?;
+        let boxes_id = self.writer.add_schema(boxes.name, boxes.encoding, &boxes.data)?;
+        let mut add = |end: &str, schema: u16, encoding: &str, metadata| {
+            self.writer.add_channel(&format!("{topic}{end}"), schema, encoding, metadata)
         };
-        let instances = add(INSTANCES, channel.schema_id, &channel_metadata(channel, &metadata))?;
-        let objects = add(OBJECTS, marker_schema, &metadata)?;
+        let own = channel_metadata(channel, &metadata);
+        let instances = add(INSTANCES, channel.schema_id, &channel.message_encoding, &own)?;
+        let objects = add(OBJECTS, boxes_id, boxes.message_encoding, &metadata)?;
         self.added.insert(Arc::clone(topic), (instances, objects));
         Ok((instances, objects))
     }
@@ -403,9 +406,10 @@ fn cluster(
     topic: &str,
     number: u64,
     method: &Method,
+    types: &MessageTypes,
 ) -> Result<(Clustered, Annotated)> {
     let mut annotated = Annotated::default();
     let which = CloudNumber { topic, number };
-    let clustered = annotate_message(message, which, method, &mut annotated)?;
+    let clustered = annotate_message(message, which, method, types, &mut annotated)?;
     Ok((clustered, annotated))
 }

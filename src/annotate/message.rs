@@ -4,13 +4,15 @@ use std::borrow::Cow;
 use std::time::Instant;
 
 use super::report::FrameTimes;
+use nalgebra::Isometry3;
+
 use crate::cloud::PointCloud;
 use crate::error::Result;
-use crate::instances::{Detection, Instance};
+use crate::instances::Detection;
 use crate::io::boxes::AskedCloud;
 use crate::io::{
-    self, CloudNumber, FrameBoxes, FrameDetections, LabelledFrame, MarkerBox, PointAnnotation,
-    PointCloud2,
+    self, CloudNumber, FrameBoxes, FrameDetections, LabelledFrame, ObjectBox, ObjectEncoding,
+    ObjectKind, PointAnnotation, PointCloud2,
 };
 use crate::pipeline::{self, Config, Stages};
 use crate::semantics::{GroundParams, MaskSource};
@@ -116,6 +118,23 @@ pub struct Annotated {
     pub times: FrameTimes,
 }
 
+/// Types of the messages that are added.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct MessageTypes {
+    /// Of the boxes; none means what viewers draw.
+    pub objects: Option<ObjectKind>,
+}
+
+impl MessageTypes {
+    /// The type of the boxes beside a cloud of an encoding.
+    pub fn objects_in(&self, encoding: ObjectEncoding) -> ObjectKind {
+        self.objects.unwrap_or(match encoding {
+            ObjectEncoding::Ros(_) => ObjectKind::Markers,
+            ObjectEncoding::Protobuf | ObjectEncoding::Json => ObjectKind::Scene,
+        })
+    }
+}
+
 /// A cloud out of a message, clustered.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Clustered {
@@ -155,6 +174,7 @@ pub fn annotate_message(
     message: &[u8],
     which: CloudNumber,
     method: &Method,
+    types: &MessageTypes,
     annotated: &mut Annotated,
 ) -> Result<Clustered> {
     let started = Instant::now();
@@ -174,11 +194,15 @@ pub fn annotate_message(
         ground: ground.as_deref(),
     };
     io::annotated_cloud(&wire, &annotation, &mut annotated.cloud)?;
-    let boxes: Vec<MarkerBox> = stages.instances.iter().map(marker).collect();
-    let (seconds, nanoseconds) = (wire.stamp_sec, wire.stamp_nanosec);
-    let frame = &wire.frame_id;
-    io::marker_array(wire.layout, seconds, nanoseconds, frame, &boxes, &mut annotated.objects);
-    annotated.frame_id.clone_from(frame);
+    let boxes: Vec<ObjectBox> = stages
+        .instances
+        .iter()
+        .map(|instance| ObjectBox::of(instance, &Isometry3::identity()))
+        .collect();
+    let header = (wire.stamp_sec, wire.stamp_nanosec, wire.frame_id.as_str());
+    let encoding = ObjectEncoding::Ros(wire.layout);
+    types.objects_in(encoding).write(encoding, header, &boxes, &mut annotated.objects)?;
+    annotated.frame_id.clone_from(&wire.frame_id);
     annotated.stamp_ns = wire.stamp_ns();
     annotated.semantics.clone_from(&clustered.semantics);
     annotated.times = FrameTimes {
@@ -192,14 +216,4 @@ pub fn annotate_message(
 /// Shares of 0 to 1 as 0 to 255.
 fn bytes(shares: &[f32]) -> Vec<u8> {
     shares.iter().map(|share| (share * 255.0).round() as u8).collect()
-}
-
-fn marker(instance: &Instance) -> MarkerBox {
-    MarkerBox {
-        id: instance.id,
-        centre: instance.bounds.centre,
-        yaw: instance.bounds.yaw,
-        size: instance.bounds.size,
-        text: instance.title(),
-    }
 }

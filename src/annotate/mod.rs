@@ -19,7 +19,9 @@ use crate::workers::Workers;
 
 pub use crate::io::frames::{is_cloud, is_readable_cloud};
 use job::Job;
-pub use message::{Annotated, Clustered, Decoded, Method, Semantics, annotate_message, cluster};
+pub use message::{
+    Annotated, Clustered, Decoded, MessageTypes, Method, Semantics, annotate_message, cluster,
+};
 pub use profile::{Profile, SlowFrame};
 pub use report::{FrameTimes, METADATA_NAME, Report, TopicReport, remarks};
 pub(crate) use topics::qos;
@@ -30,6 +32,8 @@ pub use topics::{annotated_topics, choose, is_annotation};
 pub struct Options {
     /// What is done to each cloud.
     pub method: Method,
+    /// Types of the added messages.
+    pub types: MessageTypes,
     /// Cloud topics to annotate; none means all.
     pub topics: Vec<String>,
     /// Earliest log time in nanoseconds; earlier messages are left out of the output.

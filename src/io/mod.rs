@@ -2,7 +2,7 @@
 //!
 //! Nothing here knows of clustering. A recording is read record by record ([`recording`]), a cloud
 //! message becomes a [`crate::PointCloud`] ([`point_cloud2`]), and results become messages
-//! ([`annotation`], [`markers`]).
+//! ([`annotation`], [`objects`]).
 
 pub mod annotation;
 pub mod boxes;
@@ -13,7 +13,7 @@ pub mod diagnostics;
 pub mod drive;
 pub mod frames;
 pub mod labelled;
-pub mod markers;
+pub mod objects;
 pub mod point_cloud2;
 pub mod problems;
 pub mod recording;
@@ -32,7 +32,7 @@ pub use frames::{CloudMessage, CloudMessages, CloudNumber, Which, cloud_message_
 pub use labelled::{
     LabelledFrame, LabelledFrames, LabelledOptions, SeenClasses, Truth, TruthSource,
 };
-pub use markers::{MarkerBox, marker_array};
+pub use objects::{ObjectBox, ObjectEncoding, ObjectKind, ObjectSchema};
 pub use point_cloud2::{Datatype, PointCloud2, PointField};
 pub use recording::{
     AttachmentHeader, Channel, Compression, Item, MessageHeader, Metadata, Overview, Part,

@@ -11,12 +11,13 @@ use divmerge::io::boxes::AskedCloud;
 use divmerge::io::drive::{CLOUD_TOPIC, SENSOR_FRAME};
 use divmerge::io::{
     BoxSource, ByteOrder, CloudNumber, FrameBoxes, Layout, MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA,
-    MarkerBox, Overview, PointCloud2, Record, RecordingReader, RecordingWriter, WriteOptions,
-    marker_array,
+    ObjectBox, ObjectEncoding, ObjectKind, Overview, PointCloud2, Record, RecordingReader,
+    RecordingWriter, WriteOptions,
 };
 use divmerge::pipeline::Config;
 use divmerge::simulate::{Drive, Scene, Sensor};
 use divmerge::{Result, Taxonomy};
+use nalgebra::Translation3;
 
 use crate::cli::{divmerge, path, text};
 use crate::recordings::drive;
@@ -172,22 +173,25 @@ fn boxes_in_another_frame_end_the_run() {
         }
         writer.copy(&record).expect("copied");
     }
-    let (header, seconds, nanoseconds) = stamp.expect("a cloud");
+    let (cloud, seconds, nanoseconds) = stamp.expect("a cloud");
     let schema = MARKER_ARRAY_SCHEMA.as_bytes();
     let schema = writer.add_schema(MARKER_ARRAY_NAME, "ros2msg", schema).expect("schema");
     let channel_id = writer.add_channel(BOXES, schema, "cdr", &BTreeMap::new()).expect("channel");
-    let boxed =
-        MarkerBox { id: 1, centre: [5.0; 3], yaw: 0.0, size: [1.0; 3], text: "1 car".into() };
+    let boxed = ObjectBox {
+        id: 1,
+        pose: Translation3::from([5.0; 3]).into(),
+        size: [1.0; 3],
+        class: 10,
+        name: "car".into(),
+        probability: 1.0,
+        title: "1 car".into(),
+        points: 1,
+    };
     let mut message = Vec::new();
-    marker_array(
-        Layout::Cdr(ByteOrder::Little),
-        seconds,
-        nanoseconds,
-        "base_link",
-        &[boxed],
-        &mut message,
-    );
-    let header = divmerge::io::MessageHeader { channel_id, ..header };
+    let encoding = ObjectEncoding::Ros(Layout::Cdr(ByteOrder::Little));
+    let header = (seconds, nanoseconds, "base_link");
+    ObjectKind::Markers.write(encoding, header, &[boxed], &mut message).expect("markers");
+    let header = divmerge::io::MessageHeader { channel_id, ..cloud };
     writer.write_message(&header, &message).expect("written");
     writer.finish().expect("finished");
 

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use divmerge::annotate::{Event, Options, Report, TopicReport, annotate};
-use divmerge::io::Compression;
+use divmerge::annotate::{Event, MessageTypes, Options, Report, TopicReport, annotate};
+use divmerge::io::{Compression, ObjectKind};
 use divmerge::view::Target;
 
 use crate::arguments::{MethodArguments, Moment, moment, window};
@@ -34,6 +34,10 @@ pub struct Arguments {
 
     #[command(flatten)]
     method: MethodArguments,
+
+    /// Type of the boxes on T/objects [default: markers]
+    #[arg(long, value_enum, value_name = "TYPE")]
+    objects: Option<Objects>,
 
     /// Compression of the output
     #[arg(long, value_enum, default_value_t = Compress::Zstd)]
@@ -72,6 +76,27 @@ pub struct Arguments {
     json: bool,
 }
 
+/// Types of messages that hold boxes.
+#[derive(Clone, Copy, ValueEnum)]
+enum Objects {
+    /// visualization_msgs/MarkerArray: what viewers draw
+    Markers,
+    /// vision_msgs/Detection3DArray: boxes with classes, for programs
+    Detection3d,
+    /// autoware_perception_msgs/DetectedObjects: boxes with Autoware's classes (ROS 2)
+    Autoware,
+}
+
+impl From<Objects> for ObjectKind {
+    fn from(objects: Objects) -> Self {
+        match objects {
+            Objects::Markers => ObjectKind::Markers,
+            Objects::Detection3d => ObjectKind::Detection3d,
+            Objects::Autoware => ObjectKind::Autoware,
+        }
+    }
+}
+
 /// Compression of a recording's chunks.
 #[derive(Clone, Copy, ValueEnum)]
 pub enum Compress {
@@ -99,6 +124,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let (from_ns, to_ns) = window(&arguments.input, arguments.from, arguments.to)?;
     let options = Options {
         method: arguments.method.method(&arguments.input)?,
+        types: MessageTypes { objects: arguments.objects.map(ObjectKind::from) },
         topics: arguments.topics.clone(),
         from_ns,
         to_ns,

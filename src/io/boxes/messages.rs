@@ -256,7 +256,8 @@ fn check_end(reader: &RosReader) -> Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::markers::{MarkerBox, marker_array};
+    use super::super::super::objects::tests::upright;
+    use super::super::super::objects::{ObjectBox, ObjectEncoding, ObjectKind};
     use super::super::super::ros::{ByteOrder, Layout, RosWriter};
     use super::*;
     use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
@@ -265,8 +266,15 @@ mod tests {
         Some(Taxonomy::semantic_kitti().class_named(name).unwrap())
     }
 
-    fn boxed(id: u32, yaw: f64, size: [f64; 3], text: &str) -> MarkerBox {
-        MarkerBox { id, centre: [1.0, 2.0, 3.0], yaw, size, text: text.to_owned() }
+    fn boxed(id: u32, yaw: f64, size: [f64; 3], text: &str) -> ObjectBox {
+        ObjectBox { title: text.to_owned(), ..upright(id, [1.0, 2.0, 3.0], size, yaw) }
+    }
+
+    fn our_markers(order: ByteOrder, boxes: &[ObjectBox]) -> Vec<u8> {
+        let encoding = ObjectEncoding::Ros(Layout::Cdr(order));
+        let mut cdr = Vec::new();
+        ObjectKind::Markers.write(encoding, (5, 6, "lidar"), boxes, &mut cdr).unwrap();
+        cdr
     }
 
     #[test]
@@ -278,8 +286,7 @@ mod tests {
         ];
         let taxonomy = Taxonomy::semantic_kitti();
         for byte_order in [ByteOrder::Little, ByteOrder::Big] {
-            let mut cdr = Vec::new();
-            marker_array(Layout::Cdr(byte_order), 5, 6, "lidar", &boxes, &mut cdr);
+            let cdr = our_markers(byte_order, &boxes);
             let read = marker_boxes(&cdr, true, &taxonomy).unwrap().unwrap();
             assert_eq!((read.stamp_ns, read.frame_id.as_str()), (5_000_000_006, "lidar"));
             let classes: Vec<_> = read.detections.iter().map(|found| found.class).collect();
@@ -296,15 +303,7 @@ mod tests {
     #[test]
     fn an_array_that_ends_early_or_late_or_has_no_marker() {
         let taxonomy = Taxonomy::semantic_kitti();
-        let mut cdr = Vec::new();
-        marker_array(
-            Layout::Cdr(ByteOrder::Little),
-            5,
-            6,
-            "lidar",
-            &[boxed(1, 0.0, [1.0; 3], "")],
-            &mut cdr,
-        );
+        let mut cdr = our_markers(ByteOrder::Little, &[boxed(1, 0.0, [1.0; 3], "")]);
         for cut in 0..cdr.len() {
             assert!(marker_boxes(&cdr[..cut], true, &taxonomy).is_err(), "{cut}");
         }
@@ -312,7 +311,7 @@ mod tests {
         cdr.extend([0; 8]);
         assert!(marker_boxes(&cdr, true, &taxonomy).is_err());
         assert_eq!(marker_boxes(&[0, 1, 0, 0, 0, 0, 0, 0], true, &taxonomy).unwrap(), None);
-        marker_array(Layout::Cdr(ByteOrder::Little), 5, 6, "lidar", &[], &mut cdr);
+        let cdr = our_markers(ByteOrder::Little, &[]);
         let empty = marker_boxes(&cdr, true, &taxonomy).unwrap().unwrap();
         assert_eq!((empty.stamp_ns, empty.detections.len()), (5_000_000_006, 0));
     }

@@ -1,52 +1,36 @@
-//! `visualization_msgs/msg/MarkerArray`: a box and a number for each instance.
+//! `visualization_msgs/MarkerArray`: a box and a number for each instance.
 
-use super::ros::{Layout, RosWriter};
+use nalgebra::{Isometry3, Translation3};
+
+use super::super::ros::{Layout, RosWriter};
+use super::{ObjectBox, write_pose};
 use crate::palette::instance_colour;
 
 /// Opacity of a box.
-const BOX_ALPHA: f32 = 0.35;
+pub(super) const BOX_ALPHA: f32 = 0.35;
 /// Shortest side of a drawn box in metres; a flat box would not be seen.
-const SHORTEST_SIDE: f64 = 0.05;
+pub(super) const SHORTEST_SIDE: f64 = 0.05;
 /// Height of the letters in metres.
-const TEXT_HEIGHT: f64 = 0.4;
+pub(super) const TEXT_HEIGHT: f64 = 0.4;
 
 const CUBE: i32 = 1;
 const TEXT_VIEW_FACING: i32 = 9;
 const ADD: i32 = 0;
 const DELETE_ALL: i32 = 3;
 
-/// One instance to draw.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MarkerBox {
-    /// Instance, which gives the marker its id and its colour.
-    pub id: u32,
-    /// Centre in metres.
-    pub centre: [f64; 3],
-    /// Rotation about the vertical in radians.
-    pub yaw: f64,
-    /// Length, width and height in metres.
-    pub size: [f64; 3],
-    /// What is written above the box.
-    pub text: String,
-}
-
-/// Writes a MarkerArray message, replacing what is in `out`: first a marker that deletes those of
-/// the frame before, then for each instance a box (namespace `boxes`) and a text above it (`ids`).
-pub fn marker_array(
+/// Writes a MarkerArray: first a marker that deletes those of the frame before, then for each instance a box
+/// (namespace `boxes`) and a text above it (`ids`).
+pub(super) fn write(
     layout: Layout,
-    stamp_sec: i32,
-    stamp_nanosec: u32,
-    frame_id: &str,
-    boxes: &[MarkerBox],
-    out: &mut Vec<u8>,
+    header: (i32, u32, &str),
+    boxes: &[ObjectBox],
+    writer: &mut RosWriter,
 ) {
-    let mut writer = RosWriter::new(layout, out);
-    let header = (stamp_sec, stamp_nanosec, frame_id);
     writer.length(1 + 2 * boxes.len());
-    write_marker(&mut writer, header, &Marker::delete_all());
+    write_marker(layout, writer, header, &Marker::delete_all());
     for boxed in boxes {
-        write_marker(&mut writer, header, &Marker::cube(boxed));
-        write_marker(&mut writer, header, &Marker::label(boxed));
+        write_marker(layout, writer, header, &Marker::cube(boxed));
+        write_marker(layout, writer, header, &Marker::label(boxed));
     }
 }
 
@@ -56,8 +40,7 @@ struct Marker<'a> {
     id: i32,
     kind: i32,
     action: i32,
-    position: [f64; 3],
-    yaw: f64,
+    pose: Isometry3<f64>,
     scale: [f64; 3],
     colour: [f32; 4],
     text: &'a str,
@@ -70,56 +53,57 @@ impl<'a> Marker<'a> {
             id: 0,
             kind: 0,
             action: DELETE_ALL,
-            position: [0.0; 3],
-            yaw: 0.0,
+            pose: Isometry3::identity(),
             scale: [0.0; 3],
             colour: [0.0; 4],
             text: "",
         }
     }
 
-    fn cube(boxed: &'a MarkerBox) -> Self {
+    fn cube(boxed: &'a ObjectBox) -> Self {
         let [red, green, blue] = instance_colour(boxed.id).map(|value| f32::from(value) / 255.0);
         Marker {
             namespace: "boxes",
             id: boxed.id as i32,
             kind: CUBE,
             action: ADD,
-            position: boxed.centre,
-            yaw: boxed.yaw,
+            pose: boxed.pose,
             scale: boxed.size.map(|side| side.max(SHORTEST_SIDE)),
             colour: [red, green, blue, BOX_ALPHA],
             text: "",
         }
     }
 
-    fn label(boxed: &'a MarkerBox) -> Self {
-        let [x, y, z] = boxed.centre;
+    fn label(boxed: &'a ObjectBox) -> Self {
         Marker {
             namespace: "ids",
             id: boxed.id as i32,
             kind: TEXT_VIEW_FACING,
             action: ADD,
-            position: [x, y, z + boxed.size[2] / 2.0 + TEXT_HEIGHT],
-            yaw: 0.0,
+            pose: Translation3::from(above(boxed)).into(),
             scale: [0.0, 0.0, TEXT_HEIGHT],
             colour: [1.0; 4],
-            text: &boxed.text,
+            text: &boxed.title,
         }
     }
 }
 
-fn write_marker(writer: &mut RosWriter, header: (i32, u32, &str), marker: &Marker) {
+/// Where the text of a box stands: above its middle.
+pub(super) fn above(boxed: &ObjectBox) -> [f64; 3] {
+    let up = boxed.size[2] / 2.0 + TEXT_HEIGHT;
+    let nalgebra::Point3 { coords } = boxed.pose * nalgebra::Point3::new(0.0, 0.0, up);
+    coords.into()
+}
+
+/// ROS 1 has neither textures nor mesh files.
+fn write_marker(layout: Layout, writer: &mut RosWriter, header: (i32, u32, &str), marker: &Marker) {
+    let has_textures = layout != Layout::Ros1;
     writer.header(header);
     writer.string(marker.namespace);
     writer.i32(marker.id);
     writer.i32(marker.kind);
     writer.i32(marker.action);
-    let (sin, cos) = (marker.yaw / 2.0).sin_cos();
-    let orientation = [0.0, 0.0, sin, cos];
-    for value in marker.position.into_iter().chain(orientation) {
-        writer.f64(value);
-    }
+    write_pose(writer, &marker.pose);
     marker.scale.into_iter().for_each(|value| writer.f64(value));
     marker.colour.into_iter().for_each(|value| writer.f32(value));
     writer.i32(0); // lifetime: until deleted
@@ -127,34 +111,51 @@ fn write_marker(writer: &mut RosWriter, header: (i32, u32, &str), marker: &Marke
     writer.bool(false); // frame_locked
     writer.length(0); // points
     writer.length(0); // colors
-    writer.string(""); // texture_resource
-    writer.header((0, 0, "")); // texture
-    writer.string("");
-    writer.length(0);
-    writer.length(0); // uv_coordinates
+    if has_textures {
+        writer.string(""); // texture_resource
+        writer.header((0, 0, "")); // texture
+        writer.string("");
+        writer.length(0);
+        writer.length(0); // uv_coordinates
+    }
     writer.string(marker.text);
     writer.string(""); // mesh_resource
-    writer.string(""); // mesh_file
-    writer.length(0);
+    if has_textures {
+        writer.string(""); // mesh_file
+        writer.length(0);
+    }
     writer.bool(false); // mesh_use_embedded_materials
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::ros::{ByteOrder, RosReader};
+    use super::super::super::ros::{ByteOrder, RosReader};
+    use super::super::tests::upright;
     use super::*;
+
+    const LAYOUTS: [Layout; 3] =
+        [Layout::Cdr(ByteOrder::Little), Layout::Cdr(ByteOrder::Big), Layout::Ros1];
+
+    fn written(layout: Layout, boxes: &[ObjectBox]) -> Vec<u8> {
+        let mut bytes = vec![1; 9];
+        let mut writer = RosWriter::new(layout, &mut bytes);
+        write(layout, (-3, 4, "lidar"), boxes, &mut writer);
+        bytes
+    }
 
     type Read = (String, [i32; 3], [f64; 10], [f32; 4], String);
 
     /// Takes a message apart again, field by field.
-    fn read(cdr: &[u8]) -> Vec<Read> {
-        let mut reader = RosReader::cdr("MarkerArray", cdr).unwrap();
+    fn read(layout: Layout, bytes: &[u8]) -> Vec<Read> {
+        let mut reader = match layout {
+            Layout::Cdr(_) => RosReader::cdr("MarkerArray", bytes).unwrap(),
+            Layout::Ros1 => RosReader::ros1("MarkerArray", bytes),
+        };
         let r = &mut reader;
         let count = r.u32().unwrap();
         let mut markers = Vec::new();
         for _ in 0..count {
-            assert_eq!((r.i32().unwrap(), r.u32().unwrap()), (-3, 4));
-            assert_eq!(r.string().unwrap(), "lidar");
+            assert_eq!(r.header().unwrap(), (-3, 4, "lidar".to_owned()));
             let namespace = r.string().unwrap();
             let codes = [(); 3].map(|()| r.i32().unwrap());
             let pose_and_scale = [(); 10].map(|()| r.f64().unwrap());
@@ -162,13 +163,17 @@ mod tests {
             assert_eq!((r.i32().unwrap(), r.u32().unwrap()), (0, 0));
             assert!(!r.bool().unwrap());
             assert_eq!((r.u32().unwrap(), r.u32().unwrap()), (0, 0));
-            assert_eq!(r.string().unwrap(), "");
-            assert_eq!((r.i32().unwrap(), r.u32().unwrap()), (0, 0));
-            assert_eq!((r.string().unwrap(), r.string().unwrap()), Default::default());
-            assert_eq!((r.u32().unwrap(), r.u32().unwrap()), (0, 0));
+            if layout != Layout::Ros1 {
+                assert_eq!(r.string().unwrap(), "");
+                assert_eq!(r.header().unwrap(), Default::default());
+                assert_eq!((r.string().unwrap(), r.u32().unwrap()), Default::default());
+                assert_eq!(r.u32().unwrap(), 0);
+            }
             let text = r.string().unwrap();
-            assert_eq!((r.string().unwrap(), r.string().unwrap()), Default::default());
-            assert_eq!(r.u32().unwrap(), 0);
+            assert_eq!(r.string().unwrap(), "");
+            if layout != Layout::Ros1 {
+                assert_eq!((r.string().unwrap(), r.u32().unwrap()), Default::default());
+            }
             assert!(!r.bool().unwrap());
             markers.push((namespace, codes, pose_and_scale, colour, text));
         }
@@ -178,17 +183,9 @@ mod tests {
 
     #[test]
     fn a_box_and_a_text_for_each_instance() {
-        let boxes = [MarkerBox {
-            id: 12,
-            centre: [1.0, 2.0, 3.0],
-            yaw: std::f64::consts::FRAC_PI_2,
-            size: [4.0, 0.0, 1.0],
-            text: "12 car".to_owned(),
-        }];
-        for byte_order in [ByteOrder::Little, ByteOrder::Big] {
-            let mut cdr = Vec::new();
-            marker_array(Layout::Cdr(byte_order), -3, 4, "lidar", &boxes, &mut cdr);
-            let markers = read(&cdr);
+        let boxes = [upright(12, [1.0, 2.0, 3.0], [4.0, 0.0, 1.0], std::f64::consts::FRAC_PI_2)];
+        for layout in LAYOUTS {
+            let markers = read(layout, &written(layout, &boxes));
             assert_eq!(markers.len(), 3);
             assert_eq!(markers[0].1, [0, 0, DELETE_ALL]);
             let (namespace, codes, pose, colour, text) = &markers[1];
@@ -208,9 +205,8 @@ mod tests {
 
     #[test]
     fn a_frame_without_instances_still_deletes_those_before() {
-        let mut cdr = vec![1; 9];
-        marker_array(Layout::Cdr(ByteOrder::Little), -3, 4, "lidar", &[], &mut cdr);
-        let markers = read(&cdr);
+        let layout = LAYOUTS[0];
+        let markers = read(layout, &written(layout, &[]));
         assert_eq!(markers.len(), 1);
         assert_eq!(markers[0].1[2], DELETE_ALL);
     }

@@ -1,10 +1,14 @@
 //! Names and definitions (`ros2msg`) of the ROS 2 messages that are read or written, put together from parts
-//! that several share.
+//! that several share. Those of ROS 1 are in [`ros1`].
 
 /// Name of the schema of point clouds.
 pub const POINT_CLOUD2_NAME: &str = "sensor_msgs/msg/PointCloud2";
 /// Name of the schema of boxes and texts to draw.
 pub const MARKER_ARRAY_NAME: &str = "visualization_msgs/msg/MarkerArray";
+/// Name of the schema of boxes with classes.
+pub const DETECTION_ARRAY_NAME: &str = "vision_msgs/msg/Detection3DArray";
+/// Name of the schema of boxes with Autoware's classes.
+pub const DETECTED_OBJECTS_NAME: &str = "autoware_perception_msgs/msg/DetectedObjects";
 /// Name of the schema of poses.
 pub const TF_MESSAGE_NAME: &str = "tf2_msgs/msg/TFMessage";
 /// Name of the schema of a camera's calibration.
@@ -23,6 +27,8 @@ macro_rules! separator {
     };
 }
 
+pub mod ros1;
+
 macro_rules! part {
     (header) => {
         "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n"
@@ -35,6 +41,15 @@ macro_rules! part {
     };
     (quaternion) => {
         "MSG: geometry_msgs/Quaternion\nfloat64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n"
+    };
+    (point) => {
+        "MSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z\n"
+    };
+    (pose) => {
+        "MSG: geometry_msgs/Pose\nPoint position\nQuaternion orientation\n"
+    };
+    (pose_with_covariance) => {
+        "MSG: geometry_msgs/PoseWithCovariance\nPose pose\nfloat64[36] covariance\n"
     };
     ($other:literal) => {
         $other
@@ -123,17 +138,8 @@ MSG: builtin_interfaces/Duration
 int32 sec
 uint32 nanosec
 "
-    "\
-MSG: geometry_msgs/Pose
-Point position
-Quaternion orientation
-"
-    "\
-MSG: geometry_msgs/Point
-float64 x
-float64 y
-float64 z
-"
+    pose
+    point
     quaternion
     vector
     "\
@@ -158,6 +164,123 @@ float32 v
 MSG: visualization_msgs/MeshFile
 string filename
 uint8[] data
+"
+);
+
+/// Complete definition of `vision_msgs/msg/Detection3DArray` since version 4 (Humble).
+pub const DETECTION_ARRAY_SCHEMA: &str = definition!(
+    "\
+std_msgs/Header header
+Detection3D[] detections
+",
+    header
+    time
+    "\
+MSG: vision_msgs/Detection3D
+std_msgs/Header header
+ObjectHypothesisWithPose[] results
+BoundingBox3D bbox
+string id
+"
+    "\
+MSG: vision_msgs/ObjectHypothesisWithPose
+ObjectHypothesis hypothesis
+geometry_msgs/PoseWithCovariance pose
+"
+    "\
+MSG: vision_msgs/ObjectHypothesis
+string class_id
+float64 score
+"
+    pose_with_covariance
+    pose
+    point
+    quaternion
+    "\
+MSG: vision_msgs/BoundingBox3D
+geometry_msgs/Pose center
+geometry_msgs/Vector3 size
+"
+    vector
+);
+
+/// Complete definition of `autoware_perception_msgs/msg/DetectedObjects`.
+pub const DETECTED_OBJECTS_SCHEMA: &str = definition!(
+    "\
+std_msgs/Header header
+DetectedObject[] objects
+",
+    header
+    time
+    "\
+MSG: autoware_perception_msgs/DetectedObject
+float32 existence_probability
+ObjectClassification[] classification
+DetectedObjectKinematics kinematics
+Shape shape
+"
+    "\
+MSG: autoware_perception_msgs/ObjectClassification
+uint8 UNKNOWN=0
+uint8 CAR=1
+uint8 TRUCK=2
+uint8 BUS=3
+uint8 TRAILER=4
+uint8 MOTORCYCLE=5
+uint8 BICYCLE=6
+uint8 PEDESTRIAN=7
+uint8 ANIMAL=8
+uint8 HAZARD=9
+uint8 OVER_DRIVABLE=10
+uint8 UNDER_DRIVABLE=11
+uint8 label
+float32 probability
+"
+    "\
+MSG: autoware_perception_msgs/DetectedObjectKinematics
+uint8 UNAVAILABLE=0
+uint8 SIGN_UNKNOWN=1
+uint8 AVAILABLE=2
+geometry_msgs/PoseWithCovariance pose_with_covariance
+bool has_position_covariance
+uint8 orientation_availability
+geometry_msgs/TwistWithCovariance twist_with_covariance
+bool has_twist
+bool has_twist_covariance
+"
+    "\
+MSG: autoware_perception_msgs/Shape
+uint8 BOUNDING_BOX=0
+uint8 CYLINDER=1
+uint8 POLYGON=2
+uint8 type
+geometry_msgs/Polygon footprint
+geometry_msgs/Vector3 dimensions
+"
+    pose_with_covariance
+    pose
+    point
+    quaternion
+    vector
+    "\
+MSG: geometry_msgs/TwistWithCovariance
+Twist twist
+float64[36] covariance
+"
+    "\
+MSG: geometry_msgs/Twist
+Vector3 linear
+Vector3 angular
+"
+    "\
+MSG: geometry_msgs/Polygon
+Point32[] points
+"
+    "\
+MSG: geometry_msgs/Point32
+float32 x
+float32 y
+float32 z
 "
 );
 
@@ -247,6 +370,8 @@ mod tests {
         for (definition, types) in [
             (POINT_CLOUD2_SCHEMA, 3),
             (MARKER_ARRAY_SCHEMA, 12),
+            (DETECTION_ARRAY_SCHEMA, 11),
+            (DETECTED_OBJECTS_SCHEMA, 15),
             (TF_MESSAGE_SCHEMA, 6),
             (CAMERA_INFO_SCHEMA, 3),
         ] {

@@ -1,0 +1,194 @@
+//! Names, definitions (`ros1msg`) and fingerprints of the ROS 1 messages that are written.
+
+/// Name of the type of boxes and texts to draw.
+pub const MARKER_ARRAY_NAME: &str = "visualization_msgs/MarkerArray";
+/// Fingerprint of `visualization_msgs/MarkerArray` since Kinetic.
+pub const MARKER_ARRAY_MD5: &str = "d155b9ce5188fbaf89745847fd5882d7";
+/// Name of the type of boxes with classes.
+pub const DETECTION_ARRAY_NAME: &str = "vision_msgs/Detection3DArray";
+/// Fingerprint of `vision_msgs/Detection3DArray` of version 0.0 (Melodic, Noetic).
+pub const DETECTION_ARRAY_MD5: &str = "05c51d9aea1fb4cfdc8effb94f197b6f";
+
+macro_rules! part {
+    (header) => {
+        "MSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n"
+    };
+    (point) => {
+        "MSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z\n"
+    };
+    (vector) => {
+        "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
+    };
+    (quaternion) => {
+        "MSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"
+    };
+    (pose) => {
+        "MSG: geometry_msgs/Pose\nPoint position\nQuaternion orientation\n"
+    };
+    ($other:literal) => {
+        $other
+    };
+}
+
+/// Complete definition of `visualization_msgs/MarkerArray`.
+pub const MARKER_ARRAY_SCHEMA: &str = definition!(
+    "\
+Marker[] markers
+",
+    "\
+MSG: visualization_msgs/Marker
+uint8 ARROW=0
+uint8 CUBE=1
+uint8 SPHERE=2
+uint8 CYLINDER=3
+uint8 LINE_STRIP=4
+uint8 LINE_LIST=5
+uint8 CUBE_LIST=6
+uint8 SPHERE_LIST=7
+uint8 POINTS=8
+uint8 TEXT_VIEW_FACING=9
+uint8 MESH_RESOURCE=10
+uint8 TRIANGLE_LIST=11
+uint8 ADD=0
+uint8 MODIFY=0
+uint8 DELETE=2
+uint8 DELETEALL=3
+Header header
+string ns
+int32 id
+int32 type
+int32 action
+geometry_msgs/Pose pose
+geometry_msgs/Vector3 scale
+std_msgs/ColorRGBA color
+duration lifetime
+bool frame_locked
+geometry_msgs/Point[] points
+std_msgs/ColorRGBA[] colors
+string text
+string mesh_resource
+bool mesh_use_embedded_materials
+"
+    header
+    pose
+    point
+    quaternion
+    vector
+    "\
+MSG: std_msgs/ColorRGBA
+float32 r
+float32 g
+float32 b
+float32 a
+"
+);
+
+/// Complete definition of `vision_msgs/Detection3DArray`.
+pub const DETECTION_ARRAY_SCHEMA: &str = definition!(
+    "\
+Header header
+Detection3D[] detections
+",
+    header
+    "\
+MSG: vision_msgs/Detection3D
+Header header
+ObjectHypothesisWithPose[] results
+BoundingBox3D bbox
+sensor_msgs/PointCloud2 source_cloud
+"
+    "\
+MSG: vision_msgs/ObjectHypothesisWithPose
+int64 id
+float64 score
+geometry_msgs/PoseWithCovariance pose
+"
+    "\
+MSG: geometry_msgs/PoseWithCovariance
+Pose pose
+float64[36] covariance
+"
+    pose
+    point
+    quaternion
+    "\
+MSG: vision_msgs/BoundingBox3D
+geometry_msgs/Pose center
+geometry_msgs/Vector3 size
+"
+    vector
+    "\
+MSG: sensor_msgs/PointCloud2
+Header header
+uint32 height
+uint32 width
+PointField[] fields
+bool is_bigendian
+uint32 point_step
+uint32 row_step
+uint8[] data
+bool is_dense
+"
+    "\
+MSG: sensor_msgs/PointField
+uint8 INT8=1
+uint8 UINT8=2
+uint8 INT16=3
+uint8 UINT16=4
+uint8 INT32=5
+uint8 UINT32=6
+uint8 FLOAT32=7
+uint8 FLOAT64=8
+string name
+uint32 offset
+uint8 datatype
+uint32 count
+"
+);
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use md5::{Digest, Md5};
+
+    use super::*;
+
+    /// The fingerprint of a complete definition: MD5 of its constants and fields, in which other types stand as
+    /// their own fingerprints.
+    fn fingerprint(definition: &str) -> String {
+        let separator = format!("{}\n", "=".repeat(80));
+        let mut parts = definition.split(&separator);
+        let own = parts.next().unwrap();
+        let types: BTreeMap<&str, &str> = parts
+            .map(|part| {
+                let (name, body) = part.split_once('\n').unwrap();
+                let name = name.strip_prefix("MSG: ").unwrap();
+                (name.rsplit('/').next().unwrap(), body)
+            })
+            .collect();
+        fingerprint_of(own, &types)
+    }
+
+    fn fingerprint_of(body: &str, types: &BTreeMap<&str, &str>) -> String {
+        let (constants, fields): (Vec<&str>, Vec<&str>) =
+            body.lines().partition(|line| line.contains('='));
+        let field = |line: &str| {
+            let (kind, name) = line.split_once(' ').unwrap();
+            let bare = kind.split('[').next().unwrap().rsplit('/').next().unwrap();
+            match types.get(bare) {
+                Some(body) => format!("{} {name}", fingerprint_of(body, types)),
+                None => line.to_owned(),
+            }
+        };
+        let lines: Vec<String> =
+            constants.into_iter().map(str::to_owned).chain(fields.into_iter().map(field)).collect();
+        Md5::digest(lines.join("\n")).iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    #[test]
+    fn definitions_have_the_fingerprints_that_ros_knows() {
+        assert_eq!(fingerprint(MARKER_ARRAY_SCHEMA), MARKER_ARRAY_MD5);
+        assert_eq!(fingerprint(DETECTION_ARRAY_SCHEMA), DETECTION_ARRAY_MD5);
+    }
+}

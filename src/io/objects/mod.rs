@@ -1,0 +1,253 @@
+//! Messages of a frame's objects: a box, a class and a number for each instance, in the types that viewers draw and
+//! that other programs read.
+
+mod autoware;
+mod detections;
+mod markers;
+mod scene;
+
+use std::borrow::Cow;
+
+use nalgebra::Isometry3;
+
+use super::definitions::{self, ros1};
+use super::ros::{Layout, RosWriter};
+use crate::error::{Error, Result};
+use crate::instances::likeness::Kind;
+use crate::instances::{Instance, Likeness};
+
+/// One instance as messages show it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObjectBox {
+    /// Instance, which gives the box its id and its colour.
+    pub id: u32,
+    /// From the box's own axes (x along the length, y along the width, z along the height, origin in the centre;
+    /// metres) to the coordinate frame of the message.
+    pub pose: Isometry3<f64>,
+    /// Length, width and height in metres.
+    pub size: [f64; 3],
+    /// Class in the recording's own ids, 0 without classes.
+    pub class: u16,
+    /// Name of the class or of what the object looks like; empty where nothing is known.
+    pub name: String,
+    /// How likely that is, 0 to 1; 1 for a class of the recording.
+    pub probability: f64,
+    /// What is written above the box.
+    pub title: String,
+    /// Points in it.
+    pub points: u32,
+}
+
+/// Types of messages that hold boxes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ObjectKind {
+    /// `visualization_msgs/MarkerArray`: a cube and a text each, for RViz, Foxglove and Lichtblick.
+    Markers,
+    /// `vision_msgs/Detection3DArray`: a box with a class each, for programs.
+    Detection3d,
+    /// `autoware_perception_msgs/DetectedObjects`: a box with one of Autoware's classes each, for its tracker.
+    Autoware,
+    /// `foxglove.SceneUpdate`: a cube and a text each, for Foxglove and Lichtblick.
+    Scene,
+}
+
+/// How a message of objects lies in bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ObjectEncoding {
+    /// As ROS has it.
+    Ros(Layout),
+    /// Protocol buffers.
+    Protobuf,
+    /// JSON.
+    Json,
+}
+
+/// What a recording has to say of a type of messages.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ObjectSchema {
+    /// Name of the type.
+    pub name: &'static str,
+    /// Encoding of the schema.
+    pub encoding: &'static str,
+    /// The schema.
+    pub data: Cow<'static, [u8]>,
+    /// Encoding of the messages.
+    pub message_encoding: &'static str,
+    /// ROS 1's fingerprint of the type.
+    pub md5: Option<&'static str>,
+}
+
+impl ObjectBox {
+    /// An instance's box. `frame` takes the sensor frame to the coordinate frame of the message.
+    pub fn of(instance: &Instance, frame: &Isometry3<f64>) -> Self {
+        let (name, probability) = match instance.likeness {
+            Some(Likeness { kind: Kind::Unknown, .. }) => ("", 0.0),
+            Some(Likeness { kind, probability, .. }) => (kind.name(), f64::from(probability)),
+            None => (instance.class_name.as_str(), 1.0),
+        };
+        ObjectBox {
+            id: instance.id,
+            pose: frame * instance.bounds.pose(),
+            size: instance.bounds.size,
+            class: instance.semantic,
+            name: name.to_owned(),
+            probability,
+            title: instance.title(),
+            points: instance.points,
+        }
+    }
+}
+
+impl ObjectKind {
+    /// Its schema.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] if the type does not exist in that encoding.
+    pub fn schema(self, encoding: ObjectEncoding) -> Result<ObjectSchema> {
+        let ros2 = |name, text: &'static str| ObjectSchema {
+            name,
+            encoding: "ros2msg",
+            data: text.as_bytes().into(),
+            message_encoding: "cdr",
+            md5: None,
+        };
+        let ros1 = |name, text: &'static str, md5| ObjectSchema {
+            name,
+            encoding: "ros1msg",
+            data: text.as_bytes().into(),
+            message_encoding: "ros1",
+            md5: Some(md5),
+        };
+        use ObjectEncoding::{Json, Protobuf, Ros};
+        match (self, encoding) {
+            (ObjectKind::Markers, Ros(Layout::Cdr(_))) => {
+                Ok(ros2(definitions::MARKER_ARRAY_NAME, definitions::MARKER_ARRAY_SCHEMA))
+            }
+            (ObjectKind::Markers, Ros(Layout::Ros1)) => {
+                Ok(ros1(ros1::MARKER_ARRAY_NAME, ros1::MARKER_ARRAY_SCHEMA, ros1::MARKER_ARRAY_MD5))
+            }
+            (ObjectKind::Detection3d, Ros(Layout::Cdr(_))) => {
+                Ok(ros2(definitions::DETECTION_ARRAY_NAME, definitions::DETECTION_ARRAY_SCHEMA))
+            }
+            (ObjectKind::Detection3d, Ros(Layout::Ros1)) => Ok(ros1(
+                ros1::DETECTION_ARRAY_NAME,
+                ros1::DETECTION_ARRAY_SCHEMA,
+                ros1::DETECTION_ARRAY_MD5,
+            )),
+            (ObjectKind::Autoware, Ros(Layout::Cdr(_))) => {
+                Ok(ros2(definitions::DETECTED_OBJECTS_NAME, definitions::DETECTED_OBJECTS_SCHEMA))
+            }
+            (ObjectKind::Scene, Protobuf) => Ok(scene::protobuf_schema()),
+            (ObjectKind::Scene, Json) => Ok(scene::json_schema()),
+            (kind, encoding) => Err(Error::Unsupported {
+                message: kind.describe(),
+                problem: format!("the type does not exist in {}", encoding.describe()),
+            }),
+        }
+    }
+
+    /// Writes a frame's objects, replacing what is in `out`: seconds and nanoseconds of the stamp, coordinate frame,
+    /// boxes.
+    ///
+    /// # Errors
+    /// Those of [`ObjectKind::schema`].
+    pub fn write(
+        self,
+        encoding: ObjectEncoding,
+        header: (i32, u32, &str),
+        boxes: &[ObjectBox],
+        out: &mut Vec<u8>,
+    ) -> Result<()> {
+        self.schema(encoding)?;
+        match (self, encoding) {
+            (ObjectKind::Scene, ObjectEncoding::Json) => scene::write_json(header, boxes, out),
+            (_, ObjectEncoding::Ros(layout)) => {
+                let mut writer = RosWriter::new(layout, out);
+                match self {
+                    ObjectKind::Markers => markers::write(layout, header, boxes, &mut writer),
+                    ObjectKind::Detection3d => {
+                        detections::write(layout, header, boxes, &mut writer);
+                    }
+                    _ => autoware::write(header, boxes, &mut writer),
+                }
+            }
+            _ => scene::write_protobuf(header, boxes, out),
+        }
+        Ok(())
+    }
+
+    fn describe(self) -> &'static str {
+        match self {
+            ObjectKind::Markers => "MarkerArray",
+            ObjectKind::Detection3d => "Detection3DArray",
+            ObjectKind::Autoware => "DetectedObjects",
+            ObjectKind::Scene => "SceneUpdate",
+        }
+    }
+}
+
+impl ObjectEncoding {
+    fn describe(self) -> &'static str {
+        match self {
+            ObjectEncoding::Ros(Layout::Cdr(_)) => "ROS 2",
+            ObjectEncoding::Ros(Layout::Ros1) => "ROS 1",
+            ObjectEncoding::Protobuf => "protocol buffers",
+            ObjectEncoding::Json => "JSON",
+        }
+    }
+}
+
+/// Appends a `geometry_msgs/Pose`.
+fn write_pose(writer: &mut RosWriter, pose: &Isometry3<f64>) {
+    let rotation = pose.rotation.coords; // x, y, z, w
+    pose.translation.vector.iter().chain(rotation.iter()).for_each(|&value| writer.f64(value));
+}
+
+/// Appends a `geometry_msgs/PoseWithCovariance` of unknown covariance.
+fn write_pose_with_covariance(writer: &mut RosWriter, pose: &Isometry3<f64>) {
+    write_pose(writer, pose);
+    (0..36).for_each(|_| writer.f64(0.0));
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::super::ros::ByteOrder;
+    use super::*;
+    use crate::instances::UprightBox;
+
+    /// A car's box that stands upright.
+    pub(in super::super) fn upright(
+        id: u32,
+        centre: [f64; 3],
+        size: [f64; 3],
+        yaw: f64,
+    ) -> ObjectBox {
+        ObjectBox {
+            id,
+            pose: UprightBox { centre, size, yaw }.pose(),
+            size,
+            class: 10,
+            name: "car".to_owned(),
+            probability: 1.0,
+            title: format!("{id} car"),
+            points: 99,
+        }
+    }
+
+    #[test]
+    fn a_type_that_an_encoding_does_not_have_is_refused() {
+        let ros = [Layout::Cdr(ByteOrder::Little), Layout::Ros1].map(ObjectEncoding::Ros);
+        for encoding in ros {
+            assert!(ObjectKind::Markers.schema(encoding).is_ok());
+            assert!(ObjectKind::Detection3d.schema(encoding).is_ok());
+            assert!(ObjectKind::Scene.schema(encoding).is_err());
+        }
+        let error = ObjectKind::Autoware.schema(ros[1]).unwrap_err().to_string();
+        assert!(error.contains("ROS 1") && error.contains("DetectedObjects"), "{error}");
+        for encoding in [ObjectEncoding::Protobuf, ObjectEncoding::Json] {
+            assert!(ObjectKind::Scene.schema(encoding).is_ok());
+            let write = ObjectKind::Markers.write(encoding, (0, 0, ""), &[], &mut Vec::new());
+            assert!(write.is_err());
+        }
+    }
+}
