@@ -25,7 +25,7 @@ pub use message::{
 pub use profile::{Profile, SlowFrame};
 pub use report::{FrameTimes, METADATA_NAME, Report, TopicReport, remarks};
 pub(crate) use topics::qos;
-pub use topics::{annotated_topics, choose, is_annotation};
+pub use topics::{INSTANCES, OBJECTS, annotated_topics, choose, is_annotation};
 
 /// What is done to a recording.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -49,6 +49,8 @@ impl Report {
 pub struct TopicReport {
     /// Clouds annotated.
     pub frames: u64,
+    /// Coordinate frame of the clouds, of the last where it changes.
+    pub frame_id: String,
     /// Clouds passed through without annotation because they cannot be read.
     pub unreadable: u64,
     /// Points of the annotated clouds.
@@ -108,6 +110,7 @@ impl FrameTimes {
 impl TopicReport {
     pub(super) fn take(&mut self, annotated: &Annotated, stages: &Stages) {
         self.frames += 1;
+        self.frame_id.clone_from(&annotated.frame_id);
         self.points += stages.labels.reason.len() as u64;
         self.instances += stages.instances.len() as u64;
         *self.semantics.entry(annotated.semantics.clone()).or_default() += 1;

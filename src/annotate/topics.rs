@@ -19,9 +19,11 @@ pub fn annotated_topics(overview: &Overview) -> BTreeSet<&str> {
     topics.filter(|topic| is_annotation(overview, topic)).collect()
 }
 
-pub(super) const INSTANCES: &str = "/instances";
+/// What is added to the name of a cloud topic for its annotated clouds.
+pub const INSTANCES: &str = "/instances";
 
-pub(super) const OBJECTS: &str = "/objects";
+/// What is added to the name of a cloud topic for its boxes.
+pub const OBJECTS: &str = "/objects";
 
 /// The channels whose clouds are clustered, with their topics.
 ///

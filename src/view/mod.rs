@@ -23,6 +23,7 @@ pub mod svg;
 pub mod target;
 pub mod theme;
 pub mod triage_report;
+pub mod viewer_layout;
 pub mod vote_graph;
 
 pub use canvas::Canvas;
@@ -36,3 +37,4 @@ pub use scene::{Crop, Scene, SceneClass};
 pub use steps::{Step, step_figure, steps};
 pub use svg::{inline_svg, svg};
 pub use target::Target;
+pub use viewer_layout::{ShownTopic, viewer_layout};

@@ -4,9 +4,11 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use divmerge::annotate::{Event, MessageTypes, Options, Report, TopicReport, annotate};
-use divmerge::io::{Compression, ObjectKind};
-use divmerge::view::Target;
+use divmerge::annotate::{
+    Event, INSTANCES, MessageTypes, OBJECTS, Options, Report, TopicReport, annotate,
+};
+use divmerge::io::{Compression, ObjectKind, write_file};
+use divmerge::view::{ShownTopic, Target, viewer_layout};
 
 use crate::arguments::{MethodArguments, Moment, moment, window};
 use crate::terminal::{byte_bar, grouped};
@@ -51,6 +53,11 @@ pub struct Arguments {
     /// Leave out messages from this log time on
     #[arg(long, value_name = "T", value_parser = moment)]
     to: Option<Moment>,
+
+    /// Write no layout for Lichtblick and Foxglove beside the output (OUT.layout.json, which shows clouds and boxes
+    /// in colour once it is imported there)
+    #[arg(long)]
+    no_layout: bool,
 
     /// Replace an existing output
     #[arg(long)]
@@ -121,6 +128,10 @@ impl From<Compress> for Compression {
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     interrupt::listen();
     crate::refuse_existing(&arguments.output, arguments.force)?;
+    let layout = (!arguments.no_layout).then(|| arguments.output.with_extension("layout.json"));
+    if let Some(layout) = &layout {
+        crate::refuse_existing(layout, arguments.force)?;
+    }
     let (from_ns, to_ns) = window(&arguments.input, arguments.from, arguments.to)?;
     let options = Options {
         method: arguments.method.method(&arguments.input)?,
@@ -153,6 +164,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     });
     bar.finish_and_clear();
     let report = report?;
+    if let Some(layout) = &layout {
+        write_file(layout, viewer_layout(&shown(&report)).as_bytes(), arguments.force)?;
+    }
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&report)?);
     } else {
@@ -163,6 +177,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     viewer.finish()?;
     Ok(if report.is_complete() { Outcome::Done } else { Outcome::Incomplete })
+}
+
+/// The topics that viewers are to show.
+fn shown(report: &Report) -> Vec<ShownTopic> {
+    let topic = |(topic, report): (&String, &TopicReport)| ShownTopic {
+        cloud: topic.clone(),
+        instances: format!("{topic}{INSTANCES}"),
+        objects: format!("{topic}{OBJECTS}"),
+        has_packed_colours: true,
+        frame_id: report.frame_id.clone(),
+    };
+    report.topics.iter().map(topic).collect()
 }
 
 /// One line per topic, the reasons below it, and the output.
