@@ -21,6 +21,8 @@ use crate::workers::{Ticket, Workers};
 
 /// Bytes of the input's messages, for each thread, that may wait for clouds before them.
 const WAITING_PER_THREAD: usize = 16 << 20;
+/// The same, however many threads there are.
+const MOST_WAITING: usize = 64 << 20;
 
 /// Clouds that are clustered or wait for their turn: one for each thread, and one to follow.
 fn most_clouds(threads: usize) -> usize {
@@ -251,7 +253,7 @@ impl<'a> Job<'a> {
         *most = (*most).max(self.queued.0);
         let threads = self.workers.threads();
         while self.queued.0 >= most_clouds(threads)
-            || self.queued.1 > threads * WAITING_PER_THREAD
+            || self.queued.1 > MOST_WAITING.min(threads * WAITING_PER_THREAD)
             || self.queue.front_mut().is_some_and(|next| next.what.is_ready())
         {
             self.settle()?;

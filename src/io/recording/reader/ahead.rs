@@ -16,6 +16,8 @@ use crate::workers::{Ticket, Workers};
 /// Bytes read ahead for each thread, records of chunks counted as unpacked: a few chunks as recorders make them.
 /// A record that is larger is read ahead alone.
 const AHEAD_PER_THREAD: u64 = 8 << 20;
+/// Bytes read ahead, however many threads there are.
+const MOST_AHEAD: u64 = 32 << 20;
 
 /// The records of a chunk one behind the other, or what is wrong with it.
 pub(super) type Records = std::result::Result<Vec<u8>, String>;
@@ -85,7 +87,7 @@ impl Ahead {
 
     fn fill(&mut self) {
         let budget = match self.workers.is_parallel() {
-            true => AHEAD_PER_THREAD * self.workers.threads() as u64,
+            true => MOST_AHEAD.min(AHEAD_PER_THREAD * self.workers.threads() as u64),
             false => 0,
         };
         while !self.is_over && (self.queue.is_empty() || self.size < budget) {
