@@ -23,8 +23,8 @@ use divmerge::annotate::{
 };
 use divmerge::io::drive::{CLOUD_TOPIC, cloud_message};
 use divmerge::io::{
-    CloudNumber, Item, MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA, MessageHeader, POINT_CLOUD2_NAME,
-    POINT_CLOUD2_SCHEMA, Part, Record, RecordingReader, RecordingWriter, WriteOptions,
+    CloudNumber, Item, MARKER_ARRAY, MessageHeader, POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA, Part,
+    Record, RecordingReader, RecordingWriter, WriteOptions,
 };
 use divmerge::simulate::{Drive, Scene, Sensor};
 use divmerge::workers::Workers;
@@ -102,10 +102,9 @@ fn header(channel_id: u16, number: usize) -> MessageHeader {
 /// The channels of clouds, instances and objects, in this order and always under the same ids.
 fn define(writer: &mut RecordingWriter) -> [u16; 3] {
     let none = BTreeMap::new();
-    let mut schema =
-        |name, text: &str| writer.add_schema(name, "ros2msg", text.as_bytes()).expect("a schema");
-    let cloud = schema(POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA);
-    let markers = schema(MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA);
+    let text = POINT_CLOUD2_SCHEMA.as_bytes();
+    let cloud = writer.add_schema(POINT_CLOUD2_NAME, "ros2msg", text).expect("a schema");
+    let markers = writer.add_type(&MARKER_ARRAY).expect("a schema");
     [("", cloud), ("/added", cloud), ("/boxes", markers)].map(|(end, schema)| {
         let topic = format!("{CLOUD_TOPIC}{end}");
         writer.add_channel(&topic, schema, "cdr", &none).expect("a channel")

@@ -372,7 +372,7 @@ impl<'a> Job<'a> {
         let metadata = qos(channel);
         let encoding = ObjectEncoding::Ros(Layout::Cdr(ByteOrder::Little));
         let boxes = self.options.types.objects_in(encoding).schema(encoding)?;
-        let boxes_id = self.writer.add_schema(boxes.name, boxes.encoding, &boxes.data)?;
+        let boxes_id = self.writer.add_type(&boxes)?;
         let mut add = |end: &str, schema: u16, encoding: &str, metadata| {
             self.writer.add_channel(&format!("{topic}{end}"), schema, encoding, metadata)
         };

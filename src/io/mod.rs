@@ -24,15 +24,14 @@ pub mod semantic_kitti;
 pub use annotation::{PointAnnotation, annotated_cloud};
 pub use boxes::{BoxSource, FrameBoxes, FrameDetections};
 pub use definitions::{
-    DIAGNOSTIC_ARRAY_NAME, DIAGNOSTIC_ARRAY_SCHEMA, MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA,
-    POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA,
+    DIAGNOSTIC_ARRAY, MARKER_ARRAY, MessageSchema, POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA,
 };
-pub use diagnostics::{Diagnostic, Level, diagnostic_array};
+pub use diagnostics::{Diagnostic, Level, diagnostic_array, diagnostic_schema};
 pub use frames::{CloudMessage, CloudMessages, CloudNumber, Which, cloud_message_at};
 pub use labelled::{
     LabelledFrame, LabelledFrames, LabelledOptions, SeenClasses, Truth, TruthSource,
 };
-pub use objects::{ObjectBox, ObjectEncoding, ObjectKind, ObjectSchema};
+pub use objects::{ObjectBox, ObjectEncoding, ObjectKind};
 pub use point_cloud2::{Datatype, PointCloud2, PointField};
 pub use recording::{
     AttachmentHeader, Channel, Compression, Item, MessageHeader, Metadata, Overview, Part,

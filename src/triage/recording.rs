@@ -9,8 +9,8 @@ use crate::annotate::{self, Event, Method, qos};
 use crate::error::{Error, Result};
 use crate::explain;
 use crate::io::{
-    ByteOrder, Compression, DIAGNOSTIC_ARRAY_NAME, DIAGNOSTIC_ARRAY_SCHEMA, Diagnostic, Layout,
-    Level, MessageHeader, Overview, Record, RecordingWriter, WriteOptions, diagnostic_array,
+    ByteOrder, Channel, Compression, Diagnostic, Layout, Level, MessageHeader, Overview, Record,
+    RecordingWriter, WriteOptions, diagnostic_array, diagnostic_schema,
 };
 use crate::replay::{Replayed, Selection, Watcher, play};
 
@@ -148,8 +148,8 @@ impl<'a> Copy<'a> {
         let channel_id = self.channel(frame.topic, header.channel_id)?;
         let diagnostics = diagnostics(frame.topic, found);
         let (sec, nanosec) = split(frame.stamp_ns);
-        let (layout, mut message) =
-            (Layout::Cdr(ByteOrder::Little), std::mem::take(&mut self.scratch));
+        let layout = layout(&self.overview.channels[&header.channel_id])?;
+        let mut message = std::mem::take(&mut self.scratch);
         diagnostic_array(layout, (sec, nanosec), frame.frame_id, &diagnostics, &mut message);
         self.writer.write_message(&MessageHeader { channel_id, ..header }, &message)?;
         self.scratch = message;
@@ -160,17 +160,32 @@ impl<'a> Copy<'a> {
         if let Some(&channel) = self.channels.get(topic) {
             return Ok(channel);
         }
-        let schema = DIAGNOSTIC_ARRAY_SCHEMA.as_bytes();
-        let schema = self.writer.add_schema(DIAGNOSTIC_ARRAY_NAME, "ros2msg", schema)?;
-        let metadata = qos(&self.overview.channels[&of_cloud]);
+        let cloud = &self.overview.channels[&of_cloud];
+        let schema = diagnostic_schema(layout(cloud)?);
+        let id = self.writer.add_type(&schema)?;
         let added = format!("{topic}{SUSPICION}");
-        let channel = self.writer.add_channel(&added, schema, "cdr", &metadata)?;
+        let channel = self.writer.add_channel(&added, id, schema.message_encoding, &qos(cloud))?;
         self.channels.insert(topic.to_owned(), channel);
         Ok(channel)
     }
 
     fn finish(self) -> Result<u64> {
         self.writer.finish()
+    }
+}
+
+/// How messages beside a cloud's lie in bytes.
+fn layout(cloud: &Channel) -> Result<Layout> {
+    match cloud.message_encoding.as_str() {
+        "cdr" => Ok(Layout::Cdr(ByteOrder::Little)),
+        "ros1" => Ok(Layout::Ros1),
+        other => Err(Error::Unsupported {
+            message: "DiagnosticArray",
+            problem: format!(
+                "{} has messages in {other}, in which the type does not exist: no recording with {SUSPICION}",
+                cloud.topic
+            ),
+        }),
     }
 }
 
@@ -184,7 +199,8 @@ fn split(stamp_ns: i64) -> (i32, u32) {
 fn refuse(overview: &Overview, output: &Path, topics: &[String]) -> Result<()> {
     let conflict = |problem: String| Error::Conflict { path: overview.path.clone(), problem };
     annotate::refuse_same_file(&overview.path, output)?;
-    for topic in annotate::choose(overview, topics)?.values() {
+    for (id, topic) in &annotate::choose(overview, topics)? {
+        layout(&overview.channels[id])?;
         let added = format!("{topic}{SUSPICION}");
         if overview.channels_of(&added).next().is_some() {
             return Err(conflict(format!(

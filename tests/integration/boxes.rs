@@ -10,9 +10,8 @@ use divmerge::instances::{Detection, UprightBox};
 use divmerge::io::boxes::AskedCloud;
 use divmerge::io::drive::{CLOUD_TOPIC, SENSOR_FRAME};
 use divmerge::io::{
-    BoxSource, ByteOrder, CloudNumber, FrameBoxes, Layout, MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA,
-    ObjectBox, ObjectEncoding, ObjectKind, Overview, PointCloud2, Record, RecordingReader,
-    RecordingWriter, WriteOptions,
+    BoxSource, ByteOrder, CloudNumber, FrameBoxes, Layout, MARKER_ARRAY, ObjectBox, ObjectEncoding,
+    ObjectKind, Overview, PointCloud2, Record, RecordingReader, RecordingWriter, WriteOptions,
 };
 use divmerge::pipeline::Config;
 use divmerge::simulate::{Drive, Scene, Sensor};
@@ -174,8 +173,7 @@ fn boxes_in_another_frame_end_the_run() {
         writer.copy(&record).expect("copied");
     }
     let (cloud, seconds, nanoseconds) = stamp.expect("a cloud");
-    let schema = MARKER_ARRAY_SCHEMA.as_bytes();
-    let schema = writer.add_schema(MARKER_ARRAY_NAME, "ros2msg", schema).expect("schema");
+    let schema = writer.add_type(&MARKER_ARRAY).expect("schema");
     let channel_id = writer.add_channel(BOXES, schema, "cdr", &BTreeMap::new()).expect("channel");
     let boxed = ObjectBox {
         id: 1,

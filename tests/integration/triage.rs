@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use divmerge::io::{
-    DIAGNOSTIC_ARRAY_NAME, Overview, Record, RecordingReader, WriteOptions, drive::write_drive,
+    DIAGNOSTIC_ARRAY, Overview, Record, RecordingReader, WriteOptions, drive::write_drive,
 };
 use divmerge::simulate::{Drive, Scene, Sensor};
 
@@ -111,7 +111,7 @@ fn a_list_a_table_a_topic_and_pages() {
     }
     let overview = Overview::read(Path::new(&mcap)).expect("a recording");
     let channel = overview.channels_of("/lidar/points/suspicion").next().expect("the topic");
-    assert_eq!(overview.schema_of(channel.id).expect("a schema").name, DIAGNOSTIC_ARRAY_NAME);
+    assert_eq!(overview.schema_of(channel.id).expect("a schema").name, DIAGNOSTIC_ARRAY.name);
 
     let index = std::fs::read_to_string(Path::new(&pages).join("index.html")).expect("the index");
     assert!(index.contains("a &lt;b&gt; &amp; c.mcap") && !index.contains("<b> &"), "{index}");

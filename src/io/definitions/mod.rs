@@ -1,20 +1,40 @@
 //! Names and definitions (`ros2msg`) of the ROS 2 messages that are read or written, put together from parts
 //! that several share. Those of ROS 1 are in [`ros1`].
 
+use std::borrow::Cow;
+
 /// Name of the schema of point clouds.
 pub const POINT_CLOUD2_NAME: &str = "sensor_msgs/msg/PointCloud2";
-/// Name of the schema of boxes and texts to draw.
-pub const MARKER_ARRAY_NAME: &str = "visualization_msgs/msg/MarkerArray";
-/// Name of the schema of boxes with classes.
-pub const DETECTION_ARRAY_NAME: &str = "vision_msgs/msg/Detection3DArray";
-/// Name of the schema of boxes with Autoware's classes.
-pub const DETECTED_OBJECTS_NAME: &str = "autoware_perception_msgs/msg/DetectedObjects";
 /// Name of the schema of poses.
 pub const TF_MESSAGE_NAME: &str = "tf2_msgs/msg/TFMessage";
 /// Name of the schema of a camera's calibration.
 pub const CAMERA_INFO_NAME: &str = "sensor_msgs/msg/CameraInfo";
-/// Name of the schema of words and numbers beside a cloud.
-pub const DIAGNOSTIC_ARRAY_NAME: &str = "diagnostic_msgs/msg/DiagnosticArray";
+
+/// What a recording has to say of a type of messages.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MessageSchema {
+    /// Name of the type.
+    pub name: &'static str,
+    /// Encoding of the schema.
+    pub encoding: &'static str,
+    /// The schema.
+    pub data: Cow<'static, [u8]>,
+    /// Encoding of the messages.
+    pub message_encoding: &'static str,
+    /// ROS 1's fingerprint of the type.
+    pub md5: Option<&'static str>,
+}
+
+/// A type of ROS 2.
+const fn ros2(name: &'static str, definition: &'static str) -> MessageSchema {
+    MessageSchema {
+        name,
+        encoding: "ros2msg",
+        data: Cow::Borrowed(definition.as_bytes()),
+        message_encoding: "cdr",
+        md5: None,
+    }
+}
 
 /// A message's own fields, then the line and the definition of each type in it.
 macro_rules! definition {
@@ -88,8 +108,11 @@ uint32 count
 "
 );
 
-/// Complete definition of `visualization_msgs/msg/MarkerArray`.
-pub const MARKER_ARRAY_SCHEMA: &str = definition!(
+/// `visualization_msgs/msg/MarkerArray`: boxes and texts to draw.
+pub const MARKER_ARRAY: MessageSchema =
+    ros2("visualization_msgs/msg/MarkerArray", MARKER_ARRAY_TEXT);
+
+const MARKER_ARRAY_TEXT: &str = definition!(
     "\
 Marker[] markers
 ",
@@ -167,8 +190,11 @@ uint8[] data
 "
 );
 
-/// Complete definition of `vision_msgs/msg/Detection3DArray` since version 4 (Humble).
-pub const DETECTION_ARRAY_SCHEMA: &str = definition!(
+/// `vision_msgs/msg/Detection3DArray` since version 4 (Humble): boxes with classes.
+pub const DETECTION_ARRAY: MessageSchema =
+    ros2("vision_msgs/msg/Detection3DArray", DETECTION_ARRAY_TEXT);
+
+const DETECTION_ARRAY_TEXT: &str = definition!(
     "\
 std_msgs/Header header
 Detection3D[] detections
@@ -204,8 +230,11 @@ geometry_msgs/Vector3 size
     vector
 );
 
-/// Complete definition of `autoware_perception_msgs/msg/DetectedObjects`.
-pub const DETECTED_OBJECTS_SCHEMA: &str = definition!(
+/// `autoware_perception_msgs/msg/DetectedObjects`: boxes with Autoware's classes.
+pub const DETECTED_OBJECTS: MessageSchema =
+    ros2("autoware_perception_msgs/msg/DetectedObjects", DETECTED_OBJECTS_TEXT);
+
+const DETECTED_OBJECTS_TEXT: &str = definition!(
     "\
 std_msgs/Header header
 DetectedObject[] objects
@@ -306,8 +335,11 @@ geometry_msgs/Quaternion rotation
     quaternion
 );
 
-/// Complete definition of `diagnostic_msgs/msg/DiagnosticArray`.
-pub const DIAGNOSTIC_ARRAY_SCHEMA: &str = definition!(
+/// `diagnostic_msgs/msg/DiagnosticArray`: words and numbers beside a cloud.
+pub const DIAGNOSTIC_ARRAY: MessageSchema =
+    ros2("diagnostic_msgs/msg/DiagnosticArray", DIAGNOSTIC_ARRAY_TEXT);
+
+const DIAGNOSTIC_ARRAY_TEXT: &str = definition!(
     "\
 std_msgs/Header header
 DiagnosticStatus[] status
@@ -369,11 +401,12 @@ mod tests {
         let separator = "=".repeat(80);
         for (definition, types) in [
             (POINT_CLOUD2_SCHEMA, 3),
-            (MARKER_ARRAY_SCHEMA, 12),
-            (DETECTION_ARRAY_SCHEMA, 11),
-            (DETECTED_OBJECTS_SCHEMA, 15),
+            (MARKER_ARRAY_TEXT, 12),
+            (DETECTION_ARRAY_TEXT, 11),
+            (DETECTED_OBJECTS_TEXT, 15),
             (TF_MESSAGE_SCHEMA, 6),
             (CAMERA_INFO_SCHEMA, 3),
+            (DIAGNOSTIC_ARRAY_TEXT, 4),
         ] {
             assert_eq!(definition.lines().filter(|line| *line == separator).count(), types);
             let uses =

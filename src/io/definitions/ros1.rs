@@ -1,13 +1,19 @@
-//! Names, definitions (`ros1msg`) and fingerprints of the ROS 1 messages that are written.
+//! Definitions (`ros1msg`) and fingerprints of the ROS 1 messages that are written.
 
-/// Name of the type of boxes and texts to draw.
-pub const MARKER_ARRAY_NAME: &str = "visualization_msgs/MarkerArray";
-/// Fingerprint of `visualization_msgs/MarkerArray` since Kinetic.
-pub const MARKER_ARRAY_MD5: &str = "d155b9ce5188fbaf89745847fd5882d7";
-/// Name of the type of boxes with classes.
-pub const DETECTION_ARRAY_NAME: &str = "vision_msgs/Detection3DArray";
-/// Fingerprint of `vision_msgs/Detection3DArray` of version 0.0 (Melodic, Noetic).
-pub const DETECTION_ARRAY_MD5: &str = "05c51d9aea1fb4cfdc8effb94f197b6f";
+use std::borrow::Cow;
+
+use super::MessageSchema;
+
+/// A type of ROS 1 and its fingerprint.
+const fn ros1(name: &'static str, definition: &'static str, md5: &'static str) -> MessageSchema {
+    MessageSchema {
+        name,
+        encoding: "ros1msg",
+        data: Cow::Borrowed(definition.as_bytes()),
+        message_encoding: "ros1",
+        md5: Some(md5),
+    }
+}
 
 macro_rules! part {
     (header) => {
@@ -30,8 +36,11 @@ macro_rules! part {
     };
 }
 
-/// Complete definition of `visualization_msgs/MarkerArray`.
-pub const MARKER_ARRAY_SCHEMA: &str = definition!(
+/// `visualization_msgs/MarkerArray` since Kinetic: boxes and texts to draw.
+pub const MARKER_ARRAY: MessageSchema =
+    ros1("visualization_msgs/MarkerArray", MARKER_ARRAY_TEXT, "d155b9ce5188fbaf89745847fd5882d7");
+
+const MARKER_ARRAY_TEXT: &str = definition!(
     "\
 Marker[] markers
 ",
@@ -83,8 +92,11 @@ float32 a
 "
 );
 
-/// Complete definition of `vision_msgs/Detection3DArray`.
-pub const DETECTION_ARRAY_SCHEMA: &str = definition!(
+/// `vision_msgs/Detection3DArray` of version 0.0 (Melodic, Noetic): boxes with classes.
+pub const DETECTION_ARRAY: MessageSchema =
+    ros1("vision_msgs/Detection3DArray", DETECTION_ARRAY_TEXT, "05c51d9aea1fb4cfdc8effb94f197b6f");
+
+const DETECTION_ARRAY_TEXT: &str = definition!(
     "\
 Header header
 Detection3D[] detections
@@ -146,6 +158,38 @@ uint32 count
 "
 );
 
+/// `diagnostic_msgs/DiagnosticArray`: words and numbers beside a cloud.
+pub const DIAGNOSTIC_ARRAY: MessageSchema = ros1(
+    "diagnostic_msgs/DiagnosticArray",
+    DIAGNOSTIC_ARRAY_TEXT,
+    "60810da900de1dd6ddd437c3503511da",
+);
+
+const DIAGNOSTIC_ARRAY_TEXT: &str = definition!(
+    "\
+Header header
+DiagnosticStatus[] status
+",
+    header
+    "\
+MSG: diagnostic_msgs/DiagnosticStatus
+byte OK=0
+byte WARN=1
+byte ERROR=2
+byte STALE=3
+byte level
+string name
+string message
+string hardware_id
+KeyValue[] values
+"
+    "\
+MSG: diagnostic_msgs/KeyValue
+string key
+string value
+"
+);
+
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeMap;
@@ -188,7 +232,9 @@ mod tests {
 
     #[test]
     fn definitions_have_the_fingerprints_that_ros_knows() {
-        assert_eq!(fingerprint(MARKER_ARRAY_SCHEMA), MARKER_ARRAY_MD5);
-        assert_eq!(fingerprint(DETECTION_ARRAY_SCHEMA), DETECTION_ARRAY_MD5);
+        for schema in [MARKER_ARRAY, DETECTION_ARRAY, DIAGNOSTIC_ARRAY] {
+            let text = std::str::from_utf8(&schema.data).unwrap();
+            assert_eq!(Some(fingerprint(text).as_str()), schema.md5, "{}", schema.name);
+        }
     }
 }

@@ -6,11 +6,9 @@ mod detections;
 mod markers;
 mod scene;
 
-use std::borrow::Cow;
-
 use nalgebra::Isometry3;
 
-use super::definitions::{self, ros1};
+use super::definitions::{self, MessageSchema, ros1};
 use super::ros::{Layout, RosWriter};
 use crate::error::{Error, Result};
 use crate::instances::likeness::Kind;
@@ -62,21 +60,6 @@ pub enum ObjectEncoding {
     Json,
 }
 
-/// What a recording has to say of a type of messages.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ObjectSchema {
-    /// Name of the type.
-    pub name: &'static str,
-    /// Encoding of the schema.
-    pub encoding: &'static str,
-    /// The schema.
-    pub data: Cow<'static, [u8]>,
-    /// Encoding of the messages.
-    pub message_encoding: &'static str,
-    /// ROS 1's fingerprint of the type.
-    pub md5: Option<&'static str>,
-}
-
 impl ObjectBox {
     /// An instance's box. `frame` takes the sensor frame to the coordinate frame of the message.
     pub fn of(instance: &Instance, frame: &Isometry3<f64>) -> Self {
@@ -103,42 +86,17 @@ impl ObjectKind {
     ///
     /// # Errors
     /// [`Error::Unsupported`] if the type does not exist in that encoding.
-    pub fn schema(self, encoding: ObjectEncoding) -> Result<ObjectSchema> {
-        let ros2 = |name, text: &'static str| ObjectSchema {
-            name,
-            encoding: "ros2msg",
-            data: text.as_bytes().into(),
-            message_encoding: "cdr",
-            md5: None,
-        };
-        let ros1 = |name, text: &'static str, md5| ObjectSchema {
-            name,
-            encoding: "ros1msg",
-            data: text.as_bytes().into(),
-            message_encoding: "ros1",
-            md5: Some(md5),
-        };
+    pub fn schema(self, encoding: ObjectEncoding) -> Result<MessageSchema> {
         use ObjectEncoding::{Json, Protobuf, Ros};
+        use ObjectKind::{Autoware, Detection3d, Markers, Scene};
         match (self, encoding) {
-            (ObjectKind::Markers, Ros(Layout::Cdr(_))) => {
-                Ok(ros2(definitions::MARKER_ARRAY_NAME, definitions::MARKER_ARRAY_SCHEMA))
-            }
-            (ObjectKind::Markers, Ros(Layout::Ros1)) => {
-                Ok(ros1(ros1::MARKER_ARRAY_NAME, ros1::MARKER_ARRAY_SCHEMA, ros1::MARKER_ARRAY_MD5))
-            }
-            (ObjectKind::Detection3d, Ros(Layout::Cdr(_))) => {
-                Ok(ros2(definitions::DETECTION_ARRAY_NAME, definitions::DETECTION_ARRAY_SCHEMA))
-            }
-            (ObjectKind::Detection3d, Ros(Layout::Ros1)) => Ok(ros1(
-                ros1::DETECTION_ARRAY_NAME,
-                ros1::DETECTION_ARRAY_SCHEMA,
-                ros1::DETECTION_ARRAY_MD5,
-            )),
-            (ObjectKind::Autoware, Ros(Layout::Cdr(_))) => {
-                Ok(ros2(definitions::DETECTED_OBJECTS_NAME, definitions::DETECTED_OBJECTS_SCHEMA))
-            }
-            (ObjectKind::Scene, Protobuf) => Ok(scene::protobuf_schema()),
-            (ObjectKind::Scene, Json) => Ok(scene::json_schema()),
+            (Markers, Ros(Layout::Cdr(_))) => Ok(definitions::MARKER_ARRAY),
+            (Markers, Ros(Layout::Ros1)) => Ok(ros1::MARKER_ARRAY),
+            (Detection3d, Ros(Layout::Cdr(_))) => Ok(definitions::DETECTION_ARRAY),
+            (Detection3d, Ros(Layout::Ros1)) => Ok(ros1::DETECTION_ARRAY),
+            (Autoware, Ros(Layout::Cdr(_))) => Ok(definitions::DETECTED_OBJECTS),
+            (Scene, Protobuf) => Ok(scene::protobuf_schema()),
+            (Scene, Json) => Ok(scene::json_schema()),
             (kind, encoding) => Err(Error::Unsupported {
                 message: kind.describe(),
                 problem: format!("the type does not exist in {}", encoding.describe()),

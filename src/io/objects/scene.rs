@@ -10,17 +10,18 @@ use foxglove::messages::{
 };
 use serde_json::{Value, json};
 
+use super::super::definitions::MessageSchema;
+use super::ObjectBox;
 use super::markers::{BOX_ALPHA, SHORTEST_SIDE, TEXT_HEIGHT, above};
-use super::{ObjectBox, ObjectSchema};
 use crate::palette::instance_colour;
 
 /// Name of the type in both encodings.
 const NAME: &str = "foxglove.SceneUpdate";
 
 /// The schema for protocol buffers: a set of file descriptors.
-pub(super) fn protobuf_schema() -> ObjectSchema {
+pub(super) fn protobuf_schema() -> MessageSchema {
     let schema = SceneUpdate::get_schema().expect("the type has a schema");
-    ObjectSchema {
+    MessageSchema {
         name: NAME,
         encoding: "protobuf",
         data: schema.data,
@@ -30,7 +31,7 @@ pub(super) fn protobuf_schema() -> ObjectSchema {
 }
 
 /// The schema for JSON, of what is written here alone.
-pub(super) fn json_schema() -> ObjectSchema {
+pub(super) fn json_schema() -> MessageSchema {
     let object = |properties: Value| json!({"type": "object", "properties": properties});
     let array = |items: Value| json!({"type": "array", "items": items});
     let (number, text, flag) =
@@ -54,7 +55,7 @@ pub(super) fn json_schema() -> ObjectSchema {
     }));
     let mut schema = object(json!({"deletions": array(deletion), "entities": array(entity)}));
     schema["title"] = NAME.into();
-    ObjectSchema {
+    MessageSchema {
         name: NAME,
         encoding: "jsonschema",
         data: schema.to_string().into_bytes().into(),

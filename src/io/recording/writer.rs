@@ -12,6 +12,7 @@ use mcap::records::{
 };
 use serde::Serialize;
 
+use super::super::definitions::MessageSchema;
 use super::encode;
 use super::overview::Overview;
 use super::pack::{OpenChunk, PackedChunk};
@@ -243,6 +244,14 @@ impl RecordingWriter {
             data: data.to_vec(),
         })?;
         Ok(id)
+    }
+
+    /// Adds a type of messages as a schema and returns its id; as [`RecordingWriter::add_schema`].
+    ///
+    /// # Errors
+    /// Those of [`RecordingWriter::add_schema`].
+    pub fn add_type(&mut self, schema: &MessageSchema) -> Result<u16> {
+        self.add_schema(schema.name, schema.encoding, &schema.data)
     }
 
     /// Adds a channel under a new id, which is returned. `schema_id` is 0 for none, or must have
