@@ -25,7 +25,7 @@ use divmerge::annotate::{Annotated, FrameTimes, Method, Semantics, annotate_mess
 use divmerge::cluster::{self, ClusterParams, ObjectPixels};
 use divmerge::disjoint_sets::DisjointSets;
 use divmerge::io::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
-use divmerge::io::{ByteOrder, CloudNumber, Datatype, Layout, PointCloud2, PointField};
+use divmerge::io::{ByteOrder, CloudNumber, Datatype, PackedCloud, PointField};
 use divmerge::pipeline::{self, Config};
 use divmerge::range_image::{PixelSet, RangeImage};
 use divmerge::semantics::{GroundParams, MaskSource, ObjectMask, object_mask};
@@ -536,19 +536,15 @@ fn message(cloud: &PointCloud) -> Vec<u8> {
         datatype,
         count: 1,
     };
-    let wire = PointCloud2 {
-        layout: Layout::Cdr(ByteOrder::Little),
-        stamp_sec: 0,
-        stamp_nanosec: 0,
+    let wire = PackedCloud {
         frame_id: "lidar".into(),
-        height: 1,
         width: cloud.len() as u32,
         fields: fields.map(field).collect(),
-        is_bigendian: false,
         point_step: 18,
         row_step: 18 * cloud.len() as u32,
-        data: &data,
+        data: data.as_slice().into(),
         is_dense: true,
+        ..PackedCloud::default()
     };
     let mut message = Vec::new();
     wire.encode(&mut message).expect("sizes that agree");

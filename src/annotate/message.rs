@@ -3,14 +3,15 @@
 use std::borrow::Cow;
 use std::time::Instant;
 
+use super::objects;
 use super::report::FrameTimes;
 use crate::cloud::PointCloud;
 use crate::error::Result;
-use crate::instances::{Detection, Instance};
+use crate::instances::Detection;
 use crate::io::boxes::AskedCloud;
 use crate::io::{
-    self, CloudNumber, FrameBoxes, FrameDetections, LabelledFrame, MarkerBox, PointAnnotation,
-    PointCloud2,
+    self, CloudFormat, CloudNumber, FrameBoxes, FrameDetections, LabelledFrame, PackedCloud,
+    PointAnnotation,
 };
 use crate::pipeline::{self, Config, Stages};
 use crate::semantics::{GroundParams, MaskSource};
@@ -81,9 +82,9 @@ impl Method {
     /// The cloud in a message, and where its object mask comes from.
     ///
     /// # Errors
-    /// Those of [`PointCloud2::to_cloud`]; [`crate::Error::MissingField`] if the field that should hold the
+    /// Those of [`PackedCloud::to_cloud`]; [`crate::Error::MissingField`] if the field that should hold the
     /// classes is not there.
-    pub fn decode(&self, wire: &PointCloud2) -> Result<Decoded<'_>> {
+    pub fn decode(&self, wire: &PackedCloud) -> Result<Decoded<'_>> {
         let field = match &self.semantics {
             Semantics::Auto => wire.semantic_field(),
             Semantics::Field(name) => Some(name.as_str()),
@@ -104,7 +105,7 @@ impl Method {
 pub struct Annotated {
     /// The message of `T/instances`.
     pub cloud: Vec<u8>,
-    /// The message of `T/objects`.
+    /// The message of `T/objects`; empty where the format has none.
     pub objects: Vec<u8>,
     /// Coordinate frame of the cloud.
     pub frame_id: String,
@@ -127,6 +128,8 @@ pub struct Clustered {
     pub semantics: String,
     /// Why the source of boxes says nothing about the cloud, where that is so.
     pub missing_boxes: Option<String>,
+    /// A name that several fields of the message have, of which the first was read.
+    pub repeated_field: Option<String>,
     /// Milliseconds from message to cloud, its boxes included.
     pub decode_ms: f64,
 }
@@ -134,31 +137,34 @@ pub struct Clustered {
 /// Clusters the cloud in a message.
 ///
 /// # Errors
-/// Those of [`PointCloud2::to_cloud`]; [`crate::Error::MissingField`] if the field that should hold the classes
+/// Those of [`PackedCloud::to_cloud`]; [`crate::Error::MissingField`] if the field that should hold the classes
 /// is not there; those of [`FrameBoxes::of`].
-pub fn cluster(wire: &PointCloud2, which: CloudNumber, method: &Method) -> Result<Clustered> {
+pub fn cluster(wire: &PackedCloud, which: CloudNumber, method: &Method) -> Result<Clustered> {
     let started = Instant::now();
     let Decoded { cloud, mask, semantics } = method.decode(wire)?;
     let asked = AskedCloud { which, stamp_ns: wire.stamp_ns(), frame_id: &wire.frame_id };
     let FrameDetections { detections, missing: missing_boxes } = method.boxes.of(&asked)?;
     let decode_ms = started.elapsed().as_secs_f64() * 1e3;
     let stages = pipeline::run_with(&cloud, mask, &detections, &method.config);
-    Ok(Clustered { cloud, stages, semantics, missing_boxes, decode_ms })
+    let repeated_field = wire.repeated_field().map(str::to_owned);
+    Ok(Clustered { cloud, stages, semantics, missing_boxes, repeated_field, decode_ms })
 }
 
-/// Clusters the cloud in a message and writes the two messages that annotate it into `annotated`, whose
-/// memory is used again.
+/// Clusters the cloud in a message of the first format and writes the messages that annotate it, the cloud in the
+/// second format, into `annotated`, whose memory is used again.
 ///
 /// # Errors
-/// Those of [`PointCloud2::parse`] and [`cluster`].
+/// Those of [`CloudFormat::decode`], [`PackedCloud::reformatted`] and [`cluster`].
 pub fn annotate_message(
     message: &[u8],
+    [format, written]: [CloudFormat; 2],
     which: CloudNumber,
     method: &Method,
     annotated: &mut Annotated,
 ) -> Result<Clustered> {
     let started = Instant::now();
-    let wire = PointCloud2::parse(message)?;
+    let wire = format.decode(message)?;
+    let written = wire.reformatted(written)?;
     let parse_ms = started.elapsed().as_secs_f64() * 1e3;
     let clustered = cluster(&wire, which, method)?;
 
@@ -173,12 +179,9 @@ pub fn annotate_message(
         reason: &reason,
         ground: ground.as_deref(),
     };
-    io::annotated_cloud(&wire, &annotation, &mut annotated.cloud)?;
-    let boxes: Vec<MarkerBox> = stages.instances.iter().map(marker).collect();
-    let (seconds, nanoseconds) = (wire.stamp_sec, wire.stamp_nanosec);
-    let frame = &wire.frame_id;
-    io::marker_array(wire.layout, seconds, nanoseconds, frame, &boxes, &mut annotated.objects);
-    annotated.frame_id.clone_from(frame);
+    io::annotated_cloud(&written, &annotation, &mut annotated.cloud)?;
+    objects::encode(&written, &stages.instances, &mut annotated.objects);
+    annotated.frame_id.clone_from(&wire.frame_id);
     annotated.stamp_ns = wire.stamp_ns();
     annotated.semantics.clone_from(&clustered.semantics);
     annotated.times = FrameTimes {
@@ -192,14 +195,4 @@ pub fn annotate_message(
 /// Shares of 0 to 1 as 0 to 255.
 fn bytes(shares: &[f32]) -> Vec<u8> {
     shares.iter().map(|share| (share * 255.0).round() as u8).collect()
-}
-
-fn marker(instance: &Instance) -> MarkerBox {
-    MarkerBox {
-        id: instance.id,
-        centre: instance.bounds.centre,
-        yaw: instance.bounds.yaw,
-        size: instance.bounds.size,
-        text: instance.title(),
-    }
 }

@@ -1,7 +1,9 @@
 //! The main job: a recording in, the same recording with instances out.
 
+mod flavor;
 mod job;
 mod message;
+mod objects;
 mod profile;
 mod report;
 mod topics;
@@ -17,13 +19,13 @@ use crate::pipeline::Stages;
 use crate::stopwatch::ms_since;
 use crate::workers::Workers;
 
-pub use crate::io::frames::{is_cloud, is_readable_cloud};
+pub use flavor::Flavor;
 use job::Job;
 pub use message::{Annotated, Clustered, Decoded, Method, Semantics, annotate_message, cluster};
 pub use profile::{Profile, SlowFrame};
 pub use report::{FrameTimes, METADATA_NAME, Report, TopicReport, remarks};
 pub(crate) use topics::qos;
-pub use topics::{annotated_topics, choose, is_annotation};
+pub use topics::{CloudTopic, annotated_topics, choose, is_annotation};
 
 /// What is done to a recording.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -32,6 +34,8 @@ pub struct Options {
     pub method: Method,
     /// Cloud topics to annotate; none means all.
     pub topics: Vec<String>,
+    /// In which messages the annotation is written.
+    pub flavor: Flavor,
     /// Earliest log time in nanoseconds; earlier messages are left out of the output.
     pub from_ns: Option<u64>,
     /// Log time in nanoseconds from which on messages are left out of the output.
@@ -98,8 +102,8 @@ pub const USUAL_THREADS: usize = 8;
 ///
 /// # Errors
 /// [`Error::Recording`] if the input is damaged (a cut-off input is none: it is annotated as far as it
-/// goes), [`Error::NoCloud`], [`Error::Conflict`] if the input already has an output's topic or is the
-/// output,
+/// goes), [`Error::NoCloud`], [`Error::Conflict`] if the input already has an output's topic, is the
+/// output, or is of another flavor than is asked for,
 /// [`Error::Io`] and [`Error::Write`]; [`Error::Boxes`] if boxes do not fit a cloud; [`Error::Interrupted`] if `on_event` breaks off at a progress event.
 pub fn annotate(
     input: &Path,

@@ -27,6 +27,8 @@ pub struct Report {
     pub input_sha256: String,
     /// Messages copied.
     pub messages: u64,
+    /// Messages added.
+    pub annotations: u64,
     /// Per cloud topic.
     pub topics: BTreeMap<String, TopicReport>,
     /// Where and how the input is cut off.
@@ -153,6 +155,10 @@ pub fn remarks(clustered: &Clustered, taxonomy: &Taxonomy) -> Vec<(&'static str,
             stages.mask.unknown_ids, taxonomy.name
         );
         remarks.push(("with unknown classes", problem));
+    }
+    if let Some(name) = &clustered.repeated_field {
+        let problem = format!("several fields are named `{name}`: the first of them is read");
+        remarks.push(("with a field name that comes again", problem));
     }
     remarks.extend(clustered.missing_boxes.clone().map(|problem| ("without boxes", problem)));
     remarks

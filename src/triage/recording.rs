@@ -5,12 +5,18 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::{Kind, Params, Suspect, Triage, triage};
-use crate::annotate::{self, Event, Method, qos};
+use crate::annotate::{self, CloudTopic, Event, Method, qos};
 use crate::error::{Error, Result};
 use crate::explain;
+use crate::io::cloud_recording::ros1_connection;
+use crate::io::definitions::{
+    DIAGNOSTIC_ARRAY_ROS1_MD5, DIAGNOSTIC_ARRAY_ROS1_NAME, DIAGNOSTIC_ARRAY_ROS1_SCHEMA,
+};
+use crate::io::frames::cloud_format;
 use crate::io::{
-    ByteOrder, Compression, DIAGNOSTIC_ARRAY_NAME, DIAGNOSTIC_ARRAY_SCHEMA, Diagnostic, Layout,
-    Level, MessageHeader, Overview, Record, RecordingWriter, WriteOptions, diagnostic_array,
+    ByteOrder, CloudFormat, Compression, DIAGNOSTIC_ARRAY_NAME, DIAGNOSTIC_ARRAY_SCHEMA,
+    Diagnostic, Layout, Level, MessageHeader, Overview, Record, RecordingWriter, WriteOptions,
+    diagnostic_array,
 };
 use crate::replay::{Replayed, Selection, Watcher, play};
 
@@ -110,8 +116,8 @@ pub fn triage_frame(frame: &annotate::Frame, method: &Method, params: &Params) -
 struct Copy<'a> {
     overview: &'a Overview,
     writer: RecordingWriter,
-    /// Channel of each `T/suspicion`, by T.
-    channels: BTreeMap<String, u16>,
+    /// Channel of each `T/suspicion` and how its messages lie in bytes, by T.
+    channels: BTreeMap<String, (u16, Layout)>,
     /// Header of the message that was copied last.
     last: Option<MessageHeader>,
     scratch: Vec<u8>,
@@ -145,28 +151,41 @@ impl<'a> Copy<'a> {
     /// Adds the message on a cloud that was copied just before.
     fn suspicion(&mut self, frame: &annotate::Frame, found: &Triage) -> Result<()> {
         let header = self.last.expect("a frame follows its message");
-        let channel_id = self.channel(frame.topic, header.channel_id)?;
+        let (channel_id, layout) = self.channel(frame.topic, header.channel_id)?;
         let diagnostics = diagnostics(frame.topic, found);
         let (sec, nanosec) = split(frame.stamp_ns);
-        let (layout, mut message) =
-            (Layout::Cdr(ByteOrder::Little), std::mem::take(&mut self.scratch));
+        let mut message = std::mem::take(&mut self.scratch);
         diagnostic_array(layout, (sec, nanosec), frame.frame_id, &diagnostics, &mut message);
         self.writer.write_message(&MessageHeader { channel_id, ..header }, &message)?;
         self.scratch = message;
         Ok(())
     }
 
-    fn channel(&mut self, topic: &str, of_cloud: u16) -> Result<u16> {
+    fn channel(&mut self, topic: &str, of_cloud: u16) -> Result<(u16, Layout)> {
         if let Some(&channel) = self.channels.get(topic) {
             return Ok(channel);
         }
-        let schema = DIAGNOSTIC_ARRAY_SCHEMA.as_bytes();
-        let schema = self.writer.add_schema(DIAGNOSTIC_ARRAY_NAME, "ros2msg", schema)?;
-        let metadata = qos(&self.overview.channels[&of_cloud]);
+        let cloud = &self.overview.channels[&of_cloud];
         let added = format!("{topic}{SUSPICION}");
-        let channel = self.writer.add_channel(&added, schema, "cdr", &metadata)?;
+        let channel = match cloud_format(self.overview, cloud) {
+            Some(CloudFormat::Ros1) => (self.ros1_channel(&added)?, Layout::Ros1),
+            _ => (self.ros2_channel(&added, &qos(cloud))?, Layout::Cdr(ByteOrder::Little)),
+        };
         self.channels.insert(topic.to_owned(), channel);
         Ok(channel)
+    }
+
+    fn ros2_channel(&mut self, topic: &str, metadata: &BTreeMap<String, String>) -> Result<u16> {
+        let schema = DIAGNOSTIC_ARRAY_SCHEMA.as_bytes();
+        let schema = self.writer.add_schema(DIAGNOSTIC_ARRAY_NAME, "ros2msg", schema)?;
+        self.writer.add_channel(topic, schema, "cdr", metadata)
+    }
+
+    fn ros1_channel(&mut self, topic: &str) -> Result<u16> {
+        let schema = DIAGNOSTIC_ARRAY_ROS1_SCHEMA.as_bytes();
+        let schema = self.writer.add_schema(DIAGNOSTIC_ARRAY_ROS1_NAME, "ros1msg", schema)?;
+        let metadata = ros1_connection(topic, DIAGNOSTIC_ARRAY_ROS1_MD5);
+        self.writer.add_channel(topic, schema, "ros1", &metadata)
     }
 
     fn finish(self) -> Result<u64> {
@@ -180,11 +199,17 @@ fn split(stamp_ns: i64) -> (i32, u32) {
     (stamp_ns.div_euclid(SECOND) as i32, stamp_ns.rem_euclid(SECOND) as u32)
 }
 
-/// Refuses an output that is the input, and an input that has what would be added.
+/// Refuses an output that is the input, and an input that has what would be added or may not have it.
 fn refuse(overview: &Overview, output: &Path, topics: &[String]) -> Result<()> {
     let conflict = |problem: String| Error::Conflict { path: overview.path.clone(), problem };
     annotate::refuse_same_file(&overview.path, output)?;
-    for topic in annotate::choose(overview, topics)?.values() {
+    for CloudTopic { topic, format } in annotate::choose(overview, topics)?.into_values() {
+        if !matches!(format, CloudFormat::Ros1 | CloudFormat::Ros2 | CloudFormat::FoxgloveRos2) {
+            return Err(conflict(format!(
+                "{topic} is no topic of ROS, and suspicions are written as ROS's DiagnosticArray alone: ask for a \
+                 report or a table"
+            )));
+        }
         let added = format!("{topic}{SUSPICION}");
         if overview.channels_of(&added).next().is_some() {
             return Err(conflict(format!(

@@ -8,7 +8,7 @@ use divmerge::Result;
 use divmerge::annotate::{Event, Method, Options, Report, Semantics, annotate};
 use divmerge::io::drive::{CLOUD_TOPIC, cloud_message, write_drive};
 use divmerge::io::{
-    Overview, POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA, PointCloud2, Record, RecordingReader,
+    CloudFormat, Overview, POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA, Record, RecordingReader,
     RecordingWriter, WriteOptions,
 };
 use divmerge::pipeline::Config;
@@ -109,8 +109,8 @@ fn an_annotated_cloud_keeps_every_byte_of_every_point() {
     let of = |channel: u16| messages.iter().filter(move |(h, _)| h.channel_id == channel);
     for ((before, original), (after, annotated)) in of(clouds).zip(of(instances)) {
         assert_eq!((before.log_time, before.sequence), (after.log_time, after.sequence));
-        let original = PointCloud2::parse(original).expect("the cloud");
-        let annotated = PointCloud2::parse(annotated).expect("the annotated cloud");
+        let original = CloudFormat::Ros2.decode(original).expect("the cloud");
+        let annotated = CloudFormat::Ros2.decode(annotated).expect("the annotated cloud");
         assert_eq!(original.stamp_ns(), annotated.stamp_ns());
         assert_eq!(original.point_count(), annotated.point_count());
         for (from, to) in original.points().zip(annotated.points()) {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use divmerge::annotate::{Event, Options, Report, TopicReport, annotate};
+use divmerge::annotate::{Event, Flavor, Options, Report, TopicReport, annotate};
 use divmerge::io::Compression;
 use divmerge::view::Target;
 
@@ -34,6 +34,11 @@ pub struct Arguments {
 
     #[command(flatten)]
     method: MethodArguments,
+
+    /// In which messages T/instances is written. `foxglove` is for recordings without ROS; in one of ROS 1 or 2 (its
+    /// profile) ROS messages alone can stand, or ROS's own readers fail
+    #[arg(long, value_enum, default_value_t = FlavorArgument::Auto)]
+    flavor: FlavorArgument,
 
     /// Compression of the output
     #[arg(long, value_enum, default_value_t = Compress::Zstd)]
@@ -72,6 +77,24 @@ pub struct Arguments {
     json: bool,
 }
 
+/// In which messages an annotation is written.
+#[derive(Clone, Copy, ValueEnum)]
+enum FlavorArgument {
+    /// As each topic's clouds are
+    Auto,
+    /// foxglove.PointCloud in protobuf
+    Foxglove,
+}
+
+impl From<FlavorArgument> for Flavor {
+    fn from(flavor: FlavorArgument) -> Self {
+        match flavor {
+            FlavorArgument::Auto => Flavor::Auto,
+            FlavorArgument::Foxglove => Flavor::Foxglove,
+        }
+    }
+}
+
 /// Compression of a recording's chunks.
 #[derive(Clone, Copy, ValueEnum)]
 pub enum Compress {
@@ -100,6 +123,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let options = Options {
         method: arguments.method.method(&arguments.input)?,
         topics: arguments.topics.clone(),
+        flavor: arguments.flavor.into(),
         from_ns,
         to_ns,
         compression: arguments.compression.into(),
@@ -153,7 +177,7 @@ pub fn print(report: &Report) {
         report.output.display(),
         grouped(report.output_bytes),
         grouped(report.messages),
-        grouped(2 * report.topics.values().map(|topic| topic.frames).sum::<u64>()),
+        grouped(report.annotations),
     );
 }
 

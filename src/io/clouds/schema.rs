@@ -1,0 +1,76 @@
+//! Definitions of the messages, for recordings that are written anew.
+
+use std::borrow::Cow;
+
+use foxglove::Encode;
+use foxglove::messages::PointCloud;
+
+use super::CloudFormat;
+use crate::io::definitions::{
+    FOXGLOVE_POINT_CLOUD_SCHEMA, POINT_CLOUD2_ROS1_SCHEMA, POINT_CLOUD2_SCHEMA,
+};
+
+/// The definition of a message, as a recording holds it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MessageSchema {
+    /// Name of the type.
+    pub name: &'static str,
+    /// Language of the definition.
+    pub encoding: &'static str,
+    /// The definition.
+    pub data: Cow<'static, [u8]>,
+}
+
+impl CloudFormat {
+    /// The definition of the format's messages.
+    pub fn schema(self) -> MessageSchema {
+        let text = |text: &'static str| Cow::Borrowed(text.as_bytes());
+        let (encoding, data) = match self {
+            CloudFormat::Ros2 => ("ros2msg", text(POINT_CLOUD2_SCHEMA)),
+            CloudFormat::Ros1 => ("ros1msg", text(POINT_CLOUD2_ROS1_SCHEMA)),
+            CloudFormat::FoxgloveRos2 => ("ros2msg", text(FOXGLOVE_POINT_CLOUD_SCHEMA)),
+            CloudFormat::FoxgloveProtobuf => ("protobuf", descriptors::<PointCloud>()),
+            CloudFormat::FoxgloveJson => ("jsonschema", json_schema()),
+        };
+        MessageSchema { name: self.type_name(), encoding, data }
+    }
+}
+
+/// The descriptor set of one of Foxglove's messages.
+fn descriptors<M: Encode>() -> Cow<'static, [u8]> {
+    M::get_schema().map(|schema| schema.data).unwrap_or_default()
+}
+
+/// The message in JSON schema, after the interface's published facts.
+fn json_schema() -> Cow<'static, [u8]> {
+    use serde_json::json;
+    let object = |title: &str, properties| json!({"title": title, "type": "object", "properties": properties});
+    let numbers = |names: &[&str]| {
+        let property = |name: &&str| ((*name).to_owned(), json!({"type": "number"}));
+        serde_json::Value::Object(names.iter().map(property).collect())
+    };
+    let whole = json!({"type": "integer", "minimum": 0});
+    let pose = object(
+        "foxglove.Pose",
+        json!({
+            "position": object("foxglove.Vector3", numbers(&["x", "y", "z"])),
+            "orientation": object("foxglove.Quaternion", numbers(&["x", "y", "z", "w"])),
+        }),
+    );
+    let field = object(
+        "foxglove.PackedElementField",
+        json!({"name": {"type": "string"}, "offset": whole, "type": {"type": "integer"}}),
+    );
+    let cloud = object(
+        "foxglove.PointCloud",
+        json!({
+            "timestamp": object("time", json!({"sec": whole, "nsec": whole})),
+            "frame_id": {"type": "string"},
+            "pose": pose,
+            "point_stride": whole,
+            "fields": {"type": "array", "items": field},
+            "data": {"type": "string", "contentEncoding": "base64"},
+        }),
+    );
+    Cow::Owned(cloud.to_string().into_bytes())
+}
