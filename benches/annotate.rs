@@ -23,8 +23,8 @@ use divmerge::annotate::{
 };
 use divmerge::io::drive::{CLOUD_TOPIC, cloud_message};
 use divmerge::io::{
-    CloudNumber, Item, MARKER_ARRAY, MessageHeader, POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA, Part,
-    Record, RecordingReader, RecordingWriter, WriteOptions,
+    CloudFormat, CloudNumber, Item, MARKER_ARRAY, MessageHeader, POINT_CLOUD2, Part, Record,
+    RecordingReader, RecordingWriter, WriteOptions,
 };
 use divmerge::simulate::{Drive, Scene, Sensor};
 use divmerge::workers::Workers;
@@ -72,8 +72,15 @@ impl Messages {
             let mut message = Vec::new();
             cloud_message(&drive.frame(number), &mut message).expect("a simulated frame");
             let which = CloudNumber { topic: CLOUD_TOPIC, number: number as u64 };
-            annotate_message(&message, which, &method, &MessageTypes::default(), &mut annotated)
-                .expect("annotated");
+            annotate_message(
+                &message,
+                CloudFormat::Ros2,
+                which,
+                &method,
+                &MessageTypes::default(),
+                &mut annotated,
+            )
+            .expect("annotated");
             messages.clouds.push(message);
             messages.added.push([annotated.cloud.clone(), annotated.objects.clone()]);
         }
@@ -102,8 +109,7 @@ fn header(channel_id: u16, number: usize) -> MessageHeader {
 /// The channels of clouds, instances and objects, in this order and always under the same ids.
 fn define(writer: &mut RecordingWriter) -> [u16; 3] {
     let none = BTreeMap::new();
-    let text = POINT_CLOUD2_SCHEMA.as_bytes();
-    let cloud = writer.add_schema(POINT_CLOUD2_NAME, "ros2msg", text).expect("a schema");
+    let cloud = writer.add_type(&POINT_CLOUD2).expect("a schema");
     let markers = writer.add_type(&MARKER_ARRAY).expect("a schema");
     [("", cloud), ("/added", cloud), ("/boxes", markers)].map(|(end, schema)| {
         let topic = format!("{CLOUD_TOPIC}{end}");
@@ -420,7 +426,7 @@ fn sensors(frames: usize, rounds: usize, folder: &Path) {
 /// Mean points of a frame.
 fn points(clouds: &[Vec<u8>]) -> f64 {
     let count = |message: &Vec<u8>| {
-        divmerge::io::PointCloud2::parse(message).expect("a cloud").point_count()
+        divmerge::io::CloudFormat::Ros2.decode(message).expect("a cloud").point_count()
     };
     clouds.iter().map(count).sum::<usize>() as f64 / clouds.len() as f64
 }

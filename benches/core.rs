@@ -27,7 +27,7 @@ use divmerge::annotate::{
 use divmerge::cluster::{self, ClusterParams, ObjectPixels};
 use divmerge::disjoint_sets::DisjointSets;
 use divmerge::io::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
-use divmerge::io::{ByteOrder, CloudNumber, Datatype, Layout, PointCloud2, PointField};
+use divmerge::io::{CloudFormat, CloudNumber, Datatype, PackedCloud, PointField};
 use divmerge::pipeline::{self, Config};
 use divmerge::range_image::{PixelSet, RangeImage};
 use divmerge::semantics::{GroundParams, MaskSource, ObjectMask, object_mask};
@@ -538,19 +538,15 @@ fn message(cloud: &PointCloud) -> Vec<u8> {
         datatype,
         count: 1,
     };
-    let wire = PointCloud2 {
-        layout: Layout::Cdr(ByteOrder::Little),
-        stamp_sec: 0,
-        stamp_nanosec: 0,
+    let wire = PackedCloud {
         frame_id: "lidar".into(),
-        height: 1,
         width: cloud.len() as u32,
         fields: fields.map(field).collect(),
-        is_bigendian: false,
         point_step: 18,
         row_step: 18 * cloud.len() as u32,
-        data: &data,
+        data: data.as_slice().into(),
         is_dense: true,
+        ..PackedCloud::default()
     };
     let mut message = Vec::new();
     wire.encode(&mut message).expect("sizes that agree");
@@ -563,8 +559,15 @@ fn fastest(message: &[u8], method: &Method, rounds: usize) -> (FrameTimes, f64) 
     let mut annotated = Annotated::default();
     let (mut times, mut copy_ms) = (None::<FrameTimes>, f64::INFINITY);
     for _ in 0..rounds {
-        annotate_message(message, which, method, &MessageTypes::default(), &mut annotated)
-            .expect("annotated");
+        annotate_message(
+            message,
+            CloudFormat::Ros2,
+            which,
+            method,
+            &MessageTypes::default(),
+            &mut annotated,
+        )
+        .expect("annotated");
         copy_ms = copy_ms.min(best_ms(1, || black_box(&annotated.cloud).to_vec()));
         let is_faster = times.is_none_or(|best| annotated.times.total_ms() < best.total_ms());
         times = if is_faster { Some(annotated.times) } else { times };

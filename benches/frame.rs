@@ -16,7 +16,7 @@ use divmerge::annotate::{
 };
 use divmerge::io::drive::cloud_message;
 use divmerge::io::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
-use divmerge::io::{CloudNumber, Record, RecordingReader};
+use divmerge::io::{CloudFormat, CloudNumber, Record, RecordingReader};
 use divmerge::pipeline::{self, Config, StageTimes};
 use divmerge::semantics::MaskSource;
 use divmerge::simulate::{Drive, Scene, Sensor};
@@ -222,9 +222,15 @@ fn report(name: &str, messages: &[Vec<u8>], semantics: &Semantics, config: Confi
     let which = CloudNumber { topic: "", number: 0 }; // asked by boxes alone
     for _ in 0..rounds {
         for message in messages {
-            let clustered =
-                annotate_message(message, which, &method, &MessageTypes::default(), &mut annotated)
-                    .expect("annotated");
+            let clustered = annotate_message(
+                message,
+                CloudFormat::Ros2,
+                which,
+                &method,
+                &MessageTypes::default(),
+                &mut annotated,
+            )
+            .expect("annotated");
             let stages = &clustered.stages;
             let copy = copy_ms(&annotated.cloud);
             let (points, objects) = (stages.labels.reason.len(), stages.objects.len());

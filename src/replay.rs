@@ -5,11 +5,9 @@ use std::collections::BTreeMap;
 use std::ops::{Bound, RangeBounds};
 use std::path::Path;
 
-use crate::annotate::{self, Event, Frame, Method, cluster, remarks};
+use crate::annotate::{self, CloudTopic, Event, Frame, Method, cluster, remarks};
 use crate::error::{Error, Result};
-use crate::io::{
-    CloudNumber, MessageHeader, Overview, PointCloud2, Position, Record, RecordingReader,
-};
+use crate::io::{CloudNumber, MessageHeader, Overview, Position, Record, RecordingReader};
 
 /// Numbers of clouds on their topic, from 0.
 pub type FrameRange = (Bound<u64>, Bound<u64>);
@@ -118,12 +116,12 @@ pub fn play(
         watcher.record(&record)?;
         match &record {
             Record::Message { header, data, position } => {
-                let Some(topic) = clouds.get(&header.channel_id) else {
+                let Some(source) = clouds.get(&header.channel_id) else {
                     continue;
                 };
-                let number = tally.count(topic);
+                let number = tally.count(&source.topic);
                 if selection.contains(number, header.log_time) {
-                    tally.cluster(topic, number, (header, data, *position), method, watcher)?;
+                    tally.cluster(source, number, (header, data, *position), method, watcher)?;
                 }
             }
             Record::Damaged { offset, problem } => {
@@ -136,7 +134,7 @@ pub fn play(
             _ => continue,
         }
         let is_seen = !watcher.wants_all();
-        if is_seen && clouds.values().all(|topic| selection.is_behind(tally.seen(topic))) {
+        if is_seen && clouds.values().all(|source| selection.is_behind(tally.seen(&source.topic))) {
             break;
         }
         let bytes = reader.offset();
@@ -188,12 +186,13 @@ impl Selection {
 /// Refuses frames that no topic has.
 fn refuse_missing(
     overview: &Overview,
-    clouds: &BTreeMap<u16, String>,
+    clouds: &BTreeMap<u16, CloudTopic>,
     selection: &Selection,
 ) -> Result<()> {
     let mut counts: BTreeMap<&str, u64> = BTreeMap::new();
-    for (channel, topic) in clouds {
-        *counts.entry(topic).or_default() += overview.message_counts.get(channel).unwrap_or(&0);
+    for (channel, source) in clouds {
+        *counts.entry(&source.topic).or_default() +=
+            overview.message_counts.get(channel).unwrap_or(&0);
     }
     let Some(last) = selection.last_named().filter(|&last| counts.values().all(|&n| n <= last))
     else {
@@ -228,14 +227,15 @@ impl Tally {
 
     fn cluster(
         &mut self,
-        topic: &str,
+        source: &CloudTopic,
         number: u64,
         (header, data, position): (&MessageHeader, &[u8], Position),
         method: &Method,
         watcher: &mut dyn Watcher,
     ) -> Result<()> {
+        let topic = source.topic.as_str();
         let which = CloudNumber { topic, number };
-        let wire = PointCloud2::parse(data);
+        let wire = source.format.decode(data);
         let clustered = wire.and_then(|wire| Ok((cluster(&wire, which, method)?, wire)));
         let (clustered, wire) = match clustered {
             Ok(clustered) => clustered,

@@ -7,15 +7,17 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::message::{Annotated, Clustered, MessageTypes, Method, annotate_message};
+use super::message::{Annotated, Clustered, Method, annotate_message};
 use super::profile::Profile;
 use super::report::{METADATA_NAME, Report, TopicReport, metadata, remarks};
-use super::topics::{INSTANCES, OBJECTS, channel_metadata, choose, qos, refuse_annotated};
-use super::{Event, Frame, Options, is_cloud, is_readable_cloud, place};
+use super::topics::{
+    CloudTopic, INSTANCES, OBJECTS, added_metadata, channel_metadata, choose, refuse_annotated,
+};
+use super::{Event, Frame, Options, place};
 use crate::error::{Error, Result};
 use crate::io::{
-    ByteOrder, CloudNumber, Item, Layout, MessageHeader, ObjectEncoding, Overview, Part, Position,
-    Record, RecordingReader, RecordingWriter, SharedBytes, SourceChunk, WriteOptions,
+    Channel, CloudChannel, CloudFormat, CloudNumber, Item, MessageHeader, MessageSchema, Overview,
+    Part, Position, Record, RecordingReader, RecordingWriter, SourceChunk, WriteOptions,
 };
 use crate::workers::{Ticket, Workers};
 
@@ -42,15 +44,22 @@ pub(super) struct Job<'a> {
     /// Clouds and bytes of messages in the queue.
     queued: (usize, usize),
     total: u64,
-    /// Topic of each channel whose clouds are annotated.
-    clouds: BTreeMap<u16, Arc<str>>,
-    /// Channels added for each topic, once they are: instances and objects.
-    added: BTreeMap<Arc<str>, (u16, u16)>,
+    /// Topic and format of each channel whose clouds are annotated.
+    clouds: BTreeMap<u16, (Arc<str>, CloudFormat)>,
+    /// Channels added for each topic and format, once they are.
+    added: BTreeMap<(Arc<str>, CloudFormat), Added>,
     /// Number of the next cloud of each topic.
     next_number: BTreeMap<Arc<str>, u64>,
     /// Warnings by topic and kind: how often, and where first.
     warned: BTreeMap<(String, &'static str), u64>,
     report: Report,
+}
+
+/// The channels added for a topic.
+#[derive(Clone, Copy)]
+struct Added {
+    instances: u16,
+    objects: u16,
 }
 
 /// Something to be written, and how many bytes of the input are read when it is.
@@ -104,6 +113,7 @@ impl<'a> Job<'a> {
     ) -> Result<Self> {
         let clouds = choose(overview, &options.topics)?;
         refuse_annotated(overview, &clouds)?;
+        options.types.check(overview, &clouds)?;
         let mut writer = RecordingWriter::create(
             output,
             &WriteOptions {
@@ -115,7 +125,11 @@ impl<'a> Job<'a> {
         )?;
         writer.compress_on(workers);
         writer.reserve(overview);
-        let topics = clouds.values().map(|topic| (topic.clone(), TopicReport::default()));
+        let topics = clouds.values().map(|have| {
+            let format = options.types.format(have.format);
+            (have.topic.clone(), TopicReport { format, ..TopicReport::default() })
+        });
+        let source = |CloudTopic { topic, format }: CloudTopic| (Arc::from(topic), format);
         let report = Report {
             input: overview.path.clone(),
             output: output.to_owned(),
@@ -133,7 +147,7 @@ impl<'a> Job<'a> {
             queue: VecDeque::new(),
             queued: (0, 0),
             total: overview.file_size,
-            clouds: clouds.into_iter().map(|(id, topic)| (id, topic.into())).collect(),
+            clouds: clouds.iter().map(|(&id, have)| (id, source(have.clone()))).collect(),
             added: BTreeMap::new(),
             next_number: BTreeMap::new(),
             warned: BTreeMap::new(),
@@ -145,16 +159,12 @@ impl<'a> Job<'a> {
 
     fn warn_of_other_clouds(&mut self) {
         for channel in self.overview.channels.values() {
-            if !is_cloud(self.overview, channel) || is_readable_cloud(self.overview, channel) {
-                continue;
+            if let CloudChannel::Unreadable(unreadable) = CloudChannel::of(self.overview, channel)
+                && unreadable.is_cloud
+            {
+                let (topic, reason) = (&channel.topic, unreadable.reason);
+                self.warn(format!("{topic}: passed through without annotation: {reason}"));
             }
-            let schema = self.overview.schema_of(channel.id).map(|schema| schema.name.as_str());
-            self.warn(format!(
-                "{}: {} in encoding `{}` cannot be read yet; passed through without annotation",
-                channel.topic,
-                schema.unwrap_or("no schema"),
-                channel.message_encoding
-            ));
         }
     }
 
@@ -208,7 +218,7 @@ impl<'a> Job<'a> {
     fn item(&mut self, bytes: u64, item: Item) -> Result<()> {
         match &item {
             Item::Message { header, .. } if self.is_outside(header.log_time) => {
-                if let Some(topic) = self.clouds.get(&header.channel_id).cloned() {
+                if let Some((topic, _)) = self.clouds.get(&header.channel_id).cloned() {
                     self.count_cloud(&topic);
                 }
                 Ok(())
@@ -226,11 +236,16 @@ impl<'a> Job<'a> {
         let Item::Message { header, data, position } = item else {
             return Ok(());
         };
-        let topic = Arc::clone(&self.clouds[&header.channel_id]);
+        let (topic, format) = self.clouds[&header.channel_id].clone();
         let number = self.count_cloud(&topic);
         let (method, message, name) = (Arc::clone(&self.method), data.clone(), Arc::clone(&topic));
         let types = self.options.types;
-        let result = self.workers.run(move || cluster(&message, &name, number, &method, &types));
+        let result = self.workers.run(move || {
+            let mut annotated = Annotated::default();
+            let which = CloudNumber { topic: &name, number };
+            annotate_message(&message, format, which, &method, &types, &mut annotated)
+                .map(|clustered| (clustered, annotated))
+        });
         let (header, position, message_len) = (*header, *position, data.len());
         let cloud = Cloud { topic, number, header, position, message_len, result };
         self.push(bytes, What::Cloud(Box::new(cloud)))
@@ -335,11 +350,13 @@ impl<'a> Job<'a> {
                 return Ok(());
             }
         };
-        let (instances, objects) = self.channels_for(&topic, header.channel_id)?;
-        for (channel_id, message) in [(instances, &annotated.cloud), (objects, &annotated.objects)]
+        let added = self.channels_for(header.channel_id)?;
+        for (channel_id, message) in
+            [(added.instances, &annotated.cloud), (added.objects, &annotated.objects)]
         {
             let header = MessageHeader { channel_id, ..header };
             self.writer.write_message(&header, message)?;
+            self.report.annotations += 1;
         }
         let report = self.report.topics.entry(topic.to_string()).or_default();
         report.take(&annotated, &clustered.stages);
@@ -363,31 +380,49 @@ impl<'a> Job<'a> {
         Ok(())
     }
 
-    /// The channels added for a topic, made at its first cloud.
-    fn channels_for(&mut self, topic: &Arc<str>, cloud_channel: u16) -> Result<(u16, u16)> {
-        if let Some(&channels) = self.added.get(topic) {
-            return Ok(channels);
+    /// The channels added for the topic of a cloud's channel, made at its first cloud.
+    fn channels_for(&mut self, cloud_channel: u16) -> Result<Added> {
+        let (topic, format) = self.clouds[&cloud_channel].clone();
+        let written = self.options.types.format(format);
+        if let Some(&added) = self.added.get(&(Arc::clone(&topic), written)) {
+            return Ok(added);
         }
         let channel = &self.overview.channels[&cloud_channel];
-        let metadata = qos(channel);
-        let encoding = ObjectEncoding::Ros(Layout::Cdr(ByteOrder::Little));
-        let boxes = self.options.types.objects_in(encoding).schema(encoding)?;
-        let boxes_id = self.writer.add_type(&boxes)?;
-        let mut add = |end: &str, schema: u16, encoding: &str, metadata| {
-            self.writer.add_channel(&format!("{topic}{end}"), schema, encoding, metadata)
-        };
-        let own = channel_metadata(channel, &metadata);
-        let instances = add(INSTANCES, channel.schema_id, &channel.message_encoding, &own)?;
-        let objects = add(OBJECTS, boxes_id, boxes.message_encoding, &metadata)?;
-        self.added.insert(Arc::clone(topic), (instances, objects));
-        Ok((instances, objects))
+        let instances = self.add_instances(channel, format, written)?;
+        let schema = self.options.types.objects(written)?;
+        let objects = self.add_channel(&format!("{topic}{OBJECTS}"), &schema, channel)?;
+        let added = Added { instances, objects };
+        self.added.insert((topic, written), added);
+        Ok(added)
+    }
+
+    /// The channel of the annotated clouds: as the cloud's own where they are of its format.
+    fn add_instances(
+        &mut self,
+        cloud: &Channel,
+        format: CloudFormat,
+        written: CloudFormat,
+    ) -> Result<u16> {
+        let topic = format!("{}{INSTANCES}", cloud.topic);
+        if format == written {
+            let (encoding, metadata) = (&cloud.message_encoding, channel_metadata(cloud, format));
+            return self.writer.add_channel(&topic, cloud.schema_id, encoding, &metadata);
+        }
+        self.add_channel(&topic, &written.schema(), cloud)
+    }
+
+    /// A channel of a type of its own beside a cloud's.
+    fn add_channel(&mut self, topic: &str, schema: &MessageSchema, cloud: &Channel) -> Result<u16> {
+        let id = self.writer.add_type(schema)?;
+        let metadata = added_metadata(topic, schema, cloud);
+        self.writer.add_channel(topic, id, schema.message_encoding, &metadata)
     }
 
     /// Completes the output. The reader is at the end of the input.
     pub(super) fn finish(mut self, reader: RecordingReader) -> Result<Report> {
         self.settle_all()?;
-        for (channel, topic) in self.clouds.clone() {
-            self.channels_for(&topic, channel)?;
+        for channel in self.clouds.keys().copied().collect::<Vec<_>>() {
+            self.channels_for(channel)?;
         }
         for ((topic, kind), count) in std::mem::take(&mut self.warned) {
             if count > 1 {
@@ -400,18 +435,4 @@ impl<'a> Job<'a> {
         (self.report.output_bytes, self.report.profile.write) = self.writer.finish_timed()?;
         Ok(self.report)
     }
-}
-
-/// Clusters the cloud in a message, and makes the messages that annotate it.
-fn cluster(
-    message: &SharedBytes,
-    topic: &str,
-    number: u64,
-    method: &Method,
-    types: &MessageTypes,
-) -> Result<(Clustered, Annotated)> {
-    let mut annotated = Annotated::default();
-    let which = CloudNumber { topic, number };
-    let clustered = annotate_message(message, which, method, types, &mut annotated)?;
-    Ok((clustered, annotated))
 }

@@ -4,15 +4,14 @@ use std::borrow::Cow;
 use std::time::Instant;
 
 use super::report::FrameTimes;
-use nalgebra::Isometry3;
-
+use super::types::MessageTypes;
 use crate::cloud::PointCloud;
 use crate::error::Result;
 use crate::instances::Detection;
 use crate::io::boxes::AskedCloud;
 use crate::io::{
-    self, CloudNumber, FrameBoxes, FrameDetections, LabelledFrame, ObjectBox, ObjectEncoding,
-    ObjectKind, PointAnnotation, PointCloud2,
+    self, CloudFormat, CloudNumber, FrameBoxes, FrameDetections, LabelledFrame, PackedCloud,
+    PointAnnotation,
 };
 use crate::pipeline::{self, Config, Stages};
 use crate::semantics::{GroundParams, MaskSource};
@@ -83,9 +82,9 @@ impl Method {
     /// The cloud in a message, and where its object mask comes from.
     ///
     /// # Errors
-    /// Those of [`PointCloud2::to_cloud`]; [`crate::Error::MissingField`] if the field that should hold the
+    /// Those of [`PackedCloud::to_cloud`]; [`crate::Error::MissingField`] if the field that should hold the
     /// classes is not there.
-    pub fn decode(&self, wire: &PointCloud2) -> Result<Decoded<'_>> {
+    pub fn decode(&self, wire: &PackedCloud) -> Result<Decoded<'_>> {
         let field = match &self.semantics {
             Semantics::Auto => wire.semantic_field(),
             Semantics::Field(name) => Some(name.as_str()),
@@ -106,7 +105,7 @@ impl Method {
 pub struct Annotated {
     /// The message of `T/instances`.
     pub cloud: Vec<u8>,
-    /// The message of `T/objects`.
+    /// The message of `T/objects`; empty where the format has none.
     pub objects: Vec<u8>,
     /// Coordinate frame of the cloud.
     pub frame_id: String,
@@ -116,23 +115,6 @@ pub struct Annotated {
     pub semantics: String,
     /// Milliseconds.
     pub times: FrameTimes,
-}
-
-/// Types of the messages that are added.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct MessageTypes {
-    /// Of the boxes; none means what viewers draw.
-    pub objects: Option<ObjectKind>,
-}
-
-impl MessageTypes {
-    /// The type of the boxes beside a cloud of an encoding.
-    pub fn objects_in(&self, encoding: ObjectEncoding) -> ObjectKind {
-        self.objects.unwrap_or(match encoding {
-            ObjectEncoding::Ros(_) => ObjectKind::Markers,
-            ObjectEncoding::Protobuf | ObjectEncoding::Json => ObjectKind::Scene,
-        })
-    }
 }
 
 /// A cloud out of a message, clustered.
@@ -146,6 +128,8 @@ pub struct Clustered {
     pub semantics: String,
     /// Why the source of boxes says nothing about the cloud, where that is so.
     pub missing_boxes: Option<String>,
+    /// A name that several fields of the message have, of which the first was read.
+    pub repeated_field: Option<String>,
     /// Milliseconds from message to cloud, its boxes included.
     pub decode_ms: f64,
 }
@@ -153,32 +137,35 @@ pub struct Clustered {
 /// Clusters the cloud in a message.
 ///
 /// # Errors
-/// Those of [`PointCloud2::to_cloud`]; [`crate::Error::MissingField`] if the field that should hold the classes
+/// Those of [`PackedCloud::to_cloud`]; [`crate::Error::MissingField`] if the field that should hold the classes
 /// is not there; those of [`FrameBoxes::of`].
-pub fn cluster(wire: &PointCloud2, which: CloudNumber, method: &Method) -> Result<Clustered> {
+pub fn cluster(wire: &PackedCloud, which: CloudNumber, method: &Method) -> Result<Clustered> {
     let started = Instant::now();
     let Decoded { cloud, mask, semantics } = method.decode(wire)?;
     let asked = AskedCloud { which, stamp_ns: wire.stamp_ns(), frame_id: &wire.frame_id };
     let FrameDetections { detections, missing: missing_boxes } = method.boxes.of(&asked)?;
     let decode_ms = started.elapsed().as_secs_f64() * 1e3;
     let stages = pipeline::run_with(&cloud, mask, &detections, &method.config);
-    Ok(Clustered { cloud, stages, semantics, missing_boxes, decode_ms })
+    let repeated_field = wire.repeated_field().map(str::to_owned);
+    Ok(Clustered { cloud, stages, semantics, missing_boxes, repeated_field, decode_ms })
 }
 
-/// Clusters the cloud in a message and writes the two messages that annotate it into `annotated`, whose
-/// memory is used again.
+/// Clusters the cloud in a message of a format and writes the messages that annotate it into `annotated`, whose memory
+/// is used again.
 ///
 /// # Errors
-/// Those of [`PointCloud2::parse`] and [`cluster`].
+/// Those of [`CloudFormat::decode`], [`PackedCloud::reformatted`], [`MessageTypes::objects`] and [`cluster`].
 pub fn annotate_message(
     message: &[u8],
+    format: CloudFormat,
     which: CloudNumber,
     method: &Method,
     types: &MessageTypes,
     annotated: &mut Annotated,
 ) -> Result<Clustered> {
     let started = Instant::now();
-    let wire = PointCloud2::parse(message)?;
+    let wire = format.decode(message)?;
+    let written = wire.reformatted(types.format(format))?;
     let parse_ms = started.elapsed().as_secs_f64() * 1e3;
     let clustered = cluster(&wire, which, method)?;
 
@@ -193,15 +180,8 @@ pub fn annotate_message(
         reason: &reason,
         ground: ground.as_deref(),
     };
-    io::annotated_cloud(&wire, &annotation, &mut annotated.cloud)?;
-    let boxes: Vec<ObjectBox> = stages
-        .instances
-        .iter()
-        .map(|instance| ObjectBox::of(instance, &Isometry3::identity()))
-        .collect();
-    let header = (wire.stamp_sec, wire.stamp_nanosec, wire.frame_id.as_str());
-    let encoding = ObjectEncoding::Ros(wire.layout);
-    types.objects_in(encoding).write(encoding, header, &boxes, &mut annotated.objects)?;
+    io::annotated_cloud(&written, &annotation, &mut annotated.cloud)?;
+    types.write_objects(&written, &stages.instances, &mut annotated.objects)?;
     annotated.frame_id.clone_from(&wire.frame_id);
     annotated.stamp_ns = wire.stamp_ns();
     annotated.semantics.clone_from(&clustered.semantics);

@@ -5,6 +5,7 @@ mod message;
 mod profile;
 mod report;
 mod topics;
+mod types;
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -17,15 +18,13 @@ use crate::pipeline::Stages;
 use crate::stopwatch::ms_since;
 use crate::workers::Workers;
 
-pub use crate::io::frames::{is_cloud, is_readable_cloud};
 use job::Job;
-pub use message::{
-    Annotated, Clustered, Decoded, MessageTypes, Method, Semantics, annotate_message, cluster,
-};
+pub use message::{Annotated, Clustered, Decoded, Method, Semantics, annotate_message, cluster};
 pub use profile::{Profile, SlowFrame};
 pub use report::{FrameTimes, METADATA_NAME, Report, TopicReport, remarks};
-pub(crate) use topics::qos;
-pub use topics::{INSTANCES, OBJECTS, annotated_topics, choose, is_annotation};
+pub(crate) use topics::added_metadata;
+pub use topics::{CloudTopic, INSTANCES, OBJECTS, annotated_topics, choose, is_annotation};
+pub use types::{Flavor, MessageTypes};
 
 /// What is done to a recording.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -102,8 +101,8 @@ pub const USUAL_THREADS: usize = 8;
 ///
 /// # Errors
 /// [`Error::Recording`] if the input is damaged (a cut-off input is none: it is annotated as far as it
-/// goes), [`Error::NoCloud`], [`Error::Conflict`] if the input already has an output's topic or is the
-/// output,
+/// goes), [`Error::NoCloud`], [`Error::Conflict`] if the input already has an output's topic, is the
+/// output, or is of another flavor than is asked for,
 /// [`Error::Io`] and [`Error::Write`]; [`Error::Boxes`] if boxes do not fit a cloud; [`Error::Interrupted`] if `on_event` breaks off at a progress event.
 pub fn annotate(
     input: &Path,

@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::message::{Annotated, Clustered, Method};
 use super::profile::Profile;
 use crate::instances::Reason;
+use crate::io::CloudFormat;
 use crate::pipeline::{StageTimes, Stages};
 use crate::taxonomy::Taxonomy;
 
@@ -27,6 +28,8 @@ pub struct Report {
     pub input_sha256: String,
     /// Messages copied.
     pub messages: u64,
+    /// Messages added.
+    pub annotations: u64,
     /// Per cloud topic.
     pub topics: BTreeMap<String, TopicReport>,
     /// Where and how the input is cut off.
@@ -49,6 +52,9 @@ impl Report {
 pub struct TopicReport {
     /// Clouds annotated.
     pub frames: u64,
+    /// Format of the annotated clouds.
+    #[serde(skip)]
+    pub format: CloudFormat,
     /// Coordinate frame of the clouds, of the last where it changes.
     pub frame_id: String,
     /// Clouds passed through without annotation because they cannot be read.
@@ -156,6 +162,10 @@ pub fn remarks(clustered: &Clustered, taxonomy: &Taxonomy) -> Vec<(&'static str,
             stages.mask.unknown_ids, taxonomy.name
         );
         remarks.push(("with unknown classes", problem));
+    }
+    if let Some(name) = &clustered.repeated_field {
+        let problem = format!("several fields are named `{name}`: the first of them is read");
+        remarks.push(("with a field name that comes again", problem));
     }
     remarks.extend(clustered.missing_boxes.clone().map(|problem| ("without boxes", problem)));
     remarks

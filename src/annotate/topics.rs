@@ -3,14 +3,17 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::error::{Error, Result};
-use crate::io::frames::is_readable_cloud;
-use crate::io::{Channel, Overview};
+use crate::io::cloud_recording::ros1_connection;
+use crate::io::frames::cloud_format;
+use crate::io::{Channel, CloudChannel, CloudFormat, MessageSchema, Overview};
 
-/// Whether a topic is one that an earlier annotation added beside its cloud topic.
+/// Whether a topic is one that an earlier annotation added beside its cloud topic: T is there, or the objects that
+/// come with it.
 pub fn is_annotation(overview: &Overview, topic: &str) -> bool {
+    let has = |topic: &str| overview.channels_of(topic).next().is_some();
     topic
         .strip_suffix(INSTANCES)
-        .is_some_and(|cloud| overview.channels_of(&format!("{cloud}{OBJECTS}")).next().is_some())
+        .is_some_and(|cloud| has(cloud) || has(&format!("{cloud}{OBJECTS}")))
 }
 
 /// The topics that an earlier annotation added, `T/instances` of each cloud topic T.
@@ -25,36 +28,54 @@ pub const INSTANCES: &str = "/instances";
 /// What is added to the name of a cloud topic for its boxes.
 pub const OBJECTS: &str = "/objects";
 
+/// A channel whose clouds are clustered.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CloudTopic {
+    /// Its topic.
+    pub topic: String,
+    /// Format of its messages.
+    pub format: CloudFormat,
+}
+
 /// The channels whose clouds are clustered, with their topics.
 ///
 /// # Errors
 /// [`Error::NoCloud`] if there is none, or none of a topic that was asked for.
-pub fn choose(overview: &Overview, topics: &[String]) -> Result<BTreeMap<u16, String>> {
-    let readable: BTreeMap<u16, String> = overview
+pub fn choose(overview: &Overview, topics: &[String]) -> Result<BTreeMap<u16, CloudTopic>> {
+    let readable: BTreeMap<u16, CloudTopic> = overview
         .channels
         .values()
-        .filter(|channel| is_readable_cloud(overview, channel))
         .filter(|channel| !is_annotation(overview, &channel.topic))
-        .map(|channel| (channel.id, channel.topic.clone()))
+        .filter_map(|channel| {
+            let format = cloud_format(overview, channel)?;
+            Some((channel.id, CloudTopic { topic: channel.topic.clone(), format }))
+        })
         .collect();
     let no_cloud = |problem: String| Error::NoCloud { path: overview.path.clone(), problem };
     if readable.is_empty() {
         return Err(no_cloud(format!("no cloud topic that can be read; {}", list(overview))));
     }
-    if let Some(missing) = topics.iter().find(|&topic| !readable.values().any(|have| have == topic))
-    {
-        let known = readable.values().map(String::as_str).collect::<Vec<_>>().join(", ");
+    let has = |topic: &String| readable.values().any(|have| have.topic == *topic);
+    if let Some(missing) = topics.iter().find(|topic| !has(topic)) {
+        if let Some(reason) = why_unreadable(overview, missing) {
+            return Err(no_cloud(format!("the topic `{missing}` cannot be read: {reason}")));
+        }
+        let known: Vec<&str> = readable.values().map(|have| have.topic.as_str()).collect();
+        let known = known.join(", ");
         return Err(no_cloud(format!("no readable cloud topic `{missing}`; there is: {known}")));
     }
     Ok(readable
         .into_iter()
-        .filter(|(_, topic)| topics.is_empty() || topics.contains(topic))
+        .filter(|(_, have)| topics.is_empty() || topics.contains(&have.topic))
         .collect())
 }
 
 /// Refuses a recording that has the topics that would be added.
-pub(super) fn refuse_annotated(overview: &Overview, clouds: &BTreeMap<u16, String>) -> Result<()> {
-    for topic in clouds.values() {
+pub(super) fn refuse_annotated(
+    overview: &Overview,
+    clouds: &BTreeMap<u16, CloudTopic>,
+) -> Result<()> {
+    for CloudTopic { topic, .. } in clouds.values() {
         for end in [INSTANCES, OBJECTS] {
             let added = format!("{topic}{end}");
             if overview.channels_of(&added).next().is_some() {
@@ -68,35 +89,63 @@ pub(super) fn refuse_annotated(overview: &Overview, clouds: &BTreeMap<u16, Strin
     Ok(())
 }
 
+/// Why a topic's clouds cannot be read, if it has some.
+fn why_unreadable(overview: &Overview, topic: &str) -> Option<String> {
+    overview.channels_of(topic).find_map(|channel| match CloudChannel::of(overview, channel) {
+        CloudChannel::Unreadable(unreadable) => Some(unreadable.reason),
+        _ => None,
+    })
+}
+
 fn list(overview: &Overview) -> String {
     if overview.channels.is_empty() {
         return "it has no topic at all".into();
     }
     let describe = |channel: &Channel| {
         let schema = overview.schema_of(channel.id).map(|schema| schema.name.as_str());
-        format!("{} ({})", channel.topic, schema.unwrap_or("no schema"))
+        let reason = match CloudChannel::of(overview, channel) {
+            CloudChannel::Unreadable(unreadable) => format!(": {}", unreadable.reason),
+            _ => String::new(),
+        };
+        format!("{} ({}){reason}", channel.topic, schema.unwrap_or("no schema"))
     };
     let topics: Vec<String> = overview.channels.values().map(describe).collect();
-    format!("its topics: {}", topics.join(", "))
+    format!("its topics:\n  {}", topics.join("\n  "))
 }
 
 const QOS: &str = "offered_qos_profiles";
 
 /// Quality-of-service metadata for an added channel: the cloud's own where it has some, else rosbag2's
 /// form of reliable, volatile, keep the last ten.
-pub(crate) fn qos(cloud: &Channel) -> BTreeMap<String, String> {
+fn qos(cloud: &Channel) -> BTreeMap<String, String> {
     const DEFAULT: &str = "- history: 1\n  depth: 10\n  reliability: 1\n  durability: 2\n";
     let own = cloud.metadata.get(QOS).filter(|own| !own.trim().is_empty());
     let profile = own.map_or(DEFAULT, String::as_str);
     BTreeMap::from([(QOS.to_owned(), profile.to_owned())])
 }
 
-/// Metadata of the instances' channel: of the same type as the cloud, so with the same type hash.
-pub(super) fn channel_metadata(
+/// Metadata of an added channel of a type of its own: what recorders of its kind of messages note.
+pub(crate) fn added_metadata(
+    topic: &str,
+    schema: &MessageSchema,
     cloud: &Channel,
-    qos: &BTreeMap<String, String>,
 ) -> BTreeMap<String, String> {
+    match (schema.message_encoding, schema.md5) {
+        ("cdr", _) => qos(cloud),
+        (_, Some(md5)) => ros1_connection(topic, md5),
+        _ => BTreeMap::new(),
+    }
+}
+
+/// Metadata of the channel of a topic's instances, where they are of the same type as the cloud: the cloud's own, so
+/// with the same sum or hash of the type, under the name of the added topic.
+pub(super) fn channel_metadata(cloud: &Channel, format: CloudFormat) -> BTreeMap<String, String> {
     let mut metadata = cloud.metadata.clone();
-    metadata.extend(qos.clone());
+    if let Some(topic) = metadata.get_mut("topic").filter(|topic| **topic == cloud.topic) {
+        topic.push_str(INSTANCES);
+    }
+    if format.profile() == "ros2" {
+        metadata.extend(qos(cloud));
+    }
     metadata
 }

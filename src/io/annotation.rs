@@ -1,28 +1,46 @@
 //! The annotated cloud: every byte of the input's points, and behind each its labels and colour.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
-use super::point_cloud2::{Datatype, PointCloud2, PointField, malformed};
+use super::clouds::{CloudFormat, Datatype, PackedCloud, PointField};
 use super::ros::ByteOrder;
 use crate::error::{Error, Result};
 use crate::palette::{INSTANCE_COLOURS, instance_colour, reason_colour};
 
-/// Bytes appended to each point.
-pub const ANNOTATION_LEN: u32 = 20;
+/// Bytes appended to each point of a PointCloud2.
+pub const ANNOTATION_LEN: u32 = LABELS_LEN + 8;
+
+/// Bytes appended to each point of one of Foxglove's clouds.
+pub const FOXGLOVE_ANNOTATION_LEN: u32 = LABELS_LEN + 4;
+
+/// Bytes of the labels, which are in front of the colours.
+const LABELS_LEN: u32 = 12;
 
 /// What is put in front of a field name that the input already has.
 pub const CLASH_PREFIX: &str = "divmerge_";
 
-/// The appended fields: name, bytes behind the original point, type. Byte 11 is padding where there is no
-/// `ground`.
-const FIELDS: [(&str, u32, Datatype); 7] = [
+/// An appended field: name, bytes behind the original point, type.
+type Appended = (&'static str, u32, Datatype);
+
+/// The labels. Byte 11 is padding where there is no `ground`.
+const LABELS: [Appended; 5] = [
     ("instance", 0, Datatype::UInt32),
     ("component", 4, Datatype::UInt32),
     ("semantic", 8, Datatype::UInt16),
     ("reason", 10, Datatype::UInt8),
     (GROUND, 11, Datatype::UInt8),
-    ("rgb", 12, Datatype::Float32),
-    ("colors", 16, Datatype::UInt32),
+];
+
+/// The colour as PCL and Rerun have it, in a PointCloud2.
+const COLOURS: [Appended; 2] = [("rgb", 12, Datatype::Float32), ("colors", 16, Datatype::UInt32)];
+
+/// The colour as Foxglove's viewers have it in their cloud: in four fields of these very names.
+const FOXGLOVE_COLOURS: [Appended; 4] = [
+    ("red", 12, Datatype::UInt8),
+    ("green", 13, Datatype::UInt8),
+    ("blue", 14, Datatype::UInt8),
+    ("alpha", 15, Datatype::UInt8),
 ];
 
 /// The field that only clouds without classes have.
@@ -43,39 +61,65 @@ pub struct PointAnnotation<'a> {
     pub ground: Option<&'a [u8]>,
 }
 
-/// Writes `cloud` with its annotation as a PointCloud2 message, replacing what is in `out`.
+/// Writes `cloud` with its annotation as a message of its format, replacing what is in `out`.
 ///
 /// The rows are packed; everything else of the message, and every byte of every point, is the
-/// input's. Each point grows by [`ANNOTATION_LEN`] bytes: `instance` UINT32, `component` UINT32,
-/// `semantic` UINT16, `reason` UINT8, `ground` UINT8 (without it a zero), `rgb` FLOAT32 holding 0xFFRRGGBB as PCL does, and
-/// `colors` UINT32 0xRRGGBBFF. A name that the cloud already has is written with
-/// [`CLASH_PREFIX`].
+/// input's. Each point grows by `instance` UINT32, `component` UINT32, `semantic` UINT16, `reason` UINT8 and `ground`
+/// UINT8 (without it a zero); then, in a PointCloud2 ([`ANNOTATION_LEN`] bytes in all), by `rgb` FLOAT32 holding 0xFFRRGGBB
+/// as PCL does and `colors` UINT32 0xRRGGBBFF, in one of Foxglove's clouds ([`FOXGLOVE_ANNOTATION_LEN`]) by `red`, `green`,
+/// `blue` and `alpha` UINT8. A name that the cloud already has is written with [`CLASH_PREFIX`].
 ///
 /// # Errors
 /// [`Error::ColumnLength`] if a column does not have one value for each point,
-/// [`Error::Malformed`] if the result would not fit the message's 32-bit sizes.
+/// [`Error::Malformed`] if the result would not fit the message's 32-bit sizes, [`Error::Unsupported`] if the format
+/// cannot hold the cloud.
 pub fn annotated_cloud(
-    cloud: &PointCloud2,
+    cloud: &PackedCloud,
     annotation: &PointAnnotation,
     out: &mut Vec<u8>,
 ) -> Result<()> {
     check(cloud, annotation)?;
     let (point_step, row_step, length) = sizes(cloud)?;
-    let fields = fields(cloud, annotation.ground.is_some());
-    out.clear();
-    out.reserve_exact(head_bound(cloud, &fields) + length);
-    cloud.encode_head(&fields, point_step, row_step, out);
-    cloud.encode_data(length, out, |out| append_points(cloud, annotation, out));
-    Ok(())
+    let annotated = PackedCloud {
+        fields: fields(cloud, annotation.ground.is_some()),
+        point_step,
+        row_step,
+        frame_id: cloud.frame_id.clone(),
+        data: Cow::Borrowed(&[]),
+        ..*cloud
+    };
+    annotated.encode_with(length, out, |out| append_all(cloud, annotation, out))
+}
+
+fn append_all(cloud: &PackedCloud, annotation: &PointAnnotation, out: &mut Vec<u8>) {
+    const ROS: usize = ANNOTATION_LEN as usize;
+    const FOXGLOVE: usize = FOXGLOVE_ANNOTATION_LEN as usize;
+    let order = cloud.data_order();
+    if cloud.format.is_foxglove() {
+        let colours = Colours::new(|[red, green, blue]| [red, green, blue, 0xff]);
+        append_points::<FOXGLOVE, 4>(cloud, annotation, &colours, out);
+    } else {
+        let colours = Colours::new(|colour| colour_fields(order, colour));
+        append_points::<ROS, 8>(cloud, annotation, &colours, out);
+    }
+}
+
+/// Bytes appended to each point of a cloud.
+fn annotation_len(format: CloudFormat) -> u32 {
+    if format.is_foxglove() { FOXGLOVE_ANNOTATION_LEN } else { ANNOTATION_LEN }
 }
 
 /// Appends the points and their tails, some hundred at a time: they are put together in a buffer that
-/// stays in the nearest cache.
-fn append_points(cloud: &PointCloud2, annotation: &PointAnnotation, out: &mut Vec<u8>) {
+/// stays in the nearest cache. N bytes are appended to each, C of them its colour.
+fn append_points<const N: usize, const C: usize>(
+    cloud: &PackedCloud,
+    annotation: &PointAnnotation,
+    colours: &Colours<C>,
+    out: &mut Vec<u8>,
+) {
     const BLOCK: usize = 256;
     let step = (cloud.point_step as usize).max(1);
-    let record = step + ANNOTATION_LEN as usize;
-    let colours = Colours::new(cloud.data_order());
+    let record = step + N;
     let mut buffer = vec![0; BLOCK * record];
     let mut first = 0;
     for row in cloud.rows() {
@@ -83,13 +127,13 @@ fn append_points(cloud: &PointCloud2, annotation: &PointAnnotation, out: &mut Ve
             let count = points.len() / step;
             let labels = annotation.range(first..first + count);
             let records = &mut buffer[..count * record];
-            copy_points(points, step, records.chunks_exact_mut(record));
+            copy_points::<N>(points, step, records.chunks_exact_mut(record));
             let tails =
                 records.chunks_exact_mut(record).filter_map(|record| record.last_chunk_mut());
             // The order of the bytes is known inside each loop.
             match cloud.data_order() {
-                order @ ByteOrder::Little => write_tails(order, &colours, labels, tails),
-                order @ ByteOrder::Big => write_tails(order, &colours, labels, tails),
+                order @ ByteOrder::Little => write_tails::<N, C>(order, colours, labels, tails),
+                order @ ByteOrder::Big => write_tails::<N, C>(order, colours, labels, tails),
             }
             out.extend_from_slice(records);
             first += count;
@@ -99,9 +143,13 @@ fn append_points(cloud: &PointCloud2, annotation: &PointAnnotation, out: &mut Ve
 
 /// Copies points of `step` bytes to the beginnings of records. Whole pieces of [`PIECE`] bytes are moved,
 /// which is faster than any odd number; what is too much lands where the tail is written afterwards.
-fn copy_points<'a>(points: &[u8], step: usize, records: impl Iterator<Item = &'a mut [u8]>) {
+fn copy_points<'a, const N: usize>(
+    points: &[u8],
+    step: usize,
+    records: impl Iterator<Item = &'a mut [u8]>,
+) {
     const PIECE: usize = 16;
-    const { assert!(PIECE <= ANNOTATION_LEN as usize) };
+    const { assert!(PIECE <= N) };
     let padded = step.next_multiple_of(PIECE);
     for (start, record) in (0..).step_by(step).zip(records) {
         match points[start..].get(..padded) {
@@ -132,11 +180,11 @@ impl PointAnnotation<'_> {
 }
 
 #[inline(always)]
-fn write_tails<'a>(
+fn write_tails<'a, const N: usize, const C: usize>(
     order: ByteOrder,
-    colours: &Colours,
+    colours: &Colours<C>,
     labels: impl Iterator<Item = Labels>,
-    tails: impl Iterator<Item = &'a mut [u8; ANNOTATION_LEN as usize]>,
+    tails: impl Iterator<Item = &'a mut [u8; N]>,
 ) {
     for ((instance, component, semantic, [reason, ground]), tail) in labels.zip(tails) {
         tail[0..4].copy_from_slice(&order.put_u32(instance));
@@ -147,28 +195,26 @@ fn write_tails<'a>(
     }
 }
 
-/// The fields `rgb` and `colors` of every colour that a point can have.
-struct Colours {
-    of_instance: Vec<[u8; 8]>,
-    of_reason: [[u8; 8]; REASONS],
+/// The C bytes of the fields of every colour that a point can have.
+struct Colours<const C: usize> {
+    of_instance: Vec<[u8; C]>,
+    of_reason: [[u8; C]; REASONS],
 }
 
 /// Codes of reasons that have a colour of their own; all above have that of the last.
 const REASONS: usize = 8;
 
-impl Colours {
-    fn new(order: ByteOrder) -> Self {
+impl<const C: usize> Colours<C> {
+    fn new(bytes: impl Fn([u8; 3]) -> [u8; C]) -> Self {
         let ids = 1..=INSTANCE_COLOURS as u32;
         Colours {
-            of_instance: ids.map(|id| colour_fields(order, instance_colour(id))).collect(),
-            of_reason: std::array::from_fn(|reason| {
-                colour_fields(order, reason_colour(reason as u8))
-            }),
+            of_instance: ids.map(|id| bytes(instance_colour(id))).collect(),
+            of_reason: std::array::from_fn(|reason| bytes(reason_colour(reason as u8))),
         }
     }
 
     #[inline]
-    fn fields(&self, instance: u32, reason: u8) -> &[u8; 8] {
+    fn fields(&self, instance: u32, reason: u8) -> &[u8; C] {
         match instance {
             0 => &self.of_reason[usize::from(reason).min(REASONS - 1)],
             id => &self.of_instance[(id - 1) as usize % INSTANCE_COLOURS],
@@ -185,7 +231,7 @@ fn colour_fields(order: ByteOrder, [red, green, blue]: [u8; 3]) -> [u8; 8] {
     fields
 }
 
-fn check(cloud: &PointCloud2, annotation: &PointAnnotation) -> Result<()> {
+fn check(cloud: &PackedCloud, annotation: &PointAnnotation) -> Result<()> {
     let expected = cloud.point_count();
     let columns = [
         ("instance", annotation.instance.len()),
@@ -201,26 +247,30 @@ fn check(cloud: &PointCloud2, annotation: &PointAnnotation) -> Result<()> {
 }
 
 /// Point step, row step and data length of the result.
-fn sizes(cloud: &PointCloud2) -> Result<(u32, u32, usize)> {
+fn sizes(cloud: &PackedCloud) -> Result<(u32, u32, usize)> {
+    let more = annotation_len(cloud.format);
     let fit = || {
-        let point_step = cloud.point_step.checked_add(ANNOTATION_LEN)?;
+        let point_step = cloud.point_step.checked_add(more)?;
         let row_step = cloud.width.checked_mul(point_step)?;
         let length = row_step.checked_mul(cloud.height)?;
         Some((point_step, row_step, length as usize))
     };
     fit().ok_or_else(|| {
-        malformed(format!(
-            "{} x {} points of {} + {ANNOTATION_LEN} bytes are more than one message can hold",
+        cloud.malformed(format!(
+            "{} x {} points of {} + {more} bytes are more than one message can hold",
             cloud.height, cloud.width, cloud.point_step
         ))
     })
 }
 
-fn fields(cloud: &PointCloud2, has_ground: bool) -> Vec<PointField> {
+fn fields(cloud: &PackedCloud, has_ground: bool) -> Vec<PointField> {
     let mut fields = cloud.fields.clone();
-    for (name, behind, datatype) in
-        FIELDS.into_iter().filter(|field| has_ground || field.0 != GROUND)
-    {
+    let labels = LABELS.iter().filter(|field| has_ground || field.0 != GROUND);
+    let colours = match cloud.format.is_foxglove() {
+        true => &FOXGLOVE_COLOURS[..],
+        false => &COLOURS[..],
+    };
+    for &(name, behind, datatype) in labels.chain(colours) {
         let mut name = name.to_owned();
         while fields.iter().any(|field| field.name == name) {
             name.insert_str(0, CLASH_PREFIX);
@@ -230,16 +280,9 @@ fn fields(cloud: &PointCloud2, has_ground: bool) -> Vec<PointField> {
     fields
 }
 
-/// Bytes of the message besides its data, at most.
-fn head_bound(cloud: &PointCloud2, fields: &[PointField]) -> usize {
-    let names: usize = fields.iter().map(|field| field.name.len()).sum();
-    64 + cloud.frame_id.len() + names + 24 * fields.len()
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::Layout;
-    use super::super::point_cloud2::tests::{cloud, field, xyz};
+    use super::super::clouds::tests::{cloud, field, xyz};
     use super::*;
 
     const ANNOTATION: PointAnnotation = PointAnnotation {
@@ -255,8 +298,8 @@ mod tests {
         (0..2 * (2 * 13 + 3)).map(|i| i as u8 ^ 0x5a).collect()
     }
 
-    fn input(data: &[u8]) -> PointCloud2<'_> {
-        PointCloud2 { height: 2, width: 2, row_step: 29, is_dense: false, ..cloud(xyz(), 13, data) }
+    fn input(data: &[u8]) -> PackedCloud<'_> {
+        PackedCloud { height: 2, width: 2, row_step: 29, is_dense: false, ..cloud(xyz(), 13, data) }
     }
 
     #[test]
@@ -268,15 +311,15 @@ mod tests {
             (ByteOrder::Big, false),
             (ByteOrder::Big, true),
         ] {
-            let input = PointCloud2 { layout: Layout::Cdr(order), is_bigendian, ..input(&data) };
+            let input = PackedCloud { byte_order: order, is_bigendian, ..input(&data) };
             let mut cdr = Vec::new();
             annotated_cloud(&input, &ANNOTATION, &mut cdr).unwrap();
-            let output = PointCloud2::parse(&cdr).unwrap();
+            let output = CloudFormat::Ros2.decode(&cdr).unwrap();
             assert_eq!((output.point_step, output.row_step), (33, 66));
             assert_eq!(&output.fields[..3], &input.fields[..]);
-            let head = |cloud: &PointCloud2| {
+            let head = |cloud: &PackedCloud| {
                 let shape = (cloud.height, cloud.width, cloud.is_bigendian, cloud.is_dense);
-                (cloud.layout, cloud.stamp_ns(), cloud.frame_id.clone(), shape)
+                (cloud.byte_order, cloud.stamp_ns(), cloud.frame_id.clone(), shape)
             };
             assert_eq!(head(&output), head(&input));
             for (before, after) in input.points().zip(output.points()) {
@@ -296,7 +339,7 @@ mod tests {
         let data = data();
         let mut cdr = Vec::new();
         annotated_cloud(&input(&data), &ANNOTATION, &mut cdr).unwrap();
-        let output = PointCloud2::parse(&cdr).unwrap();
+        let output = CloudFormat::Ros2.decode(&cdr).unwrap();
         let [red, green, blue] = instance_colour(70_000);
         let point = output.points().nth(2).unwrap();
         let expected = [
@@ -316,12 +359,12 @@ mod tests {
         let mut cdr = Vec::new();
         let known = PointAnnotation { ground: Some(&[255, 0, 127, 3]), ..ANNOTATION };
         annotated_cloud(&input(&data), &known, &mut cdr).unwrap();
-        let output = PointCloud2::parse(&cdr).unwrap();
+        let output = CloudFormat::Ros2.decode(&cdr).unwrap();
         assert_eq!(output.point_step, 33);
         assert_eq!(output.column_u32("ground").unwrap(), [255, 0, 127, 3]);
         assert_eq!(output.column_u32("reason").unwrap(), [3, 0, 0, 6]);
         annotated_cloud(&input(&data), &ANNOTATION, &mut cdr).unwrap();
-        let output = PointCloud2::parse(&cdr).unwrap();
+        let output = CloudFormat::Ros2.decode(&cdr).unwrap();
         assert!(output.fields.iter().all(|field| field.name != "ground"));
         let short = PointAnnotation { ground: Some(&[0; 3]), ..ANNOTATION };
         assert!(matches!(
@@ -339,7 +382,7 @@ mod tests {
         input.fields.push(field("divmerge_instance", 0, Datatype::UInt8));
         let mut cdr = Vec::new();
         annotated_cloud(&input, &ANNOTATION, &mut cdr).unwrap();
-        let output = PointCloud2::parse(&cdr).unwrap();
+        let output = CloudFormat::Ros2.decode(&cdr).unwrap();
         let names: Vec<_> = output.fields[6..].iter().map(|f| f.name.as_str()).collect();
         assert_eq!(
             names,

@@ -1,21 +1,20 @@
-//! Clouds with the poses of their sensor as a ROS 2 recording.
+//! Clouds with the poses of their sensor as a recording: of ROS 2, or of what else goes with their format.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use nalgebra::Isometry3;
-
-use super::definitions::{
-    POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA, TF_MESSAGE_NAME, TF_MESSAGE_SCHEMA,
-};
+use super::clouds::CloudFormat;
+use super::definitions::{self, MessageSchema};
 use super::recording::{MessageHeader, RecordingWriter, WriteOptions};
-use super::ros::{ByteOrder, Layout, RosWriter};
+use super::transforms;
+pub use super::transforms::Transform;
 use crate::error::Result;
 
 /// A recording of one cloud topic being written, with `/tf` where there are poses. It appears under its name
 /// when it is finished.
 pub struct CloudRecording {
     writer: RecordingWriter,
+    format: CloudFormat,
     clouds: Channel,
     poses: Option<Channel>,
     message: Vec<u8>,
@@ -25,19 +24,6 @@ pub struct CloudRecording {
 struct Channel {
     id: u16,
     messages: u32,
-}
-
-/// The pose of one coordinate frame in another at a time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Transform<'a> {
-    /// Nanoseconds since 1970.
-    pub stamp_ns: u64,
-    /// The frame in which the pose is given.
-    pub parent: &'a str,
-    /// The frame whose pose it is.
-    pub child: &'a str,
-    /// Takes coordinates of the child to coordinates of the parent, metres.
-    pub pose: Isometry3<f64>,
 }
 
 /// How long a subscriber that comes late gets what was sent before, as rosbag2 writes it.
@@ -50,19 +36,31 @@ enum Durability {
 }
 
 impl CloudRecording {
-    /// Starts a recording that will be `output`, with clouds on `topic`.
+    /// Starts a ROS 2 recording that will be `output`, with clouds on `topic`.
     ///
     /// # Errors
     /// Those of [`RecordingWriter::create`].
     pub fn create(output: &Path, topic: &str, options: &WriteOptions) -> Result<Self> {
-        let options = WriteOptions { profile: "ros2".into(), ..options.clone() };
-        let mut writer = RecordingWriter::create(output, &options)?;
-        let definition = (POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA);
-        let clouds = add_channel(&mut writer, topic, definition, Durability::Volatile)?;
-        Ok(CloudRecording { writer, clouds, poses: None, message: Vec::new() })
+        CloudRecording::create_in(CloudFormat::Ros2, output, topic, options)
     }
 
-    /// Writes an encoded PointCloud2 message, logged and published at a time in nanoseconds since 1970.
+    /// Starts a recording that will be `output`, with clouds of a format on `topic`.
+    ///
+    /// # Errors
+    /// Those of [`RecordingWriter::create`].
+    pub fn create_in(
+        format: CloudFormat,
+        output: &Path,
+        topic: &str,
+        options: &WriteOptions,
+    ) -> Result<Self> {
+        let options = WriteOptions { profile: format.profile().into(), ..options.clone() };
+        let mut writer = RecordingWriter::create(output, &options)?;
+        let clouds = add_channel(&mut writer, topic, &format.schema())?;
+        Ok(CloudRecording { writer, format, clouds, poses: None, message: Vec::new() })
+    }
+
+    /// Writes an encoded cloud message of the recording's format, logged and published at a time in nanoseconds since 1970.
     ///
     /// # Errors
     /// Those of [`RecordingWriter::write_message`].
@@ -78,39 +76,39 @@ impl CloudRecording {
         let poses = match &mut self.poses {
             Some(poses) => poses,
             none => {
-                let definition = (TF_MESSAGE_NAME, TF_MESSAGE_SCHEMA);
-                let durability = Durability::Volatile;
-                none.insert(add_channel(&mut self.writer, "/tf", definition, durability)?)
+                let schema = transforms::schema(self.format);
+                none.insert(add_channel(&mut self.writer, "/tf", &schema)?)
             }
         };
-        transform_message(transform, &mut self.message);
+        transforms::encode(transform, self.format, &mut self.message);
         write(&mut self.writer, poses, log_time, &self.message)
     }
 
-    /// Writes the only message of `/tf_static`.
+    /// Writes the only message of `/tf_static` in a ROS 2 recording.
     ///
     /// # Errors
     /// Those of [`RecordingWriter::write_message`].
     pub fn write_static_pose(&mut self, log_time: u64, transform: &Transform) -> Result<()> {
         let mut message = Vec::new();
-        transform_message(transform, &mut message);
-        self.write_once("/tf_static", (TF_MESSAGE_NAME, TF_MESSAGE_SCHEMA), log_time, &message)
+        transforms::encode(transform, CloudFormat::Ros2, &mut message);
+        self.write_once("/tf_static", &definitions::TF_MESSAGE, log_time, &message)
     }
 
-    /// Writes the only message of a topic: name and definition of its type, the message itself.
+    /// Writes the only message of a topic in a ROS 2 recording: its type, the message itself.
     ///
     /// # Errors
     /// Those of [`RecordingWriter::write_message`].
     pub fn write_once(
         &mut self,
         topic: &str,
-        definition: (&str, &str),
+        schema: &MessageSchema,
         log_time: u64,
         message: &[u8],
     ) -> Result<()> {
-        let durability = Durability::TransientLocal;
-        let mut channel = add_channel(&mut self.writer, topic, definition, durability)?;
-        write(&mut self.writer, &mut channel, log_time, message)
+        let id = self.writer.add_type(schema)?;
+        let metadata = qos(Durability::TransientLocal);
+        let id = self.writer.add_channel(topic, id, schema.message_encoding, &metadata)?;
+        write(&mut self.writer, &mut Channel { id, messages: 0 }, log_time, message)
     }
 
     /// Attaches a text file, as of a time in nanoseconds since 1970.
@@ -147,20 +145,33 @@ pub fn stamp(nanoseconds: u64) -> (i32, u32) {
 fn add_channel(
     writer: &mut RecordingWriter,
     topic: &str,
-    (name, definition): (&str, &str),
-    durability: Durability,
+    schema: &MessageSchema,
 ) -> Result<Channel> {
-    // Keep the last messages, deliver each.
+    let metadata = match (schema.message_encoding, schema.md5) {
+        ("cdr", _) => qos(Durability::Volatile),
+        (_, Some(md5)) => ros1_connection(topic, md5),
+        _ => BTreeMap::new(),
+    };
+    let id = writer.add_type(schema)?;
+    let id = writer.add_channel(topic, id, schema.message_encoding, &metadata)?;
+    Ok(Channel { id, messages: 0 })
+}
+
+/// Quality of service as rosbag2 notes it. Keep the last messages, deliver each.
+fn qos(durability: Durability) -> BTreeMap<String, String> {
     let qos = match durability {
         Durability::Volatile => "- history: 1\n  depth: 10\n  reliability: 1\n  durability: 2\n",
         Durability::TransientLocal => {
             "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n"
         }
     };
-    let metadata = BTreeMap::from([("offered_qos_profiles".to_owned(), qos.to_owned())]);
-    let schema = writer.add_schema(name, "ros2msg", definition.as_bytes())?;
-    let id = writer.add_channel(topic, schema, "cdr", &metadata)?;
-    Ok(Channel { id, messages: 0 })
+    BTreeMap::from([("offered_qos_profiles".to_owned(), qos.to_owned())])
+}
+
+/// What a ROS 1 bag notes of a connection on a topic, given the sum of its type's definition.
+pub fn ros1_connection(topic: &str, md5: &str) -> BTreeMap<String, String> {
+    let entries = [("callerid", "/divmerge"), ("latching", "0"), ("md5sum", md5), ("topic", topic)];
+    entries.map(|(key, value)| (key.to_owned(), value.to_owned())).into()
 }
 
 fn write(
@@ -177,17 +188,4 @@ fn write(
     };
     channel.messages = channel.messages.wrapping_add(1);
     writer.write_message(&header, message)
-}
-
-/// A TFMessage of one transform, replacing what is in `out`.
-fn transform_message(transform: &Transform, out: &mut Vec<u8>) {
-    let Isometry3 { rotation, translation } = transform.pose;
-    let (sec, nanosec) = stamp(transform.stamp_ns);
-    let mut cdr = RosWriter::new(Layout::Cdr(ByteOrder::Little), out);
-    cdr.length(1);
-    cdr.header((sec, nanosec, transform.parent));
-    cdr.string(transform.child);
-    for value in translation.vector.iter().chain(rotation.coords.iter()) {
-        cdr.f64(*value);
-    }
 }

@@ -1,12 +1,12 @@
-//! A simulated drive as a ROS 2 recording: clouds with truth, and the pose of the sensor.
+//! A simulated drive as a recording: clouds with truth, and the pose of the sensor.
 
+use std::borrow::Cow;
 use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::cloud_recording::{CloudRecording, Transform, stamp};
-use super::point_cloud2::{Datatype, PointCloud2, PointField};
+use super::clouds::{CloudFormat, Datatype, PackedCloud, PointField};
 use super::recording::WriteOptions;
-use super::ros::{ByteOrder, Layout};
 use crate::error::{Error, Result};
 use crate::simulate::{Drive, Frame};
 
@@ -30,8 +30,7 @@ const FIELDS: [(&str, u32, Datatype); 8] = [
 ];
 const POINT_STEP: u32 = 28;
 
-/// Writes frames 0 to `frames` of a drive; `on_frame` is called after each and may break off. Returns the
-/// size in bytes.
+/// Writes frames 0 to `frames` of a drive as a ROS 2 recording; see [`write_drive_in`].
 ///
 /// # Errors
 /// Those of [`CloudRecording`]; [`Error::Interrupted`].
@@ -40,9 +39,25 @@ pub fn write_drive(
     frames: usize,
     output: &Path,
     options: &WriteOptions,
+    on_frame: impl FnMut(usize) -> ControlFlow<()>,
+) -> Result<u64> {
+    write_drive_in(CloudFormat::Ros2, drive, frames, output, options, on_frame)
+}
+
+/// Writes frames 0 to `frames` of a drive with clouds of a format; `on_frame` is called after each and may break off. Returns the
+/// size in bytes.
+///
+/// # Errors
+/// Those of [`CloudRecording`]; [`Error::Interrupted`].
+pub fn write_drive_in(
+    format: CloudFormat,
+    drive: &Drive,
+    frames: usize,
+    output: &Path,
+    options: &WriteOptions,
     mut on_frame: impl FnMut(usize) -> ControlFlow<()>,
 ) -> Result<u64> {
-    let mut recording = CloudRecording::create(output, CLOUD_TOPIC, options)?;
+    let mut recording = CloudRecording::create_in(format, output, CLOUD_TOPIC, options)?;
     let mut message = Vec::new();
     for number in 0..frames {
         let frame = drive.frame(number);
@@ -50,7 +65,7 @@ pub fn write_drive(
         let (stamp_ns, pose) = (frame.stamp_ns, frame.pose);
         let transform = Transform { stamp_ns, parent: "map", child: SENSOR_FRAME, pose };
         recording.write_pose(log_time, &transform)?;
-        cloud_message(&frame, &mut message)?;
+        cloud_message_in(format, &frame, &mut message)?;
         recording.write_cloud(log_time, &message)?;
         if on_frame(number).is_break() {
             return Err(Error::Interrupted { path: output.to_owned() });
@@ -62,11 +77,19 @@ pub fn write_drive(
 /// A cloud is published when its sweep is over.
 const DELAY_NS: u64 = 100_000_000;
 
-/// A frame as a PointCloud2 message, replacing what is in `out`.
+/// A frame as a PointCloud2 message of ROS 2, replacing what is in `out`.
 ///
 /// # Errors
-/// Those of [`PointCloud2::encode`].
+/// Those of [`PackedCloud::encode`].
 pub fn cloud_message(frame: &Frame, out: &mut Vec<u8>) -> Result<()> {
+    cloud_message_in(CloudFormat::Ros2, frame, out)
+}
+
+/// A frame as a message of a format, replacing what is in `out`.
+///
+/// # Errors
+/// Those of [`PackedCloud::encode`].
+pub fn cloud_message_in(format: CloudFormat, frame: &Frame, out: &mut Vec<u8>) -> Result<()> {
     let cloud = &frame.cloud;
     let mut data = Vec::with_capacity(cloud.len() * POINT_STEP as usize);
     let column = |column: &Option<Vec<u16>>, point: usize| column.as_ref().map_or(0, |c| c[point]);
@@ -87,9 +110,9 @@ pub fn cloud_message(frame: &Frame, out: &mut Vec<u8>) -> Result<()> {
         count: 1,
     });
     let (stamp_sec, stamp_nanosec) = stamp(frame.stamp_ns);
-    let message = PointCloud2 {
-        layout: Layout::Cdr(ByteOrder::Little),
-        stamp_sec,
+    let message = PackedCloud {
+        format,
+        stamp_sec: stamp_sec.into(),
         stamp_nanosec,
         frame_id: SENSOR_FRAME.to_owned(),
         height: cloud.height as u32,
@@ -98,8 +121,9 @@ pub fn cloud_message(frame: &Frame, out: &mut Vec<u8>) -> Result<()> {
         is_bigendian: false,
         point_step: POINT_STEP,
         row_step: POINT_STEP * cloud.width as u32,
-        data: &data,
+        data: Cow::Borrowed(&data),
         is_dense: true,
+        ..PackedCloud::default()
     };
     message.encode(out)
 }

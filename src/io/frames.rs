@@ -1,8 +1,10 @@
 //! One cloud message of a recording, or some in a row: by number, or the nearest to a time.
 
+use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
+use super::clouds::{CloudChannel, CloudFormat, PackedCloud};
 use super::recording::{Channel, Overview, Position, Record, RecordingReader};
 use crate::error::{Error, Result};
 
@@ -15,6 +17,8 @@ pub struct CloudMessage {
     pub number: u64,
     /// Log time in nanoseconds.
     pub log_time: u64,
+    /// Format of the message.
+    pub format: CloudFormat,
     /// The message.
     pub data: Vec<u8>,
     /// Where it lies.
@@ -34,6 +38,14 @@ impl CloudMessage {
     /// Which cloud of the recording it is.
     pub fn which(&self) -> CloudNumber<'_> {
         CloudNumber { topic: &self.topic, number: self.number }
+    }
+
+    /// The cloud in it.
+    ///
+    /// # Errors
+    /// Those of [`CloudFormat::decode`].
+    pub fn decode(&self) -> Result<PackedCloud<'_>> {
+        self.format.decode(&self.data)
     }
 }
 
@@ -83,7 +95,7 @@ pub struct CloudMessages {
     topic: String,
     count: u64,
     start_ns: u64,
-    channels: Vec<u16>,
+    channels: BTreeMap<u16, CloudFormat>,
     frames: RangeInclusive<u64>,
     next: u64,
     reader: RecordingReader,
@@ -100,12 +112,11 @@ impl CloudMessages {
     pub fn open(path: &Path, topic: Option<&str>, frames: RangeInclusive<u64>) -> Result<Self> {
         let overview = Overview::read(path)?;
         let topic = choose(&overview, topic)?;
-        let channels: Vec<u16> = overview
-            .channels_of(&topic)
-            .filter(|channel| is_readable_cloud(&overview, channel))
-            .map(|channel| channel.id)
+        let channels = overview.channels_of(&topic);
+        let channels: BTreeMap<u16, CloudFormat> = channels
+            .filter_map(|channel| Some((channel.id, cloud_format(&overview, channel)?)))
             .collect();
-        let count = count(&overview, &channels);
+        let count = channels.keys().map(|&id| count(&overview, id)).sum();
         if *frames.start() >= count {
             let problem = match count {
                 0 => format!("no cloud on `{topic}`"),
@@ -148,9 +159,10 @@ impl CloudMessages {
     fn read(&mut self) -> Result<Option<CloudMessage>> {
         while self.next <= *self.frames.end() {
             match self.reader.next_record()? {
-                Some(Record::Message { header, data, position })
-                    if self.channels.contains(&header.channel_id) =>
-                {
+                Some(Record::Message { header, data, position }) => {
+                    let Some(&format) = self.channels.get(&header.channel_id) else {
+                        continue;
+                    };
                     let number = self.next;
                     self.next += 1;
                     if self.frames.contains(&number) {
@@ -158,6 +170,7 @@ impl CloudMessages {
                             topic: self.topic.clone(),
                             number,
                             log_time: header.log_time,
+                            format,
                             data: data.into_owned(),
                             position,
                         }));
@@ -184,14 +197,9 @@ impl Iterator for CloudMessages {
     }
 }
 
-/// Whether the clouds of a channel can be read: PointCloud2 in CDR.
-pub fn is_readable_cloud(overview: &Overview, channel: &Channel) -> bool {
-    channel.message_encoding == "cdr" && type_name(overview, channel) == "PointCloud2"
-}
-
-/// Whether a channel carries point clouds of any kind.
-pub fn is_cloud(overview: &Overview, channel: &Channel) -> bool {
-    ["PointCloud2", "PointCloud"].contains(&type_name(overview, channel))
+/// Format of a channel's clouds, if they can be read.
+pub fn cloud_format(overview: &Overview, channel: &Channel) -> Option<CloudFormat> {
+    CloudChannel::of(overview, channel).format()
 }
 
 /// The last part of a type's name: `PointCloud2` of `sensor_msgs/msg/PointCloud2`.
@@ -203,8 +211,9 @@ pub(super) fn type_name<'a>(overview: &'a Overview, channel: &Channel) -> &'a st
 
 /// The topic asked for, or the first with clouds, else the first that could have some.
 fn choose(overview: &Overview, topic: Option<&str>) -> Result<String> {
+    let channels = overview.channels.values();
     let readable: Vec<&Channel> =
-        overview.channels.values().filter(|channel| is_readable_cloud(overview, channel)).collect();
+        channels.filter(|channel| cloud_format(overview, channel).is_some()).collect();
     let names = || {
         let mut names: Vec<&str> = readable.iter().map(|channel| channel.topic.as_str()).collect();
         names.sort_unstable();
@@ -216,7 +225,7 @@ fn choose(overview: &Overview, topic: Option<&str>) -> Result<String> {
         Some(topic) => readable.iter().find(|channel| channel.topic == topic),
         None => readable
             .iter()
-            .find(|channel| count(overview, &[channel.id]) > 0)
+            .find(|channel| count(overview, channel.id) > 0)
             .or_else(|| readable.first()),
     };
     match (chosen, topic) {
@@ -228,8 +237,8 @@ fn choose(overview: &Overview, topic: Option<&str>) -> Result<String> {
     }
 }
 
-fn count(overview: &Overview, channels: &[u16]) -> u64 {
-    channels.iter().map(|id| overview.message_counts.get(id).copied().unwrap_or(0)).sum()
+fn count(overview: &Overview, channel: u16) -> u64 {
+    overview.message_counts.get(&channel).copied().unwrap_or(0)
 }
 
 fn cut_off(number: u64) -> String {

@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 use rustc_hash::FxHashMap;
 
 use super::frames::{CloudMessage, CloudMessages};
-use super::point_cloud2::PointCloud2;
 use super::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
 use crate::cloud::PointCloud;
 use crate::error::{Error, Result};
@@ -166,7 +165,7 @@ impl LabelledFrames {
     }
 
     fn of_message(&self, message: &CloudMessage) -> Result<LabelledFrame> {
-        let wire = PointCloud2::parse(&message.data)?;
+        let wire = message.decode()?;
         let seen = match &self.options.classes {
             SeenClasses::Auto => wire.semantic_field(),
             SeenClasses::Field(name) => Some(name.as_str()),

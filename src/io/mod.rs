@@ -1,38 +1,37 @@
-//! Reading and writing recordings: MCAP, the ROS 2 messages in it, and the messages added to it.
+//! Reading and writing recordings: MCAP, the messages in it, and the messages added to it.
 //!
 //! Nothing here knows of clustering. A recording is read record by record ([`recording`]), a cloud
-//! message becomes a [`crate::PointCloud`] ([`point_cloud2`]), and results become messages
+//! message becomes a [`crate::PointCloud`] ([`clouds`]), and results become messages
 //! ([`annotation`], [`objects`]).
 
 pub mod annotation;
 pub mod boxes;
 pub mod camera_info;
 pub mod cloud_recording;
+pub mod clouds;
 pub mod definitions;
 pub mod diagnostics;
 pub mod drive;
 pub mod frames;
 pub mod labelled;
 pub mod objects;
-pub mod point_cloud2;
 pub mod problems;
 pub mod recording;
 pub mod ros;
 pub mod scans;
 pub mod semantic_kitti;
+pub mod transforms;
 
 pub use annotation::{PointAnnotation, annotated_cloud};
 pub use boxes::{BoxSource, FrameBoxes, FrameDetections};
-pub use definitions::{
-    DIAGNOSTIC_ARRAY, MARKER_ARRAY, MessageSchema, POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA,
-};
+pub use clouds::{CloudChannel, CloudFormat, CloudPose, Datatype, PackedCloud, PointField};
+pub use definitions::{DIAGNOSTIC_ARRAY, MARKER_ARRAY, MessageSchema, POINT_CLOUD2};
 pub use diagnostics::{Diagnostic, Level, diagnostic_array, diagnostic_schema};
 pub use frames::{CloudMessage, CloudMessages, CloudNumber, Which, cloud_message_at};
 pub use labelled::{
     LabelledFrame, LabelledFrames, LabelledOptions, SeenClasses, Truth, TruthSource,
 };
 pub use objects::{ObjectBox, ObjectEncoding, ObjectKind};
-pub use point_cloud2::{Datatype, PointCloud2, PointField};
 pub use recording::{
     AttachmentHeader, Channel, Compression, Item, MessageHeader, Metadata, Overview, Part,
     PartialFile, Position, ReadTimes, Record, RecordingReader, RecordingWriter, Schema,

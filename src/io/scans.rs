@@ -16,6 +16,7 @@ mod npy;
 mod pcd;
 mod write;
 
+use std::borrow::Cow;
 use std::path::Path;
 
 pub use columns::Columns;
@@ -24,9 +25,9 @@ pub use folder::{
 };
 pub use write::{EPOCH_NS, Frame, Written, write_scans};
 
+use super::ByteOrder;
 use super::cloud_recording::stamp;
-use super::point_cloud2::{Datatype, PointCloud2, PointField};
-use super::{ByteOrder, Layout};
+use super::clouds::{Datatype, PackedCloud, PointField};
 use crate::error::{Error, Result};
 
 /// The points of a file, described as a PointCloud2 message does.
@@ -170,11 +171,10 @@ impl Scan {
     ///
     /// # Errors
     /// [`Error::MissingField`] without x, y and z.
-    pub fn message(&self, stamp_ns: u64, frame_id: &str) -> Result<PointCloud2<'_>> {
+    pub fn message(&self, stamp_ns: u64, frame_id: &str) -> Result<PackedCloud<'_>> {
         let (stamp_sec, stamp_nanosec) = stamp(stamp_ns);
-        let mut message = PointCloud2 {
-            layout: Layout::Cdr(ByteOrder::Little),
-            stamp_sec,
+        let mut message = PackedCloud {
+            stamp_sec: stamp_sec.into(),
             stamp_nanosec,
             frame_id: frame_id.to_owned(),
             height: self.height,
@@ -183,8 +183,9 @@ impl Scan {
             is_bigendian: self.is_bigendian,
             point_step: self.point_step,
             row_step: self.point_step * self.width,
-            data: &self.data,
+            data: Cow::Borrowed(&self.data),
             is_dense: true,
+            ..PackedCloud::default()
         };
         let cloud = message.to_cloud(None)?;
         let columns = [&cloud.x, &cloud.y, &cloud.z];

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::{Kind, Params, Suspect, Triage, triage};
-use crate::annotate::{self, Event, Method, qos};
+use crate::annotate::{self, CloudTopic, Event, Method, added_metadata};
 use crate::error::{Error, Result};
 use crate::explain;
 use crate::io::{
@@ -110,7 +110,7 @@ pub fn triage_frame(frame: &annotate::Frame, method: &Method, params: &Params) -
 struct Copy<'a> {
     overview: &'a Overview,
     writer: RecordingWriter,
-    /// Channel of each `T/suspicion`, by T.
+    /// Channel of each `T/suspicion` and how its messages lie in bytes, by T.
     channels: BTreeMap<String, u16>,
     /// Header of the message that was copied last.
     last: Option<MessageHeader>,
@@ -164,7 +164,8 @@ impl<'a> Copy<'a> {
         let schema = diagnostic_schema(layout(cloud)?);
         let id = self.writer.add_type(&schema)?;
         let added = format!("{topic}{SUSPICION}");
-        let channel = self.writer.add_channel(&added, id, schema.message_encoding, &qos(cloud))?;
+        let metadata = added_metadata(&added, &schema, cloud);
+        let channel = self.writer.add_channel(&added, id, schema.message_encoding, &metadata)?;
         self.channels.insert(topic.to_owned(), channel);
         Ok(channel)
     }
@@ -182,7 +183,8 @@ fn layout(cloud: &Channel) -> Result<Layout> {
         other => Err(Error::Unsupported {
             message: "DiagnosticArray",
             problem: format!(
-                "{} has messages in {other}, in which the type does not exist: no recording with {SUSPICION}",
+                "{} has messages in `{other}`, and suspicions are written as ROS's DiagnosticArray alone: ask for a \
+                 report or a table",
                 cloud.topic
             ),
         }),
@@ -195,12 +197,12 @@ fn split(stamp_ns: i64) -> (i32, u32) {
     (stamp_ns.div_euclid(SECOND) as i32, stamp_ns.rem_euclid(SECOND) as u32)
 }
 
-/// Refuses an output that is the input, and an input that has what would be added.
+/// Refuses an output that is the input, and an input that has what would be added or may not have it.
 fn refuse(overview: &Overview, output: &Path, topics: &[String]) -> Result<()> {
     let conflict = |problem: String| Error::Conflict { path: overview.path.clone(), problem };
     annotate::refuse_same_file(&overview.path, output)?;
-    for (id, topic) in &annotate::choose(overview, topics)? {
-        layout(&overview.channels[id])?;
+    for (id, CloudTopic { topic, .. }) in annotate::choose(overview, topics)? {
+        layout(&overview.channels[&id])?;
         let added = format!("{topic}{SUSPICION}");
         if overview.channels_of(&added).next().is_some() {
             return Err(conflict(format!(

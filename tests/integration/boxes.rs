@@ -10,8 +10,8 @@ use divmerge::instances::{Detection, UprightBox};
 use divmerge::io::boxes::AskedCloud;
 use divmerge::io::drive::{CLOUD_TOPIC, SENSOR_FRAME};
 use divmerge::io::{
-    BoxSource, ByteOrder, CloudNumber, FrameBoxes, Layout, MARKER_ARRAY, ObjectBox, ObjectEncoding,
-    ObjectKind, Overview, PointCloud2, Record, RecordingReader, RecordingWriter, WriteOptions,
+    BoxSource, ByteOrder, CloudFormat, CloudNumber, FrameBoxes, Layout, MARKER_ARRAY, ObjectBox,
+    ObjectEncoding, ObjectKind, Overview, Record, RecordingReader, RecordingWriter, WriteOptions,
 };
 use divmerge::pipeline::Config;
 use divmerge::simulate::{Drive, Scene, Sensor};
@@ -52,7 +52,7 @@ fn column(recording: &Path, topic: &str, name: &str) -> Vec<Vec<u32>> {
         if let Record::Message { header, data, .. } = record
             && header.channel_id == id
         {
-            let cloud = PointCloud2::parse(&data).expect("a cloud");
+            let cloud = CloudFormat::Ros2.decode(&data).expect("a cloud");
             columns.push(cloud.column_u32(name).expect("the field"));
         }
     }
@@ -166,7 +166,7 @@ fn boxes_in_another_frame_end_the_run() {
     let mut stamp = None;
     while let Some(record) = reader.next_record().expect("readable") {
         if let Record::Message { header, data, .. } = &record
-            && let Ok(cloud) = PointCloud2::parse(data)
+            && let Ok(cloud) = CloudFormat::Ros2.decode(data)
         {
             stamp = Some((*header, cloud.stamp_sec, cloud.stamp_nanosec));
         }
@@ -187,7 +187,7 @@ fn boxes_in_another_frame_end_the_run() {
     };
     let mut message = Vec::new();
     let encoding = ObjectEncoding::Ros(Layout::Cdr(ByteOrder::Little));
-    let header = (seconds, nanoseconds, "base_link");
+    let header = (seconds as i32, nanoseconds, "base_link");
     ObjectKind::Markers.write(encoding, header, &[boxed], &mut message).expect("markers");
     let header = divmerge::io::MessageHeader { channel_id, ..cloud };
     writer.write_message(&header, &message).expect("written");

@@ -6,7 +6,7 @@ use divmerge::Error;
 use divmerge::io::frames::CloudMessages;
 use divmerge::io::ros::RosReader;
 use divmerge::io::scans::{Columns, FolderOptions, Format, Scan, ScanFolder};
-use divmerge::io::{Overview, PointCloud2, Record, RecordingReader, WriteOptions};
+use divmerge::io::{CloudFormat, Overview, Record, RecordingReader, WriteOptions};
 use proptest::prelude::*;
 use tempfile::TempDir;
 
@@ -133,7 +133,7 @@ fn npy(descr: &str, is_fortran: bool, shape: &str, data: &[u8]) -> Vec<u8> {
 }
 
 fn check_xyz_intensity(message: &[u8], what: &str) {
-    let cloud = PointCloud2::parse(message).expect("a cloud");
+    let cloud = CloudFormat::Ros2.decode(message).expect("a cloud");
     let expected = numbers(4);
     for (column, name) in ["x", "y", "z", "intensity"].iter().enumerate() {
         let expected: Vec<f64> = expected.chunks(4).map(|point| point[column].into()).collect();
@@ -172,7 +172,7 @@ fn every_format_gives_the_same_points() {
     ] {
         let (message, _) = converted(name, &content, &[]);
         check_xyz_intensity(&message, name);
-        let cloud = PointCloud2::parse(&message).expect("a cloud");
+        let cloud = CloudFormat::Ros2.decode(&message).expect("a cloud");
         assert_eq!((cloud.height, cloud.width), (1, POINTS as u32), "{name}");
         if name.ends_with(".pcd") {
             assert_eq!(cloud.data, pcd_points(), "{name}: every byte, padding too");
@@ -185,25 +185,25 @@ fn every_format_gives_the_same_points() {
 fn rows_stay_rows() {
     let content = [pcd("binary", [7, 1]).as_bytes(), &pcd_points()].concat();
     let (message, _) = converted("a.pcd", &content, &[]);
-    let cloud = PointCloud2::parse(&message).expect("a cloud");
+    let cloud = CloudFormat::Ros2.decode(&message).expect("a cloud");
     assert_eq!((cloud.height, cloud.width), (7, 1));
     // An image of 2 x 3 pixels of x y z, the second fortran's way.
     let image: Vec<f32> = (0..18).map(|n| n as f32).collect();
     let (message, _) = converted("a.npy", &npy("'<f4'", false, "(2, 3, 3)", &bytes(&image)), &[]);
-    let cloud = PointCloud2::parse(&message).expect("a cloud");
+    let cloud = CloudFormat::Ros2.decode(&message).expect("a cloud");
     assert_eq!((cloud.height, cloud.width), (2, 3));
     assert_eq!(cloud.column_u32("y").expect("y"), [1, 4, 7, 10, 13, 16]);
     let turned: Vec<f32> =
         (0..18).map(|n| ((n % 2) * 9 + (n / 2 % 3) * 3 + n / 6) as f32).collect();
     let (again, _) = converted("a.npy", &npy("'<f4'", true, "(2, 3, 3)", &bytes(&turned)), &[]);
-    assert_eq!(PointCloud2::parse(&again).expect("a cloud").data, cloud.data);
+    assert_eq!(CloudFormat::Ros2.decode(&again).expect("a cloud").data, cloud.data);
 }
 
 #[test]
 fn columns_have_the_names_that_are_given_and_not_a_number_is_told() {
     let (message, said) =
         converted("a.pcd.bin", &bytes(&numbers(5)), &["--columns", "x,y,z,_,ring"]);
-    let cloud = PointCloud2::parse(&message).expect("a cloud");
+    let cloud = CloudFormat::Ros2.decode(&message).expect("a cloud");
     let names: Vec<_> = cloud.fields.iter().map(|field| field.name.as_str()).collect();
     assert_eq!(names, ["x", "y", "z", "ring"]);
     assert_eq!((cloud.point_step, cloud.fields[3].offset), (20, 16));
@@ -211,7 +211,7 @@ fn columns_have_the_names_that_are_given_and_not_a_number_is_told() {
     let mut some = numbers(5);
     some[0] = f32::NAN;
     let (message, said) = converted("a.npy", &npy("'<f4'", false, "(7, 5)", &bytes(&some)), &[]);
-    assert!(!PointCloud2::parse(&message).expect("a cloud").is_dense);
+    assert!(!CloudFormat::Ros2.decode(&message).expect("a cloud").is_dense);
     assert!(said.contains("intensity f4, column_5 f4"), "{said}");
 }
 
@@ -220,13 +220,13 @@ fn what_a_message_cannot_say_is_left_out_and_told() {
     let head = "VERSION .7\nFIELDS x y z t\nSIZE 4 4 4 8\nTYPE F F F U\nWIDTH 1\nHEIGHT 1\n\
                 VIEWPOINT 1 0 0 1 0 0 0\nPOINTS 1\nDATA ascii\n1 -nan 3 1531883530949817123\n";
     let (message, said) = converted("a.pcd", head.as_bytes(), &[]);
-    let cloud = PointCloud2::parse(&message).expect("a cloud");
+    let cloud = CloudFormat::Ros2.decode(&message).expect("a cloud");
     assert_eq!((cloud.fields.len(), cloud.point_step), (3, 20));
     assert!(said.contains("left out: field `t`") && said.contains("viewpoint"), "{said}");
     let descr =
         "[('x', '<f8'), ('y', '<f8'), ('z', '<f8'), ('', '|V3'), ('t', '<u8'), ('n', '<f4', (2,))]";
     let (message, said) = converted("a.npy", &npy(descr, false, "(1,)", &[0; 43]), &[]);
-    let cloud = PointCloud2::parse(&message).expect("a cloud");
+    let cloud = CloudFormat::Ros2.decode(&message).expect("a cloud");
     assert_eq!((cloud.point_step, cloud.fields[3].offset, cloud.fields[3].count), (43, 35, 2));
     assert!(said.contains("field `t`, whose type <u8"), "{said}");
 }
@@ -246,7 +246,7 @@ fn times_come_from_names_or_a_rate() {
         let (code, said, errors) = convert(&[&arguments, more].concat());
         assert_eq!(code, Some(0), "{errors}");
         let first = |data: &[u8]| {
-            let cloud = PointCloud2::parse(data).expect("a cloud");
+            let cloud = CloudFormat::Ros2.decode(data).expect("a cloud");
             assert_eq!(cloud.frame_id, "lidar");
             (cloud.column_f64("x").expect("x")[0] as usize - 100, cloud.stamp_ns())
         };
@@ -472,7 +472,7 @@ fn a_sequence_becomes_a_recording() {
     assert_eq!(clouds.iter().map(|(time, _)| *time).collect::<Vec<_>>(), times);
     for (time, data) in &clouds {
         check_xyz_intensity(data, "04");
-        let cloud = PointCloud2::parse(data).expect("a cloud");
+        let cloud = CloudFormat::Ros2.decode(data).expect("a cloud");
         assert_eq!((cloud.stamp_ns() as u64, cloud.frame_id.as_str()), (*time, "velodyne"));
         assert_eq!(cloud.column_u32("label").expect("label"), [10, 10, 10, 10, 40, 40, 40]);
         assert_eq!(cloud.column_u32("true_instance").expect("id"), [3, 3, 3, 3, 0, 0, 0]);
@@ -513,7 +513,7 @@ fn a_sequence_becomes_a_recording() {
     let (code, said, errors) = kitti(&[path(&own), "-o", path(&bare), "--compression", "none"]);
     assert!(code == Some(0) && said.contains("sequence 04"), "{said}{errors}");
     let clouds = messages(&bare, "/velodyne_points");
-    assert_eq!(PointCloud2::parse(&clouds[2].1).expect("a cloud").data, bytes(&numbers(4)));
+    assert_eq!(CloudFormat::Ros2.decode(&clouds[2].1).expect("a cloud").data, bytes(&numbers(4)));
     let again = here.path().join("again.mcap");
     kitti(&[path(&own), "-o", path(&again), "--compression", "none"]);
     assert!(std::fs::read(&bare).expect("read") == std::fs::read(&again).expect("read"));
@@ -753,7 +753,7 @@ fn real_labels_come_back_byte_by_byte() {
         let message =
             CloudMessages::open(&recording, None, number..=number).expect("a topic").next();
         let message = message.expect("a cloud").expect("readable");
-        let cloud = PointCloud2::parse(&message.data).expect("a cloud");
+        let cloud = CloudFormat::Ros2.decode(&message.data).expect("a cloud");
         let column = |name| cloud.column_u32(name).expect("a column");
         let words = column("label").into_iter().zip(column("true_instance"));
         let words: Vec<u8> =

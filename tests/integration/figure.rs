@@ -147,7 +147,7 @@ fn steps_and_video_are_numbered() {
 #[test]
 fn an_empty_frame_can_be_drawn() {
     use divmerge::io::drive::cloud_message;
-    use divmerge::io::{MessageHeader, POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA, RecordingWriter};
+    use divmerge::io::{MessageHeader, POINT_CLOUD2, RecordingWriter};
     let folder = tempfile::tempdir().expect("a folder");
     let input = folder.path().join("empty.mcap");
     let mut frame = Drive::new(Sensor::Vlp16, Scene::Parking, 1).frame(0);
@@ -155,9 +155,7 @@ fn an_empty_frame_can_be_drawn() {
     let mut message = Vec::new();
     cloud_message(&frame, &mut message).expect("a message");
     let mut writer = RecordingWriter::create(&input, &WriteOptions::default()).expect("a writer");
-    let schema = writer
-        .add_schema(POINT_CLOUD2_NAME, "ros2msg", POINT_CLOUD2_SCHEMA.as_bytes())
-        .expect("a schema");
+    let schema = writer.add_type(&POINT_CLOUD2).expect("a schema");
     let channel_id =
         writer.add_channel("/empty", schema, "cdr", &Default::default()).expect("a channel");
     let header = MessageHeader { channel_id, sequence: 0, log_time: 0, publish_time: 0 };

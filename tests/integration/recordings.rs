@@ -8,8 +8,7 @@ use divmerge::Result;
 use divmerge::annotate::{Event, Method, Options, Report, Semantics, annotate};
 use divmerge::io::drive::{CLOUD_TOPIC, cloud_message, write_drive};
 use divmerge::io::{
-    Overview, POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA, PointCloud2, Record, RecordingReader,
-    RecordingWriter, WriteOptions,
+    CloudFormat, Overview, POINT_CLOUD2, Record, RecordingReader, RecordingWriter, WriteOptions,
 };
 use divmerge::pipeline::Config;
 use divmerge::simulate::{Drive, Scene, Sensor};
@@ -109,8 +108,8 @@ fn an_annotated_cloud_keeps_every_byte_of_every_point() {
     let of = |channel: u16| messages.iter().filter(move |(h, _)| h.channel_id == channel);
     for ((before, original), (after, annotated)) in of(clouds).zip(of(instances)) {
         assert_eq!((before.log_time, before.sequence), (after.log_time, after.sequence));
-        let original = PointCloud2::parse(original).expect("the cloud");
-        let annotated = PointCloud2::parse(annotated).expect("the annotated cloud");
+        let original = CloudFormat::Ros2.decode(original).expect("the cloud");
+        let annotated = CloudFormat::Ros2.decode(annotated).expect("the annotated cloud");
         assert_eq!(original.stamp_ns(), annotated.stamp_ns());
         assert_eq!(original.point_count(), annotated.point_count());
         for (from, to) in original.points().zip(annotated.points()) {
@@ -269,8 +268,7 @@ fn recording_of(messages: &[Vec<u8>]) -> (TempDir, PathBuf) {
     let path = folder.path().join("made.mcap");
     let options = WriteOptions { profile: "ros2".into(), ..WriteOptions::default() };
     let mut writer = RecordingWriter::create(&path, &options).expect("a writer");
-    let schema = POINT_CLOUD2_SCHEMA.as_bytes();
-    let schema = writer.add_schema(POINT_CLOUD2_NAME, "ros2msg", schema).expect("schema");
+    let schema = writer.add_type(&POINT_CLOUD2).expect("schema");
     let metadata = BTreeMap::new();
     let channel_id = writer.add_channel("/points", schema, "cdr", &metadata).expect("channel");
     for (number, message) in (0_u32..).zip(messages) {

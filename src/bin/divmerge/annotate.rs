@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use divmerge::annotate::{
-    Event, INSTANCES, MessageTypes, OBJECTS, Options, Report, TopicReport, annotate,
+    Event, Flavor, INSTANCES, MessageTypes, OBJECTS, Options, Report, TopicReport, annotate,
 };
 use divmerge::io::{Compression, ObjectKind, write_file};
 use divmerge::view::{ShownTopic, Target, viewer_layout};
@@ -40,6 +40,11 @@ pub struct Arguments {
     /// Type of the boxes on T/objects [default: markers]
     #[arg(long, value_enum, value_name = "TYPE")]
     objects: Option<Objects>,
+
+    /// In which messages T/instances and T/objects are written. `foxglove` is for recordings without ROS; in one of ROS 1 or 2 (its
+    /// profile) ROS messages alone can stand, or ROS's own readers fail
+    #[arg(long, value_enum, default_value_t = FlavorArgument::Auto)]
+    flavor: FlavorArgument,
 
     /// Compression of the output
     #[arg(long, value_enum, default_value_t = Compress::Zstd)]
@@ -104,6 +109,24 @@ impl From<Objects> for ObjectKind {
     }
 }
 
+/// In which messages an annotation is written.
+#[derive(Clone, Copy, ValueEnum)]
+enum FlavorArgument {
+    /// As each topic's clouds are
+    Auto,
+    /// foxglove.PointCloud in protobuf
+    Foxglove,
+}
+
+impl From<FlavorArgument> for Flavor {
+    fn from(flavor: FlavorArgument) -> Self {
+        match flavor {
+            FlavorArgument::Auto => Flavor::Auto,
+            FlavorArgument::Foxglove => Flavor::Foxglove,
+        }
+    }
+}
+
 /// Compression of a recording's chunks.
 #[derive(Clone, Copy, ValueEnum)]
 pub enum Compress {
@@ -135,7 +158,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let (from_ns, to_ns) = window(&arguments.input, arguments.from, arguments.to)?;
     let options = Options {
         method: arguments.method.method(&arguments.input)?,
-        types: MessageTypes { objects: arguments.objects.map(ObjectKind::from) },
+        types: MessageTypes {
+            flavor: arguments.flavor.into(),
+            objects: arguments.objects.map(ObjectKind::from),
+        },
         topics: arguments.topics.clone(),
         from_ns,
         to_ns,
@@ -185,7 +211,7 @@ fn shown(report: &Report) -> Vec<ShownTopic> {
         cloud: topic.clone(),
         instances: format!("{topic}{INSTANCES}"),
         objects: format!("{topic}{OBJECTS}"),
-        has_packed_colours: true,
+        has_packed_colours: !report.format.is_foxglove(),
         frame_id: report.frame_id.clone(),
     };
     report.topics.iter().map(topic).collect()
@@ -205,7 +231,7 @@ pub fn print(report: &Report) {
         report.output.display(),
         grouped(report.output_bytes),
         grouped(report.messages),
-        grouped(2 * report.topics.values().map(|topic| topic.frames).sum::<u64>()),
+        grouped(report.annotations),
     );
 }
 

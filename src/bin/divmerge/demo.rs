@@ -8,7 +8,7 @@ use divmerge::Taxonomy;
 use divmerge::annotate::{Event, Options, annotate};
 use divmerge::evaluate::panoptic::{MIN_POINTS, Panoptic};
 use divmerge::io::drive::{CLOUD_TOPIC, write_drive};
-use divmerge::io::{Overview, PointCloud2, Record, RecordingReader, WriteOptions};
+use divmerge::io::{CloudMessages, WriteOptions};
 use divmerge::simulate::{Drive, Scene, Sensor};
 
 use crate::terminal::{byte_bar, frame_bar};
@@ -80,17 +80,9 @@ fn score(annotated: &Path) -> Result<Panoptic> {
     let class_of = taxonomy.lookup();
     let mut scores = Panoptic::of(&taxonomy, MIN_POINTS);
     let topic = format!("{CLOUD_TOPIC}/instances");
-    let overview = Overview::read(annotated)?;
-    let channel = overview.channels_of(&topic).next().context("no annotated clouds")?.id;
-    let mut reader = RecordingReader::open(annotated)?;
-    while let Some(record) = reader.next_record()? {
-        let Record::Message { header, data, .. } = record else {
-            continue;
-        };
-        if header.channel_id != channel {
-            continue;
-        }
-        let cloud = PointCloud2::parse(&data)?;
+    for message in CloudMessages::open(annotated, Some(&topic), 0..=u64::MAX)? {
+        let message = message?;
+        let cloud = message.decode()?;
         let column = |name: &str| cloud.column_u32(name);
         let class = |name: &str| -> Result<Vec<u16>> {
             Ok(column(name)?.iter().map(|&id| class_of[id as u16 as usize]).collect())

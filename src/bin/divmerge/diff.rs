@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use divmerge::annotate::annotated_topics;
 use divmerge::evaluate::{Difference, differences};
-use divmerge::io::{CloudMessage, CloudMessages, Overview, PointCloud2};
+use divmerge::io::{CloudMessage, CloudMessages, Overview};
 use serde::Serialize;
 
 use crate::Outcome;
@@ -161,7 +161,7 @@ fn frame(
     second: &CloudMessage,
     tally: &mut Tally,
 ) -> Result<Vec<(Difference, [f32; 3])>> {
-    let (a, b) = (PointCloud2::parse(&first.data)?, PointCloud2::parse(&second.data)?);
+    let (a, b) = (first.decode()?, second.decode()?);
     let cloud = a.to_cloud(None)?;
     if first.log_time != second.log_time || a.point_count() != b.point_count() {
         bail!(

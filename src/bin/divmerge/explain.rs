@@ -7,7 +7,7 @@ use clap::error::ErrorKind;
 use clap::{Args, CommandFactory};
 use divmerge::annotate::Method;
 use divmerge::explain::{Frame, PointFacts, Subject, explain, nearest_points, return_at, what_if};
-use divmerge::io::{PointCloud2, Which, cloud_message_at};
+use divmerge::io::{Which, cloud_message_at};
 use divmerge::pipeline;
 use divmerge::view::{self, ColourTracker, Scene, Target};
 
@@ -93,7 +93,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let (path, which) = (&arguments.input, Which::Frame(arguments.frame));
     let message = cloud_message_at(path, arguments.topic.as_deref(), which)?;
     let place = || format!("{}: frame {} of {}", path.display(), message.number, message.topic);
-    let wire = PointCloud2::parse(&message.data).with_context(place)?;
+    let wire = message.decode().with_context(place)?;
     let decoded = method.decode(&wire).with_context(place)?;
     let (cloud, mask, config) = (&decoded.cloud, decoded.mask, &method.config);
     let stages = pipeline::run(cloud, mask, config);

@@ -6,11 +6,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use divmerge::annotate::annotated_topics;
-use divmerge::io::frames::CloudMessages;
 use divmerge::io::scans::SOURCE;
 use divmerge::io::semantic_kitti::sequence::SEQUENCE_KEY;
 use divmerge::io::semantic_kitti::write_labels;
-use divmerge::io::{Overview, PointCloud2, Record, RecordingReader};
+use divmerge::io::{CloudMessage, CloudMessages, Overview, Record, RecordingReader};
 
 use crate::terminal::{frame_bar, grouped};
 use crate::{Outcome, refuse_existing};
@@ -187,7 +186,7 @@ fn write(export: &Export, arguments: &Arguments) -> Result<()> {
     let (bar, mut points, mut files) = (frame_bar("exporting", messages.message_count()), 0, 0);
     for message in messages {
         let message = message?;
-        let words = words(&message.data, arguments).with_context(|| {
+        let words = words(&message, arguments).with_context(|| {
             format!("{}: frame {} of `{topic}`", input.display(), message.number)
         })?;
         write_labels(&label_file(export, message.number), &words)?;
@@ -206,8 +205,8 @@ fn write(export: &Export, arguments: &Arguments) -> Result<()> {
 }
 
 /// The label words of a cloud.
-fn words(data: &[u8], arguments: &Arguments) -> Result<Vec<u32>> {
-    let cloud = PointCloud2::parse(data)?;
+fn words(message: &CloudMessage, arguments: &Arguments) -> Result<Vec<u32>> {
+    let cloud = message.decode()?;
     let column = |name: &str| -> Result<Vec<u32>> {
         let values = cloud.column_u32(name)?;
         match values.iter().find(|&&value| value > u32::from(u16::MAX)) {

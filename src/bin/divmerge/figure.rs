@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::{ArgGroup, Args};
 use divmerge::annotate::{Clustered, Method, cluster};
-use divmerge::io::{CloudMessage, CloudMessages, Overview, PointCloud2, Which, cloud_message_at};
+use divmerge::io::{CloudMessage, CloudMessages, Overview, Which, cloud_message_at};
 use divmerge::view::{
     self, Canvas, ColourTracker, Crop, FigureOptions, Panel, Region, Scene, SceneClass,
 };
@@ -158,7 +158,7 @@ struct Frame {
 impl Frame {
     fn new(message: &CloudMessage, method: &Method) -> Result<Self> {
         let place = || format!("frame {} of {}", message.number, message.topic);
-        let wire = PointCloud2::parse(&message.data).with_context(place)?;
+        let wire = message.decode().with_context(place)?;
         let clustered = cluster(&wire, message.which(), method).with_context(place)?;
         if let Some(problem) = &clustered.missing_boxes {
             eprintln!("warning: {}: {problem}", place());

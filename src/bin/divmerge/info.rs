@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use divmerge::annotate::{is_annotation, is_cloud, is_readable_cloud};
-use divmerge::io::{Channel, Overview, PointCloud2, Record, RecordingReader};
+use divmerge::annotate::is_annotation;
+use divmerge::io::{Channel, CloudChannel, CloudFormat, Overview, Record, RecordingReader};
 use divmerge::range_image::{ProjectionParams, RangeImage};
 use serde::Serialize;
 
@@ -128,18 +128,23 @@ fn topics(overview: &Overview, mut clouds: BTreeMap<u16, Cloud>) -> Vec<Topic> {
 /// The first cloud with a return of each cloud channel, reading no farther than needed.
 fn first_clouds(overview: &Overview) -> Result<(BTreeMap<u16, Cloud>, Vec<String>)> {
     let mut found = BTreeMap::new();
-    let mut waiting: BTreeMap<u16, Option<String>> = BTreeMap::new();
-    for channel in overview.channels.values().filter(|channel| is_cloud(overview, channel)) {
+    let mut waiting: BTreeMap<u16, (CloudFormat, Option<String>)> = BTreeMap::new();
+    for channel in overview.channels.values() {
         let messages = overview.message_counts.get(&channel.id).copied().unwrap_or(0);
-        if !is_readable_cloud(overview, channel) {
-            let note = Some("cannot be read yet: passed through by `annotate`".to_owned());
-            found.insert(channel.id, Cloud { note, geometry: None });
-        } else if is_annotation(overview, &channel.topic) {
-            let note = Some("made by an earlier `annotate`".to_owned());
-            found.insert(channel.id, Cloud { note, geometry: None });
-        } else if messages > 0 {
-            waiting.insert(channel.id, None);
-        }
+        let note = match CloudChannel::of(overview, channel) {
+            CloudChannel::Other => continue,
+            CloudChannel::Unreadable(unreadable) => format!("not read: {}", unreadable.reason),
+            CloudChannel::Readable(_) if is_annotation(overview, &channel.topic) => {
+                "made by an earlier `annotate`".to_owned()
+            }
+            CloudChannel::Readable(format) => {
+                if messages > 0 {
+                    waiting.insert(channel.id, (format, None));
+                }
+                continue;
+            }
+        };
+        found.insert(channel.id, Cloud { note: Some(note), geometry: None });
     }
     let mut problems = Vec::new();
     let mut reader = RecordingReader::open(&overview.path)?;
@@ -155,10 +160,10 @@ fn first_clouds(overview: &Overview) -> Result<(BTreeMap<u16, Cloud>, Vec<String
         let Record::Message { header, data, .. } = record else {
             continue;
         };
-        let Some(note) = waiting.get_mut(&header.channel_id) else {
+        let Some((format, note)) = waiting.get_mut(&header.channel_id) else {
             continue;
         };
-        match geometry(&data) {
+        match geometry(*format, &data) {
             Ok(geometry) if geometry.returns > 0 => {
                 waiting.remove(&header.channel_id);
                 let geometry = Some(geometry);
@@ -168,14 +173,14 @@ fn first_clouds(overview: &Overview) -> Result<(BTreeMap<u16, Cloud>, Vec<String
             Err(error) => *note = Some(error.to_string()),
         }
     }
-    for (channel, note) in waiting {
+    for (channel, (_, note)) in waiting {
         found.insert(channel, Cloud { note, geometry: None });
     }
     Ok((found, problems))
 }
 
-fn geometry(message: &[u8]) -> divmerge::Result<Geometry> {
-    let wire = PointCloud2::parse(message)?;
+fn geometry(format: CloudFormat, message: &[u8]) -> divmerge::Result<Geometry> {
+    let wire = format.decode(message)?;
     let cloud = wire.to_cloud(None)?;
     let image = RangeImage::new(&cloud, &ProjectionParams::default());
     let (upper, lower) = image.elevation_span(&cloud).unwrap_or_default();

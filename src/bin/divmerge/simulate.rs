@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use clap::Args;
-use divmerge::io::WriteOptions;
-use divmerge::io::drive::{CLOUD_TOPIC, write_drive};
+use clap::{Args, ValueEnum};
+use divmerge::io::drive::{CLOUD_TOPIC, write_drive_in};
+use divmerge::io::{CloudFormat, WriteOptions};
 use divmerge::simulate::{Drive, Scene, Sensor};
 
 use crate::annotate::Compress;
@@ -30,6 +30,10 @@ pub struct Arguments {
     #[arg(long, default_value = "street")]
     scene: Scene,
 
+    /// Messages of the recording
+    #[arg(long, value_enum, default_value_t = Encoding::Ros2)]
+    encoding: Encoding,
+
     /// Number of frames, a tenth of a second each
     #[arg(long, default_value_t = 50)]
     frames: usize,
@@ -47,6 +51,33 @@ pub struct Arguments {
     force: bool,
 }
 
+/// Messages of clouds, and of the poses that go with them.
+#[derive(Clone, Copy, ValueEnum)]
+enum Encoding {
+    /// sensor_msgs/msg/PointCloud2 in CDR
+    Ros2,
+    /// sensor_msgs/PointCloud2 of ROS 1
+    Ros1,
+    /// foxglove.PointCloud in protobuf
+    FoxgloveProtobuf,
+    /// foxglove.PointCloud in JSON
+    FoxgloveJson,
+    /// foxglove_msgs/msg/PointCloud in CDR
+    FoxgloveRos2,
+}
+
+impl From<Encoding> for CloudFormat {
+    fn from(encoding: Encoding) -> Self {
+        match encoding {
+            Encoding::Ros2 => CloudFormat::Ros2,
+            Encoding::Ros1 => CloudFormat::Ros1,
+            Encoding::FoxgloveProtobuf => CloudFormat::FoxgloveProtobuf,
+            Encoding::FoxgloveJson => CloudFormat::FoxgloveJson,
+            Encoding::FoxgloveRos2 => CloudFormat::FoxgloveRos2,
+        }
+    }
+}
+
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     interrupt::listen();
     crate::refuse_existing(&arguments.output, arguments.force)?;
@@ -57,7 +88,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         ..WriteOptions::default()
     };
     let bar = frame_bar("simulating", arguments.frames as u64);
-    let bytes = write_drive(&drive, arguments.frames, &arguments.output, &options, |_| {
+    let (format, frames) = (arguments.encoding.into(), arguments.frames);
+    let bytes = write_drive_in(format, &drive, frames, &arguments.output, &options, |_| {
         bar.inc(1);
         interrupt::wish()
     })?;

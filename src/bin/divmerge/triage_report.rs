@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use divmerge::annotate::Method;
 use divmerge::explain::{Frame, Subject, explain};
-use divmerge::io::{CloudMessage, PointCloud2, Which, cloud_message_at, write_file};
+use divmerge::io::{CloudMessage, Which, cloud_message_at, write_file};
 use divmerge::pipeline::{self, Stages};
 use divmerge::view::triage_report::{CasePage, Head, folder, one_file};
 use divmerge::view::{self, ColourTracker, Scene};
@@ -61,7 +61,7 @@ fn pages(request: &Request, cases: &[Listed], method: &Method) -> Result<Vec<Cas
         let (topic, frame) = place(of_frame[0]);
         let message = cloud_message_at(request.input, Some(topic), Which::Frame(frame))?;
         let decoding = || format!("frame {frame} of {topic}");
-        let wire = PointCloud2::parse(&message.data).with_context(decoding)?;
+        let wire = message.decode().with_context(decoding)?;
         let decoded = method.decode(&wire).with_context(decoding)?;
         let stages = pipeline::run(&decoded.cloud, decoded.mask, &method.config);
         let run =

@@ -8,10 +8,8 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::super::definitions::POINT_CLOUD2_NAME;
-use super::super::frames::{is_readable_cloud, type_name};
+use super::super::frames::{cloud_format, type_name};
 use super::super::recording::{Channel, Overview, Record, RecordingReader};
-use super::super::ros::RosReader;
 use super::messages::{BoxMessage, DETECTION_ARRAY, MARKER_ARRAY, detection_boxes, marker_boxes};
 use super::{AskedCloud, FrameDetections};
 use crate::error::{Error, Result};
@@ -49,8 +47,8 @@ impl TopicBoxes {
                 };
                 messages.extend(layout.read(&data, taxonomy).map_err(unreadable)?);
             } else if let Some(channel) = overview.channels.get(&header.channel_id)
-                && is_readable_cloud(&overview, channel)
-                && let Ok(stamp) = stamp_of(&data)
+                && let Some(format) = cloud_format(&overview, channel)
+                && let Ok(stamp) = format.stamp_ns(&data)
             {
                 stamps.entry(channel.topic.clone()).or_default().push(stamp);
             }
@@ -190,12 +188,6 @@ fn merged(mut messages: Vec<BoxMessage>) -> Vec<BoxMessage> {
         is_same
     });
     messages
-}
-
-/// Stamp of a cloud, of which only the header is read.
-fn stamp_of(cloud: &[u8]) -> Result<i64> {
-    let mut reader = RosReader::cdr(POINT_CLOUD2_NAME, cloud)?;
-    Ok(i64::from(reader.i32()?) * 1_000_000_000 + i64::from(reader.u32()?))
 }
 
 /// The median difference of successive stamps that differ.

@@ -1,14 +1,7 @@
-//! Names and definitions (`ros2msg`) of the ROS 2 messages that are read or written, put together from parts
+//! Definitions (`ros2msg`) of the ROS 2 messages that are read or written, put together from parts
 //! that several share. Those of ROS 1 are in [`ros1`].
 
 use std::borrow::Cow;
-
-/// Name of the schema of point clouds.
-pub const POINT_CLOUD2_NAME: &str = "sensor_msgs/msg/PointCloud2";
-/// Name of the schema of poses.
-pub const TF_MESSAGE_NAME: &str = "tf2_msgs/msg/TFMessage";
-/// Name of the schema of a camera's calibration.
-pub const CAMERA_INFO_NAME: &str = "sensor_msgs/msg/CameraInfo";
 
 /// What a recording has to say of a type of messages.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -71,27 +64,8 @@ macro_rules! part {
     (pose_with_covariance) => {
         "MSG: geometry_msgs/PoseWithCovariance\nPose pose\nfloat64[36] covariance\n"
     };
-    ($other:literal) => {
-        $other
-    };
-}
-
-/// Complete definition of `sensor_msgs/msg/PointCloud2`.
-pub const POINT_CLOUD2_SCHEMA: &str = definition!(
-    "\
-std_msgs/Header header
-uint32 height
-uint32 width
-PointField[] fields
-bool is_bigendian
-uint32 point_step
-uint32 row_step
-uint8[] data
-bool is_dense
-",
-    header
-    time
-    "\
+    (point_field) => {
+        "\
 MSG: sensor_msgs/PointField
 uint8 INT8=1
 uint8 UINT8=2
@@ -105,6 +79,64 @@ string name
 uint32 offset
 uint8 datatype
 uint32 count
+"
+    };
+    ($other:literal) => {
+        $other
+    };
+}
+
+/// `sensor_msgs/msg/PointCloud2`: a cloud.
+pub const POINT_CLOUD2: MessageSchema = ros2("sensor_msgs/msg/PointCloud2", POINT_CLOUD2_TEXT);
+
+const POINT_CLOUD2_TEXT: &str = definition!(
+    "\
+std_msgs/Header header
+uint32 height
+uint32 width
+PointField[] fields
+bool is_bigendian
+uint32 point_step
+uint32 row_step
+uint8[] data
+bool is_dense
+",
+    header
+    time
+    point_field
+);
+
+/// `foxglove_msgs/msg/PointCloud`: a cloud as Foxglove has it.
+pub const FOXGLOVE_POINT_CLOUD: MessageSchema =
+    ros2("foxglove_msgs/msg/PointCloud", FOXGLOVE_POINT_CLOUD_TEXT);
+
+const FOXGLOVE_POINT_CLOUD_TEXT: &str = definition!(
+    "\
+builtin_interfaces/Time timestamp
+string frame_id
+geometry_msgs/Pose pose
+uint32 point_stride
+foxglove_msgs/PackedElementField[] fields
+uint8[] data
+",
+    time
+    pose
+    point
+    quaternion
+    "\
+MSG: foxglove_msgs/PackedElementField
+uint8 UNKNOWN=0
+uint8 UINT8=1
+uint8 INT8=2
+uint8 UINT16=3
+uint8 INT16=4
+uint8 UINT32=5
+uint8 INT32=6
+uint8 FLOAT32=7
+uint8 FLOAT64=8
+string name
+uint32 offset
+uint8 type
 "
 );
 
@@ -313,8 +345,10 @@ float32 z
 "
 );
 
-/// Complete definition of `tf2_msgs/msg/TFMessage`.
-pub const TF_MESSAGE_SCHEMA: &str = definition!(
+/// `tf2_msgs/msg/TFMessage`: poses.
+pub const TF_MESSAGE: MessageSchema = ros2("tf2_msgs/msg/TFMessage", TF_MESSAGE_TEXT);
+
+const TF_MESSAGE_TEXT: &str = definition!(
     "\
 geometry_msgs/TransformStamped[] transforms
 ",
@@ -365,8 +399,10 @@ string value
 "
 );
 
-/// Complete definition of `sensor_msgs/msg/CameraInfo`.
-pub const CAMERA_INFO_SCHEMA: &str = definition!(
+/// `sensor_msgs/msg/CameraInfo`: a camera's calibration.
+pub const CAMERA_INFO: MessageSchema = ros2("sensor_msgs/msg/CameraInfo", CAMERA_INFO_TEXT);
+
+const CAMERA_INFO_TEXT: &str = definition!(
     "\
 std_msgs/Header header
 uint32 height
@@ -400,12 +436,13 @@ mod tests {
     fn every_type_of_a_definition_is_defined_in_it() {
         let separator = "=".repeat(80);
         for (definition, types) in [
-            (POINT_CLOUD2_SCHEMA, 3),
+            (POINT_CLOUD2_TEXT, 3),
             (MARKER_ARRAY_TEXT, 12),
             (DETECTION_ARRAY_TEXT, 11),
             (DETECTED_OBJECTS_TEXT, 15),
-            (TF_MESSAGE_SCHEMA, 6),
-            (CAMERA_INFO_SCHEMA, 3),
+            (FOXGLOVE_POINT_CLOUD_TEXT, 5),
+            (TF_MESSAGE_TEXT, 6),
+            (CAMERA_INFO_TEXT, 3),
             (DIAGNOSTIC_ARRAY_TEXT, 4),
         ] {
             assert_eq!(definition.lines().filter(|line| *line == separator).count(), types);

@@ -31,10 +31,71 @@ macro_rules! part {
     (pose) => {
         "MSG: geometry_msgs/Pose\nPoint position\nQuaternion orientation\n"
     };
+    (point_field) => {
+        "\
+MSG: sensor_msgs/PointField
+uint8 INT8=1
+uint8 UINT8=2
+uint8 INT16=3
+uint8 UINT16=4
+uint8 INT32=5
+uint8 UINT32=6
+uint8 FLOAT32=7
+uint8 FLOAT64=8
+string name
+uint32 offset
+uint8 datatype
+uint32 count
+"
+    };
     ($other:literal) => {
         $other
     };
 }
+
+/// `sensor_msgs/PointCloud2`: a cloud.
+pub const POINT_CLOUD2: MessageSchema =
+    ros1("sensor_msgs/PointCloud2", POINT_CLOUD2_TEXT, "1158d486dd51d683ce2f1be655c3c181");
+
+const POINT_CLOUD2_TEXT: &str = definition!(
+    "\
+Header header
+uint32 height
+uint32 width
+PointField[] fields
+bool is_bigendian
+uint32 point_step
+uint32 row_step
+uint8[] data
+bool is_dense
+",
+    header
+    point_field
+);
+
+/// `tf2_msgs/TFMessage`: poses.
+pub const TF_MESSAGE: MessageSchema =
+    ros1("tf2_msgs/TFMessage", TF_MESSAGE_TEXT, "94810edda583a504dfda3829e70d7eec");
+
+const TF_MESSAGE_TEXT: &str = definition!(
+    "\
+geometry_msgs/TransformStamped[] transforms
+",
+    "\
+MSG: geometry_msgs/TransformStamped
+Header header
+string child_frame_id
+geometry_msgs/Transform transform
+"
+    header
+    "\
+MSG: geometry_msgs/Transform
+geometry_msgs/Vector3 translation
+geometry_msgs/Quaternion rotation
+"
+    vector
+    quaternion
+);
 
 /// `visualization_msgs/MarkerArray` since Kinetic: boxes and texts to draw.
 pub const MARKER_ARRAY: MessageSchema =
@@ -141,21 +202,7 @@ uint32 row_step
 uint8[] data
 bool is_dense
 "
-    "\
-MSG: sensor_msgs/PointField
-uint8 INT8=1
-uint8 UINT8=2
-uint8 INT16=3
-uint8 UINT16=4
-uint8 INT32=5
-uint8 UINT32=6
-uint8 FLOAT32=7
-uint8 FLOAT64=8
-string name
-uint32 offset
-uint8 datatype
-uint32 count
-"
+    point_field
 );
 
 /// `diagnostic_msgs/DiagnosticArray`: words and numbers beside a cloud.
@@ -232,7 +279,7 @@ mod tests {
 
     #[test]
     fn definitions_have_the_fingerprints_that_ros_knows() {
-        for schema in [MARKER_ARRAY, DETECTION_ARRAY, DIAGNOSTIC_ARRAY] {
+        for schema in [POINT_CLOUD2, TF_MESSAGE, MARKER_ARRAY, DETECTION_ARRAY, DIAGNOSTIC_ARRAY] {
             let text = std::str::from_utf8(&schema.data).unwrap();
             assert_eq!(Some(fingerprint(text).as_str()), schema.md5, "{}", schema.name);
         }

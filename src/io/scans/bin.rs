@@ -1,7 +1,7 @@
 //! `.bin`: little-endian float32 columns and nothing else. KITTI has four of them, nuScenes five.
 
 use super::{Columns, Parsed, Scan, shape};
-use crate::io::point_cloud2::Datatype;
+use crate::io::clouds::Datatype;
 
 pub(super) fn parse(bytes: Vec<u8>, columns: Option<&Columns>) -> Parsed<Scan> {
     let usual = Columns::usual(4);

@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use super::{Parsed, field};
-use crate::io::point_cloud2::{Datatype, PointField};
+use crate::io::clouds::{Datatype, PointField};
 
 /// Names of a point's numbers, in order. A `_` is a number without a name: its bytes stay, as padding.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -5,7 +5,7 @@
 
 use super::literal::Literal;
 use super::{Columns, NAMED, Parsed, Scan, datatype, field, shape};
-use crate::io::point_cloud2::{Datatype, PointField};
+use crate::io::clouds::{Datatype, PointField};
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 

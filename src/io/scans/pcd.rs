@@ -6,7 +6,7 @@
 
 use super::lzf::decompress;
 use super::{Parsed, Scan, datatype, field, shape};
-use crate::io::point_cloud2::{Datatype, PointField};
+use crate::io::clouds::{Datatype, PointField};
 
 /// Where the header has to end; no point cloud has that many fields.
 const MOST_HEADER: usize = 1 << 16;

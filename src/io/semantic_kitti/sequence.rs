@@ -11,7 +11,7 @@ use super::{file_name, read};
 use crate::error::{Error, Result};
 use crate::io::camera_info::camera_info;
 use crate::io::cloud_recording::{CloudRecording, Transform};
-use crate::io::definitions::{CAMERA_INFO_NAME, CAMERA_INFO_SCHEMA};
+use crate::io::definitions::CAMERA_INFO;
 use crate::io::problems::Problems;
 use crate::io::recording::WriteOptions;
 use crate::io::scans::{
@@ -208,8 +208,7 @@ impl Sequence {
         for (camera, projection) in &calibration.projections {
             camera_info(stamp_ns, CAMERA_FRAME, projection, &mut message);
             let topic = format!("/camera_{camera}/camera_info");
-            let definition = (CAMERA_INFO_NAME, CAMERA_INFO_SCHEMA);
-            recording.write_once(&topic, definition, stamp_ns, &message)?;
+            recording.write_once(&topic, &CAMERA_INFO, stamp_ns, &message)?;
         }
         Ok(())
     }

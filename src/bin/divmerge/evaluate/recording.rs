@@ -8,7 +8,7 @@ use divmerge::annotate::annotated_topics;
 use divmerge::io::frames::CloudMessages;
 use divmerge::io::labelled::Truth;
 use divmerge::io::semantic_kitti::read_labels;
-use divmerge::io::{CloudMessage, Overview, PointCloud2};
+use divmerge::io::{CloudMessage, Overview};
 use serde::Serialize;
 
 use super::sums::{Figures, Labels, Sums, Wanted};
@@ -131,7 +131,7 @@ fn add(
     sums: &mut Sums,
 ) -> Result<()> {
     let context = || place.to_owned();
-    let wire = PointCloud2::parse(&message.data).with_context(context)?;
+    let wire = message.decode().with_context(context)?;
     let column = |name: &str| wire.column_u32(name).with_context(context);
     let own = |class: &str, instance: &str| {
         Ok::<_, anyhow::Error>(labels(column(class)?, column(instance)?))

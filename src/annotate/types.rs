@@ -1,0 +1,110 @@
+//! In which messages an annotation is written.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Isometry3;
+
+use super::topics::CloudTopic;
+use crate::error::{Error, Result};
+use crate::instances::Instance;
+use crate::io::{
+    ByteOrder, CloudFormat, Layout, MessageSchema, ObjectBox, ObjectEncoding, ObjectKind, Overview,
+    PackedCloud,
+};
+
+/// Types of the messages that are added.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct MessageTypes {
+    /// Of the annotated clouds.
+    pub flavor: Flavor,
+    /// Of the boxes; none means what viewers draw.
+    pub objects: Option<ObjectKind>,
+}
+
+/// In which messages annotated clouds are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Flavor {
+    /// Each topic's as its clouds are.
+    #[default]
+    Auto,
+    /// Foxglove's, in protobuf.
+    Foxglove,
+}
+
+impl MessageTypes {
+    /// Format of the annotated clouds of a topic.
+    pub fn format(&self, clouds: CloudFormat) -> CloudFormat {
+        match self.flavor {
+            Flavor::Auto => clouds,
+            Flavor::Foxglove => CloudFormat::FoxgloveProtobuf,
+        }
+    }
+
+    /// The type of the boxes beside annotated clouds of a format.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] if the type that is asked for does not exist beside such clouds.
+    pub fn objects(&self, clouds: CloudFormat) -> Result<MessageSchema> {
+        let encoding = encoding(clouds, ByteOrder::Little);
+        self.object_kind(encoding).schema(encoding)
+    }
+
+    /// Writes the boxes beside an annotated cloud, in its coordinate frame, replacing what is in `out`.
+    ///
+    /// # Errors
+    /// Those of [`MessageTypes::objects`].
+    pub(super) fn write_objects(
+        &self,
+        cloud: &PackedCloud,
+        instances: &[Instance],
+        out: &mut Vec<u8>,
+    ) -> Result<()> {
+        let frame = cloud.pose.map_or(Isometry3::identity(), |pose| pose.isometry());
+        let boxes: Vec<ObjectBox> =
+            instances.iter().map(|instance| ObjectBox::of(instance, &frame)).collect();
+        let encoding = encoding(cloud.format, cloud.byte_order);
+        let header = (cloud.stamp_sec as i32, cloud.stamp_nanosec, cloud.frame_id.as_str());
+        self.object_kind(encoding).write(encoding, header, &boxes, out)
+    }
+
+    fn object_kind(&self, encoding: ObjectEncoding) -> ObjectKind {
+        self.objects.unwrap_or(match encoding {
+            ObjectEncoding::Ros(_) => ObjectKind::Markers,
+            ObjectEncoding::Protobuf | ObjectEncoding::Json => ObjectKind::Scene,
+        })
+    }
+
+    /// Whether a recording may have such messages beside these clouds.
+    ///
+    /// # Errors
+    /// [`Error::Conflict`] where other messages than ROS's are asked for in a recording of ROS,
+    /// [`Error::Unsupported`] as [`MessageTypes::objects`].
+    pub(super) fn check(
+        &self,
+        overview: &Overview,
+        clouds: &BTreeMap<u16, CloudTopic>,
+    ) -> Result<()> {
+        for CloudTopic { format, .. } in clouds.values() {
+            self.objects(self.format(*format))?;
+        }
+        let profile = overview.profile.as_str();
+        if self.flavor == Flavor::Auto || !matches!(profile, "ros1" | "ros2") {
+            return Ok(());
+        }
+        let problem = format!(
+            "its profile is `{profile}`, so it gets ROS messages only: readers such as rosbags refuse a file with \
+             protobuf among them; leave the flavor foxglove out"
+        );
+        Err(Error::Conflict { path: overview.path.clone(), problem })
+    }
+}
+
+/// How messages of boxes beside clouds of a format lie in bytes.
+fn encoding(clouds: CloudFormat, order: ByteOrder) -> ObjectEncoding {
+    match clouds {
+        CloudFormat::Ros2 | CloudFormat::FoxgloveRos2 => ObjectEncoding::Ros(Layout::Cdr(order)),
+        CloudFormat::Ros1 => ObjectEncoding::Ros(Layout::Ros1),
+        CloudFormat::FoxgloveProtobuf => ObjectEncoding::Protobuf,
+        CloudFormat::FoxgloveJson => ObjectEncoding::Json,
+    }
+}

@@ -1,0 +1,134 @@
+//! Poses of coordinate frames in one another, in the messages that go with each format of clouds.
+
+use std::borrow::Cow;
+
+use foxglove::Encode;
+use foxglove::messages::{FrameTransform, Quaternion, Timestamp, Vector3};
+use nalgebra::Isometry3;
+
+use super::cloud_recording::stamp;
+use super::clouds::CloudFormat;
+use super::definitions::{self, MessageSchema};
+use super::ros::{ByteOrder, Layout, RosWriter};
+
+/// The pose of one coordinate frame in another at a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Transform<'a> {
+    /// Nanoseconds since 1970.
+    pub stamp_ns: u64,
+    /// The frame in which the pose is given.
+    pub parent: &'a str,
+    /// The frame whose pose it is.
+    pub child: &'a str,
+    /// Takes coordinates of the child to coordinates of the parent, metres.
+    pub pose: Isometry3<f64>,
+}
+
+/// The definition of the poses that go with clouds of a format: `tf2_msgs/TFMessage` in ROS, else
+/// `foxglove.FrameTransform`.
+pub(super) fn schema(format: CloudFormat) -> MessageSchema {
+    let foxglove = |encoding, data, message_encoding| MessageSchema {
+        name: FRAME_TRANSFORM,
+        encoding,
+        data,
+        message_encoding,
+        md5: None,
+    };
+    match format {
+        CloudFormat::Ros2 | CloudFormat::FoxgloveRos2 => definitions::TF_MESSAGE,
+        CloudFormat::Ros1 => definitions::ros1::TF_MESSAGE,
+        CloudFormat::FoxgloveProtobuf => {
+            let descriptors = FrameTransform::get_schema().map(|schema| schema.data);
+            foxglove("protobuf", descriptors.unwrap_or_default(), "protobuf")
+        }
+        CloudFormat::FoxgloveJson => foxglove("jsonschema", json_schema(), "json"),
+    }
+}
+
+const FRAME_TRANSFORM: &str = "foxglove.FrameTransform";
+
+/// A message of one transform, replacing what is in `out`.
+pub(super) fn encode(transform: &Transform, format: CloudFormat, out: &mut Vec<u8>) {
+    match format {
+        CloudFormat::Ros2 | CloudFormat::FoxgloveRos2 => {
+            tf_message(transform, Layout::Cdr(ByteOrder::Little), out);
+        }
+        CloudFormat::Ros1 => tf_message(transform, Layout::Ros1, out),
+        CloudFormat::FoxgloveProtobuf => {
+            out.clear();
+            frame_transform(transform).encode(out).expect("a vector has room for it");
+        }
+        CloudFormat::FoxgloveJson => {
+            out.clear();
+            out.extend(json(transform).to_string().bytes());
+        }
+    }
+}
+
+fn tf_message(transform: &Transform, layout: Layout, out: &mut Vec<u8>) {
+    let Isometry3 { rotation, translation } = transform.pose;
+    let (sec, nanosec) = stamp(transform.stamp_ns);
+    let mut writer = RosWriter::new(layout, out);
+    writer.length(1);
+    writer.header((sec, nanosec, transform.parent));
+    writer.string(transform.child);
+    for value in translation.vector.iter().chain(rotation.coords.iter()) {
+        writer.f64(*value);
+    }
+}
+
+fn frame_transform(transform: &Transform) -> FrameTransform {
+    let (sec, nanosec) = stamp(transform.stamp_ns);
+    let Isometry3 { rotation, translation } = transform.pose;
+    let [x, y, z] = translation.vector.into();
+    let translation = Some(Vector3 { x, y, z });
+    let [x, y, z, w] = rotation.coords.into();
+    FrameTransform {
+        timestamp: Some(Timestamp::new(sec as u32, nanosec)),
+        parent_frame_id: transform.parent.to_owned(),
+        child_frame_id: transform.child.to_owned(),
+        translation,
+        rotation: Some(Quaternion { x, y, z, w }),
+    }
+}
+
+fn json(transform: &Transform) -> serde_json::Value {
+    let (sec, nsec) = stamp(transform.stamp_ns);
+    let Isometry3 { rotation, translation } = transform.pose;
+    let ([x, y, z], [i, j, k, w]): ([f64; 3], [f64; 4]) =
+        (translation.vector.into(), rotation.coords.into());
+    serde_json::json!({
+        "timestamp": {"sec": sec, "nsec": nsec},
+        "parent_frame_id": transform.parent,
+        "child_frame_id": transform.child,
+        "translation": {"x": x, "y": y, "z": z},
+        "rotation": {"x": i, "y": j, "z": k, "w": w},
+    })
+}
+
+/// The message in JSON schema, after the interface's published facts.
+fn json_schema() -> Cow<'static, [u8]> {
+    use serde_json::json;
+    let number = json!({"type": "number"});
+    let whole = json!({"type": "integer", "minimum": 0});
+    let schema = json!({
+        "title": FRAME_TRANSFORM,
+        "type": "object",
+        "properties": {
+            "timestamp": {
+                "title": "time", "type": "object", "properties": {"sec": whole, "nsec": whole},
+            },
+            "parent_frame_id": {"type": "string"},
+            "child_frame_id": {"type": "string"},
+            "translation": {
+                "title": "foxglove.Vector3", "type": "object",
+                "properties": {"x": number, "y": number, "z": number},
+            },
+            "rotation": {
+                "title": "foxglove.Quaternion", "type": "object",
+                "properties": {"x": number, "y": number, "z": number, "w": number},
+            },
+        },
+    });
+    Cow::Owned(schema.to_string().into_bytes())
+}
