@@ -9,7 +9,7 @@ use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use serde::{Deserialize, Serialize};
 
 use super::CloudFormat;
-use super::foxglove::{code, datatype, datatype_of_name, unorganised};
+use super::foxglove_cdr::{code, datatype, datatype_of_name, unorganised};
 use super::packed::{CloudPose, Datatype, PackedCloud, PointField, stamp_ns as nanoseconds};
 use super::rfc3339;
 use crate::error::{Error, Result};
@@ -99,7 +99,7 @@ enum Kind<'a> {
 
 /// Reads a message. The data is copied out of its text.
 pub(super) fn decode(message: &[u8]) -> Result<PackedCloud<'_>> {
-    let message: Message = serde_json::from_slice(message).map_err(not_json)?;
+    let message: Message = parse(message)?;
     let (stamp_sec, stamp_nanosec) = stamp(message.timestamp)?;
     let fields = message.fields.into_iter().map(field).collect::<Result<_>>()?;
     let data = BASE64.decode(message.data.as_bytes()).map_err(|error| {
@@ -113,7 +113,7 @@ pub(super) fn decode(message: &[u8]) -> Result<PackedCloud<'_>> {
 
 /// Stamp of a message in nanoseconds.
 pub(super) fn stamp_ns(message: &[u8]) -> Result<i64> {
-    let message: Stamped = serde_json::from_slice(message).map_err(not_json)?;
+    let message: Stamped = parse(message)?;
     let (sec, nanosec) = stamp(message.timestamp)?;
     Ok(nanoseconds(sec, nanosec))
 }
@@ -122,8 +122,12 @@ fn malformed(problem: String) -> Error {
     CloudFormat::FoxgloveJson.malformed(problem)
 }
 
-fn not_json(error: serde_json::Error) -> Error {
-    malformed(error.to_string())
+fn parse<'a, T: Deserialize<'a>>(message: &'a [u8]) -> Result<T> {
+    // A list of the values without their names would be taken, too.
+    if message.trim_ascii_start().first() != Some(&b'{') {
+        return Err(malformed(format!("{} bytes that are no object of JSON", message.len())));
+    }
+    serde_json::from_slice(message).map_err(|error| malformed(error.to_string()))
 }
 
 fn stamp(stamp: Option<Stamp>) -> Result<(i64, u32)> {
