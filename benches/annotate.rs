@@ -21,8 +21,9 @@ use std::time::Instant;
 use divmerge::annotate::{Annotated, Event, Method, Options, Profile, annotate, annotate_message};
 use divmerge::io::drive::{CLOUD_TOPIC, cloud_message};
 use divmerge::io::{
-    CloudNumber, Item, MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA, MessageHeader, POINT_CLOUD2_NAME,
-    POINT_CLOUD2_SCHEMA, Part, Record, RecordingReader, RecordingWriter, WriteOptions,
+    CloudFormat, CloudNumber, Item, MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA, MessageHeader,
+    POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA, Part, Record, RecordingReader, RecordingWriter,
+    WriteOptions,
 };
 use divmerge::simulate::{Drive, Scene, Sensor};
 use divmerge::workers::Workers;
@@ -70,7 +71,8 @@ impl Messages {
             let mut message = Vec::new();
             cloud_message(&drive.frame(number), &mut message).expect("a simulated frame");
             let which = CloudNumber { topic: CLOUD_TOPIC, number: number as u64 };
-            annotate_message(&message, which, &method, &mut annotated).expect("annotated");
+            annotate_message(&message, [CloudFormat::Ros2; 2], which, &method, &mut annotated)
+                .expect("annotated");
             messages.clouds.push(message);
             messages.added.push([annotated.cloud.clone(), annotated.objects.clone()]);
         }
@@ -417,9 +419,8 @@ fn sensors(frames: usize, rounds: usize, folder: &Path) {
 
 /// Mean points of a frame.
 fn points(clouds: &[Vec<u8>]) -> f64 {
-    let count = |message: &Vec<u8>| {
-        divmerge::io::CloudFormat::Ros2.decode(message).expect("a cloud").point_count()
-    };
+    let count =
+        |message: &Vec<u8>| CloudFormat::Ros2.decode(message).expect("a cloud").point_count();
     clouds.iter().map(count).sum::<usize>() as f64 / clouds.len() as f64
 }
 

@@ -14,7 +14,7 @@ use std::time::Instant;
 use divmerge::annotate::{Annotated, FrameTimes, Method, Semantics, annotate_message};
 use divmerge::io::drive::cloud_message;
 use divmerge::io::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
-use divmerge::io::{CloudNumber, Record, RecordingReader};
+use divmerge::io::{CloudFormat, CloudNumber, Record, RecordingReader};
 use divmerge::pipeline::{self, Config, StageTimes};
 use divmerge::semantics::MaskSource;
 use divmerge::simulate::{Drive, Scene, Sensor};
@@ -221,7 +221,8 @@ fn report(name: &str, messages: &[Vec<u8>], semantics: &Semantics, config: Confi
     for _ in 0..rounds {
         for message in messages {
             let clustered =
-                annotate_message(message, which, &method, &mut annotated).expect("annotated");
+                annotate_message(message, [CloudFormat::Ros2; 2], which, &method, &mut annotated)
+                    .expect("annotated");
             let stages = &clustered.stages;
             let copy = copy_ms(&annotated.cloud);
             let (points, objects) = (stages.labels.reason.len(), stages.objects.len());

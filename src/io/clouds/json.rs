@@ -6,11 +6,14 @@ use std::borrow::Cow;
 use base64::Engine;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
-use serde::{Deserialize, Serialize};
+use serde::de::{Error as _, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::CloudFormat;
 use super::foxglove_cdr::{code, datatype, datatype_of_name, unorganised};
-use super::packed::{CloudPose, Datatype, PackedCloud, PointField, stamp_ns as nanoseconds};
+use super::packed::{
+    CloudPose, Datatype, MOST_FIELDS, PackedCloud, PointField, stamp_ns as nanoseconds,
+};
 use super::rfc3339;
 use crate::error::{Error, Result};
 
@@ -31,7 +34,7 @@ struct Message<'a> {
     pose: Option<Pose>,
     #[serde(alias = "pointStride")]
     point_stride: u32,
-    #[serde(borrow)]
+    #[serde(borrow, deserialize_with = "fields")]
     fields: Vec<Field<'a>>,
     #[serde(borrow)]
     data: Cow<'a, str>,
@@ -78,6 +81,33 @@ struct Orientation {
     y: f64,
     z: f64,
     w: f64,
+}
+
+/// Reads fields up to the most that there may be; a list of more is not even kept.
+fn fields<'de, D: Deserializer<'de>>(list: D) -> std::result::Result<Vec<Field<'de>>, D::Error> {
+    struct Fields;
+    impl<'de> Visitor<'de> for Fields {
+        type Value = Vec<Field<'de>>;
+
+        fn expecting(&self, out: &mut std::fmt::Formatter) -> std::fmt::Result {
+            write!(out, "at most {MOST_FIELDS} fields")
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(
+            self,
+            mut list: A,
+        ) -> std::result::Result<Self::Value, A::Error> {
+            let mut fields = Vec::new();
+            while let Some(field) = list.next_element()? {
+                if fields.len() == MOST_FIELDS {
+                    return Err(A::Error::invalid_length(MOST_FIELDS + 1, &self));
+                }
+                fields.push(field);
+            }
+            Ok(fields)
+        }
+    }
+    list.deserialize_seq(Fields)
 }
 
 #[derive(Deserialize)]
