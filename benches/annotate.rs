@@ -425,9 +425,8 @@ fn sensors(frames: usize, rounds: usize, folder: &Path) {
 
 /// Mean points of a frame.
 fn points(clouds: &[Vec<u8>]) -> f64 {
-    let count = |message: &Vec<u8>| {
-        divmerge::io::CloudFormat::Ros2.decode(message).expect("a cloud").point_count()
-    };
+    let count =
+        |message: &Vec<u8>| CloudFormat::Ros2.decode(message).expect("a cloud").point_count();
     clouds.iter().map(count).sum::<usize>() as f64 / clouds.len() as f64
 }
 

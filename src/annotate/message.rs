@@ -3,10 +3,12 @@
 use std::borrow::Cow;
 use std::time::Instant;
 
+use nalgebra::Isometry3;
+
 use super::report::FrameTimes;
 use super::types::MessageTypes;
 use crate::cloud::PointCloud;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::instances::Detection;
 use crate::io::boxes::AskedCloud;
 use crate::io::{
@@ -142,12 +144,23 @@ pub struct Clustered {
 pub fn cluster(wire: &PackedCloud, which: CloudNumber, method: &Method) -> Result<Clustered> {
     let started = Instant::now();
     let Decoded { cloud, mask, semantics } = method.decode(wire)?;
+    refuse_moved_boxes(wire, method)?;
     let asked = AskedCloud { which, stamp_ns: wire.stamp_ns(), frame_id: &wire.frame_id };
     let FrameDetections { detections, missing: missing_boxes } = method.boxes.of(&asked)?;
     let decode_ms = started.elapsed().as_secs_f64() * 1e3;
     let stages = pipeline::run_with(&cloud, mask, &detections, &method.config);
     let repeated_field = wire.repeated_field().map(str::to_owned);
     Ok(Clustered { cloud, stages, semantics, missing_boxes, repeated_field, decode_ms })
+}
+
+/// Boxes are in the cloud's coordinate frame; they are not taken to points that have a pose of their own in it.
+fn refuse_moved_boxes(wire: &PackedCloud, method: &Method) -> Result<()> {
+    if method.boxes.describe().is_none() || wire.isometry() == Isometry3::identity() {
+        return Ok(());
+    }
+    let problem =
+        "its points have a pose in their frame, to which boxes are not transformed".to_owned();
+    Err(Error::Unsupported { message: wire.format.type_name(), problem })
 }
 
 /// Clusters the cloud in a message of a format and writes the messages that annotate it into `annotated`, whose memory

@@ -57,7 +57,7 @@ pub fn choose(overview: &Overview, topics: &[String]) -> Result<BTreeMap<u16, Cl
     }
     let has = |topic: &String| readable.values().any(|have| have.topic == *topic);
     if let Some(missing) = topics.iter().find(|topic| !has(topic)) {
-        if let Some(reason) = why_unreadable(overview, missing) {
+        if let Some(reason) = CloudChannel::why_unreadable(overview, missing) {
             return Err(no_cloud(format!("the topic `{missing}` cannot be read: {reason}")));
         }
         let known: Vec<&str> = readable.values().map(|have| have.topic.as_str()).collect();
@@ -87,14 +87,6 @@ pub(super) fn refuse_annotated(
         }
     }
     Ok(())
-}
-
-/// Why a topic's clouds cannot be read, if it has some.
-fn why_unreadable(overview: &Overview, topic: &str) -> Option<String> {
-    overview.channels_of(topic).find_map(|channel| match CloudChannel::of(overview, channel) {
-        CloudChannel::Unreadable(unreadable) => Some(unreadable.reason),
-        _ => None,
-    })
 }
 
 fn list(overview: &Overview) -> String {

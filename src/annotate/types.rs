@@ -2,8 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::Isometry3;
-
 use super::topics::CloudTopic;
 use crate::error::{Error, Result};
 use crate::instances::Instance;
@@ -59,7 +57,7 @@ impl MessageTypes {
         instances: &[Instance],
         out: &mut Vec<u8>,
     ) -> Result<()> {
-        let frame = cloud.pose.map_or(Isometry3::identity(), |pose| pose.isometry());
+        let frame = cloud.isometry();
         let boxes: Vec<ObjectBox> =
             instances.iter().map(|instance| ObjectBox::of(instance, &frame)).collect();
         let encoding = encoding(cloud.format, cloud.byte_order);

@@ -228,8 +228,12 @@ fn choose(overview: &Overview, topic: Option<&str>) -> Result<String> {
             .find(|channel| count(overview, channel.id) > 0)
             .or_else(|| readable.first()),
     };
+    let why = topic.and_then(|topic| CloudChannel::why_unreadable(overview, topic));
     match (chosen, topic) {
         (Some(channel), _) => Ok(channel.topic.clone()),
+        (None, Some(topic)) if let Some(reason) = why => {
+            Err(no_cloud(path, format!("the topic `{topic}` cannot be read: {reason}")))
+        }
         (None, Some(topic)) if !readable.is_empty() => {
             Err(no_cloud(path, format!("no readable cloud topic `{topic}`; there is: {}", names())))
         }

@@ -30,6 +30,8 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("binrw", &["io"]),
     ("lz4", &["io"]),
     ("zstd", &["io"]),
+    ("foxglove", &["io"]),
+    ("base64", &["io"]),
     ("kiddo", &["kd_tree"]),
     ("clap", &["bin"]),
     ("anyhow", &["bin"]),

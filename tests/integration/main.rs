@@ -4,6 +4,7 @@ mod boxes;
 mod cli;
 mod compare;
 mod convert;
+mod encodings;
 mod evaluate;
 mod examples;
 mod explain;

@@ -381,9 +381,13 @@ fn a_missing_field_is_named_with_those_that_are_there() {
 fn real_recordings_of_every_sensor() {
     let Some(data) = shared_data() else { return };
     let folder = tempfile::tempdir().expect("a folder");
-    for name in
-        ["semantickitti_04_ros2", "sensors_ros2", "pointcloud2_32ring_unaligned", "xyz_ros2"]
-    {
+    for name in [
+        "semantickitti_04_ros2",
+        "sensors_ros2",
+        "pointcloud2_32ring_unaligned",
+        "xyz_ros2",
+        "ouster_os1-64_ros1",
+    ] {
         let input = data.join("recordings").join(name).with_extension("mcap");
         for semantics in [Semantics::Auto, Semantics::Ground] {
             let output = folder.path().join("out.mcap");

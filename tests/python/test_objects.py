@@ -4,13 +4,16 @@ Needs the release binary (`cargo build --release`) and `pip install -r tests/pyt
 """
 
 import json
+import subprocess
+from types import SimpleNamespace
 
 import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from test_independent_readers import run
+from test_encodings import decoded
+from test_independent_readers import BINARY, run
 
 TOPIC = "/lidar/points/objects"
 
@@ -89,3 +92,54 @@ def test_a_layout_shows_what_is_there(drive, tmp_path):
     assert set(scene["topics"]) <= topics
     visible = {topic for topic, shown in scene["topics"].items() if shown["visible"]}
     assert visible == {"/lidar/points/instances", TOPIC}
+
+
+@pytest.mark.parametrize("encoding", ["ros1", "foxglove-ros2", "foxglove-protobuf", "foxglove-json"])
+def test_the_same_boxes_in_every_encoding(tmp_path, encoding):
+    found = {}
+    for name in ("ros2", encoding):
+        source, output = tmp_path / f"{name}.mcap", tmp_path / f"{name}.out.mcap"
+        run("simulate", "--encoding", name, "--sensor", "vlp-16", "--scene", "crowd", "--frames", 2, "-o", source)
+        run("annotate", source, "-o", output)
+        found[name] = [boxes(message) for _, message in decoded(output)[TOPIC]]
+    assert found["ros2"] == found[encoding] and len(found["ros2"]) == 2
+    assert all(len(frame) > 3 for frame in found["ros2"])
+
+
+def boxes(message):
+    """Number, place, sides and text of each box of a MarkerArray or a SceneUpdate, however it was decoded."""
+    if isinstance(message, dict):
+        message = json.loads(json.dumps(message), object_hook=lambda fields: SimpleNamespace(**fields))
+    if hasattr(message, "markers"):
+        texts = {marker.id: marker.text for marker in message.markers if marker.ns == "ids"}
+        cubes = [marker for marker in message.markers if marker.ns == "boxes"]
+        return [(m.id, flat(m.pose.position, m.scale), texts[m.id]) for m in cubes]
+    return [
+        (int(e.id), flat(e.cubes[0].pose.position, e.cubes[0].size), e.texts[0].text) for e in message.entities
+    ]
+
+
+@pytest.mark.parametrize("kind", ["markers", "detection3d"])
+def test_ros1_knows_our_definitions(tmp_path, kind):
+    """Sums as ROS 1 makes them of the definitions in the file, and the same bytes again."""
+    source, output = tmp_path / "in.mcap", tmp_path / "out.mcap"
+    run("simulate", "--encoding", "ros1", "--sensor", "vlp-16", "--scene", "crowd", "--frames", 1, "-o", source)
+    run("annotate", source, "-o", output, "--objects", kind)
+    store = get_typestore(Stores.ROS1_NOETIC)
+    with open(output, "rb") as file:
+        [(schema, channel, message)] = make_reader(file).iter_messages(topics=[TOPIC])
+    name = schema.name.replace("/", "/msg/")
+    if kind == "detection3d":
+        defined = get_types_from_msg(schema.data.decode(), name)
+        store.register({key: value for key, value in defined.items() if key not in store.types})
+    assert channel.metadata["md5sum"] == store.generate_msgdef(name, ros_version=1)[1]
+    again = store.serialize_ros1(store.deserialize_ros1(message.data, name), name)
+    assert bytes(again) == bytes(message.data)
+
+
+def test_autoware_has_no_messages_in_ros_1(tmp_path):
+    source, output = tmp_path / "in.mcap", tmp_path / "out.mcap"
+    run("simulate", "--encoding", "ros1", "--sensor", "vlp-16", "--scene", "crowd", "--frames", 1, "-o", source)
+    arguments = [BINARY, "annotate", source, "-o", output, "--objects", "autoware"]
+    done = subprocess.run(arguments, capture_output=True, text=True)
+    assert done.returncode == 1 and "ROS 1" in done.stderr and not output.exists()

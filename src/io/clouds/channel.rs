@@ -59,6 +59,15 @@ impl CloudChannel {
         }
     }
 
+    /// Why a topic's clouds cannot be read, if it has some that cannot.
+    pub fn why_unreadable(overview: &Overview, topic: &str) -> Option<String> {
+        let channels = overview.channels_of(topic);
+        channels.map(|channel| CloudChannel::of(overview, channel)).find_map(|found| match found {
+            CloudChannel::Unreadable(unreadable) => Some(unreadable.reason),
+            _ => None,
+        })
+    }
+
     fn without_format(own: &str, is_foxglove: bool, encoding: &str) -> Self {
         let (reason, is_cloud) = match own {
             "PointCloud2" => (in_encoding("PointCloud2", "`cdr` and `ros1`", encoding), true),

@@ -6,11 +6,14 @@ use std::borrow::Cow;
 use base64::Engine;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
-use serde::{Deserialize, Serialize};
+use serde::de::{Error as _, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::CloudFormat;
-use super::foxglove::{code, datatype, datatype_of_name, unorganised};
-use super::packed::{CloudPose, Datatype, PackedCloud, PointField, stamp_ns as nanoseconds};
+use super::foxglove_cdr::{code, datatype, datatype_of_name, unorganised};
+use super::packed::{
+    CloudPose, Datatype, MOST_FIELDS, PackedCloud, PointField, stamp_ns as nanoseconds,
+};
 use super::rfc3339;
 use crate::error::{Error, Result};
 
@@ -31,7 +34,7 @@ struct Message<'a> {
     pose: Option<Pose>,
     #[serde(alias = "pointStride")]
     point_stride: u32,
-    #[serde(borrow)]
+    #[serde(borrow, deserialize_with = "fields")]
     fields: Vec<Field<'a>>,
     #[serde(borrow)]
     data: Cow<'a, str>,
@@ -80,6 +83,33 @@ struct Orientation {
     w: f64,
 }
 
+/// Reads fields up to the most that there may be; a list of more is not even kept.
+fn fields<'de, D: Deserializer<'de>>(list: D) -> std::result::Result<Vec<Field<'de>>, D::Error> {
+    struct Fields;
+    impl<'de> Visitor<'de> for Fields {
+        type Value = Vec<Field<'de>>;
+
+        fn expecting(&self, out: &mut std::fmt::Formatter) -> std::fmt::Result {
+            write!(out, "at most {MOST_FIELDS} fields")
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(
+            self,
+            mut list: A,
+        ) -> std::result::Result<Self::Value, A::Error> {
+            let mut fields = Vec::new();
+            while let Some(field) = list.next_element()? {
+                if fields.len() == MOST_FIELDS {
+                    return Err(A::Error::invalid_length(MOST_FIELDS + 1, &self));
+                }
+                fields.push(field);
+            }
+            Ok(fields)
+        }
+    }
+    list.deserialize_seq(Fields)
+}
+
 #[derive(Deserialize)]
 struct Field<'a> {
     #[serde(default)]
@@ -99,7 +129,7 @@ enum Kind<'a> {
 
 /// Reads a message. The data is copied out of its text.
 pub(super) fn decode(message: &[u8]) -> Result<PackedCloud<'_>> {
-    let message: Message = serde_json::from_slice(message).map_err(not_json)?;
+    let message: Message = parse(message)?;
     let (stamp_sec, stamp_nanosec) = stamp(message.timestamp)?;
     let fields = message.fields.into_iter().map(field).collect::<Result<_>>()?;
     let data = BASE64.decode(message.data.as_bytes()).map_err(|error| {
@@ -113,7 +143,7 @@ pub(super) fn decode(message: &[u8]) -> Result<PackedCloud<'_>> {
 
 /// Stamp of a message in nanoseconds.
 pub(super) fn stamp_ns(message: &[u8]) -> Result<i64> {
-    let message: Stamped = serde_json::from_slice(message).map_err(not_json)?;
+    let message: Stamped = parse(message)?;
     let (sec, nanosec) = stamp(message.timestamp)?;
     Ok(nanoseconds(sec, nanosec))
 }
@@ -122,8 +152,12 @@ fn malformed(problem: String) -> Error {
     CloudFormat::FoxgloveJson.malformed(problem)
 }
 
-fn not_json(error: serde_json::Error) -> Error {
-    malformed(error.to_string())
+fn parse<'a, T: Deserialize<'a>>(message: &'a [u8]) -> Result<T> {
+    // A list of the values without their names would be taken, too.
+    if message.trim_ascii_start().first() != Some(&b'{') {
+        return Err(malformed(format!("{} bytes that are no object of JSON", message.len())));
+    }
+    serde_json::from_slice(message).map_err(|error| malformed(error.to_string()))
 }
 
 fn stamp(stamp: Option<Stamp>) -> Result<(i64, u32)> {

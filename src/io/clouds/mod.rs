@@ -11,7 +11,7 @@
 //! Which of them a channel carries, or why it cannot be read, is for [`CloudChannel::of`] to say, alone.
 
 mod channel;
-mod foxglove;
+mod foxglove_cdr;
 mod json;
 mod packed;
 mod point_cloud2;
@@ -23,6 +23,8 @@ mod wire_format;
 pub use channel::{CloudChannel, Unreadable};
 pub use packed::{CloudPose, Datatype, PackedCloud, PointField};
 
+#[cfg(test)]
+mod format_tests;
 #[cfg(test)]
 pub(in crate::io) use packed::tests;
 
@@ -98,7 +100,7 @@ impl CloudFormat {
     pub fn decode(self, message: &[u8]) -> Result<PackedCloud<'_>> {
         let cloud = match self {
             CloudFormat::Ros2 | CloudFormat::Ros1 => point_cloud2::decode(self, message),
-            CloudFormat::FoxgloveRos2 => foxglove::decode_cdr(message),
+            CloudFormat::FoxgloveRos2 => foxglove_cdr::decode(message),
             CloudFormat::FoxgloveProtobuf => protobuf::decode(message),
             CloudFormat::FoxgloveJson => json::decode(message),
         }?;
@@ -161,7 +163,7 @@ impl PackedCloud<'_> {
         out.reserve_exact(self.head_bound() + json::data_len(self.format, length));
         match self.format {
             CloudFormat::Ros2 | CloudFormat::Ros1 => point_cloud2::encode(self, length, out, fill),
-            CloudFormat::FoxgloveRos2 => foxglove::encode_cdr(self, length, out, fill),
+            CloudFormat::FoxgloveRos2 => foxglove_cdr::encode(self, length, out, fill),
             CloudFormat::FoxgloveProtobuf => protobuf::encode(self, length, out, fill),
             CloudFormat::FoxgloveJson => json::encode(self, length, out, fill),
         }

@@ -10,7 +10,7 @@ use foxglove::Encode;
 use foxglove::messages::{PackedElementField, PointCloud, Pose, Quaternion, Vector3};
 
 use super::CloudFormat;
-use super::foxglove as shared;
+use super::foxglove_cdr as shared;
 use super::packed::{CloudPose, MOST_FIELDS, PackedCloud, PointField, stamp_ns as nanoseconds};
 use super::wire_format::{Value, put_bytes, put_integer, put_length, values};
 use crate::error::Result;

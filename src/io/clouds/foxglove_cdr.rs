@@ -81,7 +81,7 @@ pub(super) fn unorganised<'a>(
 }
 
 /// Reads a message of [`CloudFormat::FoxgloveRos2`]. The data stays where it is.
-pub(super) fn decode_cdr(message: &[u8]) -> Result<PackedCloud<'_>> {
+pub(super) fn decode(message: &[u8]) -> Result<PackedCloud<'_>> {
     let format = CloudFormat::FoxgloveRos2;
     let mut reader = format.ros_reader(message)?;
     let (stamp_sec, stamp_nanosec, frame_id) = read_header(&mut reader)?;
@@ -119,7 +119,7 @@ fn read_fields(reader: &mut RosReader) -> Result<Vec<PointField>> {
 }
 
 /// Appends the message with data that `fill` appends.
-pub(super) fn encode_cdr(
+pub(super) fn encode(
     cloud: &PackedCloud,
     length: usize,
     out: &mut Vec<u8>,
