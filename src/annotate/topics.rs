@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::error::{Error, Result};
-use crate::io::cloud_recording::ros1_connection;
+use crate::io::cloud_recording::{self, Durability, QOS, ros1_connection};
 use crate::io::frames::cloud_format;
 use crate::io::{Channel, CloudChannel, CloudFormat, MessageSchema, Overview};
 
@@ -105,15 +105,13 @@ fn list(overview: &Overview) -> String {
     format!("its topics:\n  {}", topics.join("\n  "))
 }
 
-const QOS: &str = "offered_qos_profiles";
-
 /// Quality-of-service metadata for an added channel: the cloud's own where it has some, else rosbag2's
 /// form of reliable, volatile, keep the last ten.
 fn qos(cloud: &Channel) -> BTreeMap<String, String> {
-    const DEFAULT: &str = "- history: 1\n  depth: 10\n  reliability: 1\n  durability: 2\n";
-    let own = cloud.metadata.get(QOS).filter(|own| !own.trim().is_empty());
-    let profile = own.map_or(DEFAULT, String::as_str);
-    BTreeMap::from([(QOS.to_owned(), profile.to_owned())])
+    match cloud.metadata.get(QOS).filter(|own| !own.trim().is_empty()) {
+        Some(own) => BTreeMap::from([(QOS.to_owned(), own.clone())]),
+        None => cloud_recording::qos(Durability::Volatile),
+    }
 }
 
 /// Metadata of an added channel of a type of its own: what recorders of its kind of messages note.

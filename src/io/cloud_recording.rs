@@ -28,7 +28,7 @@ struct Channel {
 
 /// How long a subscriber that comes late gets what was sent before, as rosbag2 writes it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Durability {
+pub enum Durability {
     /// Not at all.
     Volatile,
     /// As long as the sender is there: for what is sent once.
@@ -157,16 +157,24 @@ fn add_channel(
     Ok(Channel { id, messages: 0 })
 }
 
-/// Quality of service as rosbag2 notes it. Keep the last messages, deliver each.
-fn qos(durability: Durability) -> BTreeMap<String, String> {
-    let qos = match durability {
-        Durability::Volatile => "- history: 1\n  depth: 10\n  reliability: 1\n  durability: 2\n",
-        Durability::TransientLocal => {
-            "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n"
-        }
+/// Quality of service as rosbag2 notes it, every field of it, which some readers demand: reliable, the last messages are
+/// kept, without any deadline.
+pub fn qos(durability: Durability) -> BTreeMap<String, String> {
+    let (depth, durability) = match durability {
+        Durability::Volatile => (10, 2),
+        Durability::TransientLocal => (1, 1),
     };
-    BTreeMap::from([("offered_qos_profiles".to_owned(), qos.to_owned())])
+    let without_end = "\n    sec: 9223372036\n    nsec: 854775807";
+    let profile = format!(
+        "- history: 1\n  depth: {depth}\n  reliability: 1\n  durability: {durability}\n  deadline:{without_end}\n  \
+         lifespan:{without_end}\n  liveliness: 1\n  liveliness_lease_duration:{without_end}\n  \
+         avoid_ros_namespace_conventions: false\n"
+    );
+    BTreeMap::from([(QOS.to_owned(), profile)])
 }
+
+/// Key of a channel's metadata for its quality of service.
+pub const QOS: &str = "offered_qos_profiles";
 
 /// What a ROS 1 bag notes of a connection on a topic, given the sum of its type's definition.
 pub fn ros1_connection(topic: &str, md5: &str) -> BTreeMap<String, String> {
