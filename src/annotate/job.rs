@@ -15,7 +15,8 @@ use super::{Event, Frame, Options, is_cloud, is_readable_cloud, place};
 use crate::error::{Error, Result};
 use crate::io::{
     CloudNumber, Item, MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA, MessageHeader, Overview, Part,
-    Position, Record, RecordingReader, RecordingWriter, SharedBytes, SourceChunk, WriteOptions,
+    Position, Record, RecordingReader, RecordingWriter, SharedBytes, SourceChunk, Wanted,
+    WriteOptions,
 };
 use crate::workers::{Ticket, Workers};
 
@@ -42,6 +43,7 @@ pub(super) struct Job<'a> {
     total: u64,
     /// Topic of each channel whose clouds are annotated.
     clouds: BTreeMap<u16, Arc<str>>,
+    pub(super) wanted: Wanted,
     /// Channels added for each topic, once they are: instances and objects.
     added: BTreeMap<Arc<str>, (u16, u16)>,
     /// Number of the next cloud of each topic.
@@ -113,10 +115,19 @@ impl<'a> Job<'a> {
         )?;
         writer.compress_on(workers);
         writer.reserve(overview);
+        let wanted = Wanted {
+            from_ns: options.from_ns,
+            to_ns: options.to_ns,
+            numbered: clouds.clone(),
+            ..Wanted::default()
+        };
         let topics = clouds.values().map(|topic| (topic.clone(), TopicReport::default()));
         let report = Report {
             input: overview.path.clone(),
             output: output.to_owned(),
+            input_bytes: overview.file_size,
+            from_ns: options.from_ns,
+            to_ns: options.to_ns,
             topics: topics.collect(),
             profile: Profile { threads: workers.threads(), ..Profile::default() },
             ..Report::default()
@@ -131,6 +142,7 @@ impl<'a> Job<'a> {
             queue: VecDeque::new(),
             queued: (0, 0),
             total: overview.file_size,
+            wanted,
             clouds: clouds.into_iter().map(|(id, topic)| (id, topic.into())).collect(),
             added: BTreeMap::new(),
             next_number: BTreeMap::new(),
@@ -188,8 +200,8 @@ impl<'a> Job<'a> {
     /// Whether a chunk can be placed as it is.
     fn stays(&self, chunk: &SourceChunk) -> bool {
         let (first, last) = chunk.times();
-        let is_kept =
-            chunk.message_count() == 0 || !(self.is_outside(first) || self.is_outside(last));
+        let is_kept = chunk.message_count() == 0
+            || (self.wanted.is_in_window(first) && self.wanted.is_in_window(last));
         is_kept && chunk.compression() == self.options.compression.name()
     }
 
@@ -197,17 +209,19 @@ impl<'a> Job<'a> {
         matches!(item, Item::Message { header, .. } if self.clouds.contains_key(&header.channel_id))
     }
 
-    fn is_outside(&self, log_time: u64) -> bool {
-        self.options.from_ns.is_some_and(|from| log_time < from)
-            || self.options.to_ns.is_some_and(|to| log_time >= to)
-    }
-
     /// Takes a record that is copied by itself.
     fn item(&mut self, bytes: u64, item: Item) -> Result<()> {
         match &item {
-            Item::Message { header, .. } if self.is_outside(header.log_time) => {
+            Item::Message { header, .. } if !self.wanted.is_in_window(header.log_time) => {
                 if let Some(topic) = self.clouds.get(&header.channel_id).cloned() {
                     self.count_cloud(&topic);
+                }
+                Ok(())
+            }
+            Item::Record(Record::Passed { counts }) => {
+                for (channel, count) in counts {
+                    let topic = Arc::clone(&self.clouds[channel]);
+                    *self.next_number.entry(topic).or_default() += count;
                 }
                 Ok(())
             }
@@ -379,7 +393,7 @@ impl<'a> Job<'a> {
     }
 
     /// Completes the output. The reader is at the end of the input.
-    pub(super) fn finish(mut self, reader: RecordingReader) -> Result<Report> {
+    pub(super) fn finish(mut self, mut reader: RecordingReader) -> Result<Report> {
         self.settle_all()?;
         for (channel, topic) in self.clouds.clone() {
             self.channels_for(&topic, channel)?;
@@ -390,6 +404,7 @@ impl<'a> Job<'a> {
             }
         }
         self.report.input_sha256 = reader.finish()?;
+        self.report.input_bytes_read = reader.bytes_read();
         let metadata = metadata(&self.report, &self.options.method);
         self.writer.write_metadata(METADATA_NAME, &metadata)?;
         (self.report.output_bytes, self.report.profile.write) = self.writer.finish_timed()?;

@@ -92,7 +92,7 @@ pub const USUAL_THREADS: usize = 8;
 /// `T/objects`. A chunk that can stay as it is stays as it is, byte for byte, and what is added to its clouds
 /// follows in chunks of its own; that is every chunk of the asked-for compression whose messages are all kept.
 /// Otherwise each cloud message is followed by those added to it. The output is the same however many threads
-/// there are. A cloud that cannot be read is passed through, warned of and counted. The
+/// there are. Of a recording whose index can be relied on, chunks outside of the times asked for are not read. A cloud that cannot be read is passed through, warned of and counted. The
 /// output appears under its name when it is complete, or not at all. Memory does not grow with the
 /// length of the recording, but for the boxes of a topic where those are asked for.
 ///
@@ -115,7 +115,7 @@ pub fn annotate(
         threads => threads,
     });
     let mut job = Job::new(&overview, output, options, &workers, on_event)?;
-    let mut reader = RecordingReader::open_ahead(input, &workers)?;
+    let mut reader = RecordingReader::open_wanted(&overview, &job.wanted, &workers)?;
     loop {
         let part = reader.next_part();
         let bytes = reader.offset();

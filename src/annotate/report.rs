@@ -23,8 +23,16 @@ pub struct Report {
     pub output: PathBuf,
     /// Bytes of the output.
     pub output_bytes: u64,
-    /// SHA-256 of the input.
-    pub input_sha256: String,
+    /// Bytes of the input.
+    pub input_bytes: u64,
+    /// Bytes that were read of it; fewer than it has if a window was asked for and its index says where that lies.
+    pub input_bytes_read: u64,
+    /// SHA-256 of the input, if all of it was read.
+    pub input_sha256: Option<String>,
+    /// Earliest log time in nanoseconds, if that was asked for.
+    pub from_ns: Option<u64>,
+    /// Log time in nanoseconds from which on messages were left out, if that was asked for.
+    pub to_ns: Option<u64>,
     /// Messages copied.
     pub messages: u64,
     /// Per cloud topic.
@@ -158,18 +166,32 @@ pub fn remarks(clustered: &Clustered, taxonomy: &Taxonomy) -> Vec<(&'static str,
     remarks
 }
 
+/// What stands for the hash of an input that was not read whole.
+fn input_read(report: &Report) -> String {
+    let (read, all) = (report.input_bytes_read, report.input_bytes);
+    format!("{read} of {all} bytes, found by the index of the input; no hash of all of it")
+}
+
 /// The metadata record: version, parameters, the input's hash, counts per reason.
 pub(super) fn metadata(report: &Report, method: &Method) -> BTreeMap<String, String> {
     let json = |value: serde_json::Value| value.to_string();
     let mut metadata = BTreeMap::from([
         ("version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
-        ("input_sha256".to_owned(), report.input_sha256.clone()),
         ("method".to_owned(), method.config.method_name().to_owned()),
         ("preset".to_owned(), method.config.preset.to_owned()),
         ("taxonomy".to_owned(), method.taxonomy.name.clone()),
         ("parameters".to_owned(), json(serde_json::json!(method.config))),
         ("ground".to_owned(), json(serde_json::json!(method.ground))),
     ]);
+    let mut say = |key: &str, value: Option<String>| {
+        metadata.extend(value.map(|value| (key.to_owned(), value)));
+    };
+    match &report.input_sha256 {
+        Some(hash) => say("input_sha256", Some(hash.clone())),
+        None => say("input_read", Some(input_read(report))),
+    }
+    say("from_ns", report.from_ns.map(|ns| ns.to_string()));
+    say("to_ns", report.to_ns.map(|ns| ns.to_string()));
     if let Some(boxes) = method.boxes.describe() {
         metadata.insert("boxes".to_owned(), boxes);
     }

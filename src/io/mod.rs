@@ -35,8 +35,8 @@ pub use labelled::{
 pub use markers::{MarkerBox, marker_array};
 pub use point_cloud2::{Datatype, PointCloud2, PointField};
 pub use recording::{
-    AttachmentHeader, Channel, Compression, Item, MessageHeader, Metadata, Overview, Part,
-    PartialFile, Position, ReadTimes, Record, RecordingReader, RecordingWriter, Schema,
-    SharedBytes, SourceChunk, WriteOptions, WriteTimes, write_file,
+    AttachmentHeader, Channel, Compression, FrameRange, Item, MessageHeader, Metadata, Overview,
+    Part, PartialFile, Position, ReadTimes, Record, RecordingReader, RecordingWriter, Schema,
+    SharedBytes, SourceChunk, Wanted, WriteOptions, WriteTimes, write_file,
 };
 pub use ros::{ByteOrder, Layout};

@@ -8,7 +8,8 @@ use divmerge::annotate::{Event, Options, Report, TopicReport, annotate};
 use divmerge::io::Compression;
 use divmerge::view::Target;
 
-use crate::arguments::{MethodArguments, Moment, moment, window};
+use crate::arguments::MethodArguments;
+use crate::moments::{Moment, moment, window};
 use crate::terminal::{byte_bar, grouped};
 use crate::viewer::{self, Watcher};
 use crate::{Outcome, interrupt, profile};
@@ -39,8 +40,9 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = Compress::Zstd)]
     compression: Compress,
 
-    /// Leave out messages before this log time: seconds from the start (12.5) or since 1970
-    /// (@1317384506.4)
+    /// Leave out messages before this log time: seconds from the start (12.5), since 1970 (@1317384506.4), a date
+    /// (2011-09-30T12:28:26Z), or that of a cloud (frame:100, of the first topic annotated). Where the recording has a
+    /// sound index, what lies outside is not even read
     #[arg(long, value_name = "T", value_parser = moment)]
     from: Option<Moment>,
 
@@ -96,7 +98,8 @@ impl From<Compress> for Compression {
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     interrupt::listen();
     crate::refuse_existing(&arguments.output, arguments.force)?;
-    let (from_ns, to_ns) = window(&arguments.input, arguments.from, arguments.to)?;
+    let (from_ns, to_ns) =
+        window(&arguments.input, (arguments.from, arguments.to), &arguments.topics)?;
     let options = Options {
         method: arguments.method.method(&arguments.input)?,
         topics: arguments.topics.clone(),

@@ -16,6 +16,7 @@ mod failures;
 mod figure;
 mod info;
 mod interrupt;
+mod moments;
 mod profile;
 mod simulate;
 mod sweep;

@@ -16,6 +16,7 @@ mod reader;
 mod record;
 mod scan;
 mod summary;
+mod wanted;
 mod words;
 mod writer;
 
@@ -28,4 +29,6 @@ pub use part::{Item, Part, SharedBytes, SourceChunk};
 pub use partial::PartialFile;
 pub use reader::{ReadTimes, RecordingReader};
 pub use record::{Position, Record, Schema};
+pub use wanted::{FrameRange, Wanted};
+pub(crate) use wanted::{is_behind, window_around};
 pub use writer::{Compression, RecordingWriter, WriteOptions, WriteTimes, write_file};

@@ -1,6 +1,6 @@
 //! What is in a recording, from its index where there is a good one.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use mcap::records::{self, Channel};
@@ -42,8 +42,8 @@ pub struct Overview {
     pub end_ns: Option<u64>,
     /// Chunks.
     pub chunk_count: u64,
-    /// Compressions of the chunks, the empty name for none. An index without chunks tells of none.
-    pub compression: BTreeSet<String>,
+    /// Chunks by compression, the empty name for none. An index without chunks tells of none.
+    pub compression: BTreeMap<String, u64>,
     /// Attachments.
     pub attachment_count: u64,
     /// Metadata records.
@@ -95,7 +95,7 @@ impl Overview {
             start_ns: None,
             end_ns: None,
             chunk_count: 0,
-            compression: BTreeSet::new(),
+            compression: BTreeMap::new(),
             attachment_count: 0,
             metadata_count: 0,
             problems: Vec::new(),
@@ -144,7 +144,10 @@ impl Overview {
                     self.problems.push(format!("{problem} (byte {offset})"));
                 }
             }
-            Record::Attachment { .. } | Record::Metadata(_) | Record::Private { .. } => {}
+            Record::Attachment { .. }
+            | Record::Metadata(_)
+            | Record::Private { .. }
+            | Record::Passed { .. } => {}
         }
     }
 
@@ -166,7 +169,7 @@ impl Overview {
                 indexed.channels.insert(channel.id, channel);
             }
             records::Record::ChunkIndex(chunk) => {
-                indexed.compression.insert(chunk.compression);
+                *indexed.compression.entry(chunk.compression).or_default() += 1;
             }
             records::Record::Statistics(found) => statistics = Some(found),
             _ => {}

@@ -17,15 +17,35 @@ pub(super) const MAX_RECORD: u64 = 2 << 30;
 /// Bytes read at a time.
 const PIECE: usize = 1 << 20;
 
-/// The bytes of a file in order, hashed as they go by.
+/// The bytes of a file in order, hashed as they go by unless some are passed over.
 pub(super) struct Source {
     pub(super) path: PathBuf,
     pub(super) size: u64,
     pub(super) offset: u64,
     /// Whether the file ends as a recording does.
     pub(super) is_complete: bool,
-    file: io::BufReader<File>,
+    file: io::BufReader<Counted>,
     hasher: Option<Sha256>,
+}
+
+/// A file, and how many bytes were read of it.
+struct Counted {
+    file: File,
+    bytes: u64,
+}
+
+impl Read for Counted {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let read = self.file.read(into)?;
+        self.bytes += read as u64;
+        Ok(read)
+    }
+}
+
+impl Seek for Counted {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.file.seek(to)
+    }
 }
 
 impl Source {
@@ -44,7 +64,7 @@ impl Source {
             size: metadata.len(),
             offset: 0,
             is_complete,
-            file: io::BufReader::with_capacity(64 << 10, file),
+            file: io::BufReader::with_capacity(64 << 10, Counted { file, bytes: 0 }),
             hasher: hash.then(Sha256::new),
         };
         source.expect_magic()?;
@@ -75,15 +95,32 @@ impl Source {
         Ok(())
     }
 
-    /// Reads what is left and returns the SHA-256 of the file in lowercase hexadecimal.
-    pub(super) fn finish(mut self) -> Result<String> {
+    /// Goes on at a later place; there is no hash of the file then.
+    pub(super) fn pass_to(&mut self, offset: u64) -> Result<()> {
+        let sought = self.file.seek(SeekFrom::Start(offset));
+        self.offset = sought.map_err(|error| self.io_error(error))?;
+        self.hasher = None;
+        Ok(())
+    }
+
+    /// Bytes that were read of the file.
+    pub(super) fn bytes_read(&self) -> u64 {
+        self.file.get_ref().bytes
+    }
+
+    /// Reads what is left and returns the SHA-256 of the file in lowercase hexadecimal; of one that is not hashed,
+    /// nothing.
+    pub(super) fn finish(&mut self) -> Result<Option<String>> {
+        if self.hasher.is_none() {
+            return Ok(None);
+        }
         let mut piece = Vec::new();
         while self.remaining() > 0 {
             piece.clear();
             self.read(self.remaining().min(PIECE as u64), &mut piece)?;
         }
-        let digest = self.hasher.unwrap_or_default().finalize();
-        Ok(digest.iter().map(|byte| format!("{byte:02x}")).collect())
+        let digest = self.hasher.take().map(Sha256::finalize);
+        Ok(digest.map(|digest| digest.iter().map(|byte| format!("{byte:02x}")).collect()))
     }
 
     /// An error about what is at `offset`.

@@ -173,14 +173,17 @@ impl RecordingWriter {
         self.channel_ids.extend(overview.channels.keys());
     }
 
-    /// Writes a record of another recording as it is, ids and times included. Its header, damage and
-    /// truncation are left out.
+    /// Writes a record of another recording as it is, ids and times included. Its header, what tells of damage, and what
+    /// was passed over are left out.
     ///
     /// # Errors
     /// [`Error::Write`] for a record that contradicts one before it, [`Error::Io`].
     pub fn copy(&mut self, record: &Record) -> Result<()> {
         match record {
-            Record::Header { .. } | Record::Damaged { .. } | Record::Truncated { .. } => Ok(()),
+            Record::Header { .. }
+            | Record::Passed { .. }
+            | Record::Damaged { .. }
+            | Record::Truncated { .. } => Ok(()),
             Record::Schema(schema) => self.copy_schema(schema),
             Record::Channel(channel) => self.copy_channel(channel),
             Record::Message { header, data, .. } => self.write_message(header, data),

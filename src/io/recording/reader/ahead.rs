@@ -1,6 +1,6 @@
 //! The records of a file one after the other, whole ones read ahead and chunks of them unpacked by threads.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -8,6 +8,7 @@ use mcap::records::op;
 
 use super::super::chunk;
 use super::super::scan::{HEAD_LEN, MAX_RECORD, Source};
+use super::super::wanted::Gap;
 use super::super::words::record_name;
 use crate::error::{Error, Result};
 use crate::stopwatch::{Steps, ms_since};
@@ -48,6 +49,13 @@ pub(super) enum Next {
         left: u64,
         body: Vec<u8>,
     },
+    /// A stretch that nobody wants anything of was passed over.
+    Passed {
+        /// Where it ends.
+        end: u64,
+        /// Messages in it of numbered channels.
+        counts: BTreeMap<u16, u64>,
+    },
     /// The file ends, or nearly, `left` bytes before where a record should be.
     RunOut {
         offset: u64,
@@ -59,6 +67,8 @@ pub(super) enum Next {
 pub(super) struct Ahead {
     pub(super) source: Source,
     workers: Workers,
+    /// Stretches that are passed over, in the order of the file.
+    gaps: VecDeque<Gap>,
     queue: VecDeque<Result<Next>>,
     size: u64,
     /// Whether nothing more is to be read ahead: behind the footer, a cut or an error.
@@ -68,12 +78,12 @@ pub(super) struct Ahead {
 }
 
 impl Ahead {
-    pub(super) fn new(source: Source, workers: Workers) -> Self {
+    pub(super) fn new(source: Source, workers: Workers, gaps: VecDeque<Gap>) -> Self {
         let queue = VecDeque::new();
-        Ahead { source, workers, queue, size: 0, is_over: false, steps: Steps::default() }
+        Ahead { source, workers, gaps, queue, size: 0, is_over: false, steps: Steps::default() }
     }
 
-    /// What comes next. Not to be called behind anything but a whole record that is no footer.
+    /// What comes next. Not to be called behind a footer, a cut or an error.
     pub(super) fn next(&mut self) -> Result<Next> {
         self.fill();
         let next = self.queue.pop_front().unwrap_or_else(|| self.read())?;
@@ -95,6 +105,7 @@ impl Ahead {
                     self.is_over = raw.opcode == op::FOOTER;
                     self.size += raw.size;
                 }
+                Ok(Next::Passed { .. }) => {}
                 _ => self.is_over = true,
             }
             self.queue.push_back(next);
@@ -102,6 +113,10 @@ impl Ahead {
     }
 
     fn read(&mut self) -> Result<Next> {
+        if let Some(gap) = self.gaps.pop_front_if(|gap| gap.start == self.source.offset) {
+            self.source.pass_to(gap.end)?;
+            return Ok(Next::Passed { end: gap.end, counts: gap.counts });
+        }
         let (started, before) = (Instant::now(), self.source.offset);
         let next = self.read_raw();
         self.steps.take_since(started, self.source.offset - before);
@@ -150,8 +165,9 @@ impl Ahead {
         self.source.damage(offset, problem)
     }
 
-    /// Reads what is left and returns the SHA-256 of the file in lowercase hexadecimal.
-    pub(super) fn finish(self) -> Result<String> {
+    /// Reads what is left and returns the SHA-256 of the file in lowercase hexadecimal; nothing if not all of it was
+    /// read.
+    pub(super) fn finish(&mut self) -> Result<Option<String>> {
         self.source.finish()
     }
 }
