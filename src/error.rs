@@ -113,6 +113,15 @@ pub enum Error {
         count: usize,
     },
 
+    /// A bag whose `metadata.yaml` cannot be used.
+    #[error("{}: {problem}", path.display())]
+    Bag {
+        /// That file.
+        path: PathBuf,
+        /// What is wrong with it, and what to do.
+        problem: String,
+    },
+
     /// The output would collide with something in the input.
     #[error("{}: {problem}", path.display())]
     Conflict {

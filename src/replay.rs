@@ -180,6 +180,7 @@ impl Selection {
             numbered: clouds.clone(),
             frames: self.frames,
             others: false,
+            closed: None,
         }
     }
 

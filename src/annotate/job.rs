@@ -10,13 +10,15 @@ use std::time::Instant;
 use super::message::{Annotated, Clustered, Method, annotate_message};
 use super::profile::Profile;
 use super::report::{METADATA_NAME, Report, TopicReport, metadata, remarks};
-use super::topics::{INSTANCES, OBJECTS, channel_metadata, choose, qos, refuse_annotated};
+use super::topics::{
+    INSTANCES, OBJECTS, channel_metadata, choose, is_chosen, qos, refuse_annotated,
+};
 use super::{Event, Frame, Options, is_cloud, is_readable_cloud, place};
 use crate::error::{Error, Result};
 use crate::io::{
-    CloudNumber, Item, MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA, MessageHeader, Overview, Part,
-    Position, Record, RecordingReader, RecordingWriter, SharedBytes, SourceChunk, Wanted,
-    WriteOptions,
+    Channel, CloudNumber, Compression, Item, MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA, MessageHeader,
+    Overview, Part, Position, Record, RecordingReader, RecordingWriter, SharedBytes, SourceChunk,
+    Wanted, WriteOptions,
 };
 use crate::workers::{Ticket, Workers};
 
@@ -30,7 +32,7 @@ fn most_clouds(threads: usize) -> usize {
 
 /// An annotation under way.
 pub(super) struct Job<'a> {
-    overview: &'a Overview,
+    pub(super) overview: Overview,
     options: &'a Options,
     on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
     workers: Workers,
@@ -44,6 +46,11 @@ pub(super) struct Job<'a> {
     /// Topic of each channel whose clouds are annotated.
     clouds: BTreeMap<u16, Arc<str>>,
     pub(super) wanted: Wanted,
+    compression: Compression,
+    /// Whether topics and the rest become known only as they come.
+    is_stream: bool,
+    /// Whether the compression is still to be taken from the first chunk.
+    awaits_compression: bool,
     /// Channels added for each topic, once they are: instances and objects.
     added: BTreeMap<Arc<str>, (u16, u16)>,
     /// Number of the next cloud of each topic.
@@ -96,26 +103,58 @@ impl What {
 
 impl<'a> Job<'a> {
     pub(super) fn new(
-        overview: &'a Overview,
+        overview: Overview,
         output: &Path,
         options: &'a Options,
         workers: &Workers,
         on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
     ) -> Result<Self> {
-        let clouds = choose(overview, &options.topics)?;
-        refuse_annotated(overview, &clouds)?;
+        let clouds = choose(&overview, &options.topics)?;
+        let mut job = Self::with(overview, clouds, output, options, workers, on_event)?;
+        refuse_annotated(&job.overview, &job.wanted.numbered)?;
+        job.writer.reserve(&job.overview);
+        for channel in job.overview.channels.clone().into_values() {
+            job.warn_of_other_cloud(&channel);
+        }
+        Ok(job)
+    }
+
+    /// The same for a stream, whose topics are not known yet.
+    pub(super) fn of_stream(
+        overview: Overview,
+        output: &Path,
+        options: &'a Options,
+        workers: &Workers,
+        on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
+    ) -> Result<Self> {
+        let mut job = Self::with(overview, BTreeMap::new(), output, options, workers, on_event)?;
+        job.writer.reserve_all_but_the_highest();
+        job.is_stream = true;
+        Ok(job)
+    }
+
+    fn with(
+        overview: Overview,
+        clouds: BTreeMap<u16, String>,
+        output: &Path,
+        options: &'a Options,
+        workers: &Workers,
+        on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
+    ) -> Result<Self> {
+        let usual = || overview.usual_compression().unwrap_or_default();
+        let compression = options.compression.unwrap_or_else(usual);
         let mut writer = RecordingWriter::create(
             output,
             &WriteOptions {
                 profile: overview.profile.clone(),
                 recorded_by: overview.library.clone(),
-                compression: options.compression,
+                compression,
                 force: options.force,
             },
         )?;
         writer.compress_on(workers);
-        writer.reserve(overview);
         let wanted = Wanted {
+            closed: options.unchecked.then_some(compression),
             from_ns: options.from_ns,
             to_ns: options.to_ns,
             numbered: clouds.clone(),
@@ -132,8 +171,10 @@ impl<'a> Job<'a> {
             profile: Profile { threads: workers.threads(), ..Profile::default() },
             ..Report::default()
         };
-        let mut job = Job {
+        Ok(Job {
+            total: overview.file_size,
             overview,
+            is_stream: false,
             options,
             on_event,
             workers: workers.clone(),
@@ -141,30 +182,63 @@ impl<'a> Job<'a> {
             writer,
             queue: VecDeque::new(),
             queued: (0, 0),
-            total: overview.file_size,
             wanted,
+            compression,
+            awaits_compression: options.compression.is_none(),
             clouds: clouds.into_iter().map(|(id, topic)| (id, topic.into())).collect(),
             added: BTreeMap::new(),
             next_number: BTreeMap::new(),
             warned: BTreeMap::new(),
             report,
-        };
-        job.warn_of_other_clouds();
-        Ok(job)
+        })
     }
 
-    fn warn_of_other_clouds(&mut self) {
-        for channel in self.overview.channels.values() {
-            if !is_cloud(self.overview, channel) || is_readable_cloud(self.overview, channel) {
-                continue;
+    fn warn_of_other_cloud(&mut self, channel: &Channel) {
+        if !is_cloud(&self.overview, channel) || is_readable_cloud(&self.overview, channel) {
+            return;
+        }
+        let schema = self.overview.schema_of(channel.id).map(|schema| schema.name.as_str());
+        self.warn(format!(
+            "{}: {} in encoding `{}` cannot be read yet; passed through without annotation",
+            channel.topic,
+            schema.unwrap_or("no schema"),
+            channel.message_encoding
+        ));
+    }
+
+    /// Takes the definitions of a stream as they come, before the messages behind them.
+    fn learn(&mut self, items: &[Item]) -> Result<()> {
+        for item in items {
+            match item {
+                Item::Record(Record::Schema(schema)) => {
+                    self.overview.schemas.insert(schema.id, schema.clone());
+                }
+                Item::Record(Record::Channel(channel)) => self.learn_channel(channel)?,
+                _ => {}
             }
-            let schema = self.overview.schema_of(channel.id).map(|schema| schema.name.as_str());
-            self.warn(format!(
-                "{}: {} in encoding `{}` cannot be read yet; passed through without annotation",
-                channel.topic,
-                schema.unwrap_or("no schema"),
-                channel.message_encoding
-            ));
+        }
+        Ok(())
+    }
+
+    fn learn_channel(&mut self, channel: &Channel) -> Result<()> {
+        self.overview.channels.insert(channel.id, channel.clone());
+        self.warn_of_other_cloud(channel);
+        if is_chosen(&self.overview, channel, &self.options.topics) {
+            let topic = channel.topic.clone();
+            self.report.topics.entry(topic.clone()).or_default();
+            self.clouds.insert(channel.id, topic.as_str().into());
+            self.wanted.numbered.insert(channel.id, topic);
+        }
+        refuse_annotated(&self.overview, &self.wanted.numbered)
+    }
+
+    /// Of a stream, where no compression was asked for, that of the first chunk is taken.
+    fn learn_compression(&mut self, chunk: &SourceChunk) {
+        let is_first = std::mem::take(&mut self.awaits_compression);
+        let found = Compression::of_name(chunk.compression()).filter(|_| is_first);
+        if let Some(compression) = found {
+            self.compression = compression;
+            self.writer.set_compression(compression);
         }
     }
 
@@ -184,6 +258,13 @@ impl<'a> Job<'a> {
 
     /// Takes what comes next in the input, of which so many bytes have been read.
     pub(super) fn part(&mut self, part: Part, bytes: u64) -> Result<()> {
+        if self.is_stream {
+            let (Part::Chunk(SourceChunk { items, .. }) | Part::Items(items)) = &part;
+            self.learn(items)?;
+            if let Part::Chunk(chunk) = &part {
+                self.learn_compression(chunk);
+            }
+        }
         match part {
             Part::Chunk(chunk) if self.stays(&chunk) => {
                 let clouds: Vec<Item> =
@@ -202,7 +283,7 @@ impl<'a> Job<'a> {
         let (first, last) = chunk.times();
         let is_kept = chunk.message_count() == 0
             || (self.wanted.is_in_window(first) && self.wanted.is_in_window(last));
-        is_kept && chunk.compression() == self.options.compression.name()
+        is_kept && chunk.compression() == self.compression.name()
     }
 
     fn is_cloud(&self, item: &Item) -> bool {
@@ -395,6 +476,9 @@ impl<'a> Job<'a> {
     /// Completes the output. The reader is at the end of the input.
     pub(super) fn finish(mut self, mut reader: RecordingReader) -> Result<Report> {
         self.settle_all()?;
+        if self.is_stream {
+            choose(&self.overview, &self.options.topics)?;
+        }
         for (channel, topic) in self.clouds.clone() {
             self.channels_for(&topic, channel)?;
         }

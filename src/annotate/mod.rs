@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use crate::cloud::PointCloud;
 use crate::error::{Error, Result};
-use crate::io::{Compression, Overview, Position, RecordingReader};
+use crate::io::{Compression, Overview, Position, RecordingReader, STANDARD_STREAM, is_stream};
 use crate::pipeline::Stages;
 use crate::stopwatch::ms_since;
 use crate::workers::Workers;
@@ -36,8 +36,11 @@ pub struct Options {
     pub from_ns: Option<u64>,
     /// Log time in nanoseconds from which on messages are left out of the output.
     pub to_ns: Option<u64>,
-    /// Compression of the output.
-    pub compression: Compression,
+    /// Compression of the output. Default: that of most of the input's chunks, so that those stay as they are.
+    pub compression: Option<Compression>,
+    /// Whether chunks that by the input's index hold nothing that is annotated are taken over without being opened. A
+    /// chunk of these that is damaged is then as damaged in the output, where its checksum still tells. Default: no.
+    pub unchecked: bool,
     /// Whether an existing output may be replaced.
     pub force: bool,
     /// Threads that unpack, cluster and compress, besides the one that reads and writes; with 1 that one does
@@ -73,7 +76,7 @@ pub enum Event<'a> {
     Progress {
         /// Bytes read.
         bytes: u64,
-        /// Bytes of the input.
+        /// Bytes of the input; 0 of a stream.
         total: u64,
     },
     /// Something the user should know; complete with topic and place.
@@ -86,7 +89,8 @@ pub enum Event<'a> {
 /// below 400 MB with a large sensor (docs/performance.md).
 pub const USUAL_THREADS: usize = 8;
 
-/// Annotates a recording.
+/// Annotates a recording. The input may be a stream ([`crate::io::is_stream`]), whose topics are taken as they come, and
+/// the output the standard one ([`crate::io::STANDARD_STREAM`]), which gets the recording as it is made.
 ///
 /// Everything in the input is copied unchanged; to each cloud message come one on `T/instances` and one on
 /// `T/objects`. A chunk that can stay as it is stays as it is, byte for byte, and what is added to its clouds
@@ -109,13 +113,22 @@ pub fn annotate(
 ) -> Result<Report> {
     refuse_same_file(input, output)?;
     let started = Instant::now();
-    let overview = Overview::read(input)?;
     let workers = Workers::start(match options.threads {
         0 => Workers::per_core().min(USUAL_THREADS),
         threads => threads,
     });
-    let mut job = Job::new(&overview, output, options, &workers, on_event)?;
-    let mut reader = RecordingReader::open_wanted(&overview, &job.wanted, &workers)?;
+    let (mut job, mut reader) = match is_stream(input) {
+        true => {
+            let mut reader = RecordingReader::open_ahead(input, &workers)?;
+            let overview = Overview::of_stream(&mut reader, input)?;
+            (Job::of_stream(overview, output, options, &workers, on_event)?, reader)
+        }
+        false => {
+            let job = Job::new(Overview::read(input)?, output, options, &workers, on_event)?;
+            let reader = RecordingReader::open_wanted(&job.overview, &job.wanted, &workers)?;
+            (job, reader)
+        }
+    };
     loop {
         let part = reader.next_part();
         let bytes = reader.offset();
@@ -136,6 +149,9 @@ pub fn annotate(
 }
 
 pub(crate) fn refuse_same_file(input: &Path, output: &Path) -> Result<()> {
+    if output == STANDARD_STREAM {
+        return Ok(());
+    }
     match (input.canonicalize(), output.canonicalize()) {
         (Ok(from), Ok(to)) if from == to => Err(Error::Conflict {
             path: input.to_owned(),

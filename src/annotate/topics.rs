@@ -50,6 +50,13 @@ pub fn choose(overview: &Overview, topics: &[String]) -> Result<BTreeMap<u16, St
         .collect())
 }
 
+/// Whether a channel's clouds are clustered, as far as is known of the recording.
+pub(super) fn is_chosen(overview: &Overview, channel: &Channel, topics: &[String]) -> bool {
+    is_readable_cloud(overview, channel)
+        && !is_annotation(overview, &channel.topic)
+        && (topics.is_empty() || topics.contains(&channel.topic))
+}
+
 /// Refuses a recording that has the topics that would be added.
 pub(super) fn refuse_annotated(overview: &Overview, clouds: &BTreeMap<u16, String>) -> Result<()> {
     for topic in clouds.values() {

@@ -146,6 +146,7 @@ impl CloudMessages {
             numbered: channels.iter().map(|&id| (id, topic.clone())).collect(),
             frames: (Bound::Included(*frames.start()), Bound::Included(*frames.end())),
             others: false,
+            closed: None,
         };
         Ok(CloudMessages {
             path: path.to_owned(),

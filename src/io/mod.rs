@@ -5,6 +5,7 @@
 //! ([`annotation`], [`markers`]).
 
 pub mod annotation;
+pub mod bag;
 pub mod boxes;
 pub mod camera_info;
 pub mod cloud_recording;
@@ -22,6 +23,7 @@ pub mod scans;
 pub mod semantic_kitti;
 
 pub use annotation::{PointAnnotation, annotated_cloud};
+pub use bag::Bag;
 pub use boxes::{BoxSource, FrameBoxes, FrameDetections};
 pub use definitions::{
     DIAGNOSTIC_ARRAY_NAME, DIAGNOSTIC_ARRAY_SCHEMA, MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA,
@@ -36,7 +38,8 @@ pub use markers::{MarkerBox, marker_array};
 pub use point_cloud2::{Datatype, PointCloud2, PointField};
 pub use recording::{
     AttachmentHeader, Channel, Compression, FrameRange, Item, MessageHeader, Metadata, Overview,
-    Part, PartialFile, Position, ReadTimes, Record, RecordingReader, RecordingWriter, Schema,
-    SharedBytes, SourceChunk, Wanted, WriteOptions, WriteTimes, write_file,
+    Part, PartialFile, Position, ReadTimes, Record, RecordingReader, RecordingWriter,
+    STANDARD_STREAM, Schema, SharedBytes, SourceChunk, Wanted, WriteOptions, WriteTimes, is_stream,
+    write_file,
 };
 pub use ros::{ByteOrder, Layout};

@@ -1,31 +1,39 @@
 //! `divmerge annotate`
 
-use std::path::PathBuf;
+mod tasks;
 
-use anyhow::Result;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use divmerge::annotate::{Event, Options, Report, TopicReport, annotate};
-use divmerge::io::Compression;
+use divmerge::io::{Compression, STANDARD_STREAM, is_stream};
 use divmerge::view::Target;
 
 use crate::arguments::MethodArguments;
-use crate::moments::{Moment, moment, window};
+use crate::moments::{Moment, absolute, moment, window};
 use crate::terminal::{byte_bar, grouped};
 use crate::viewer::{self, Watcher};
-use crate::{Outcome, interrupt, profile};
+use crate::{Outcome, interrupt, profile, told};
+use tasks::{Task, Tasks};
 
 /// Write a recording again with instances in it
 ///
 /// Every message, channel, schema, attachment and metadata record is kept as it is. Each cloud topic T
 /// gains T/instances (the same cloud with instance, component, semantic, reason, rgb and colors behind
-/// its own fields) and T/objects (a box and a number per instance, as a MarkerArray). Chunks of the asked-for
+/// its own fields) and T/objects (a box and a number per instance, as a MarkerArray). Chunks of the output's
 /// compression are taken over as they are, byte for byte; what is added stands in chunks of its own.
 #[derive(Args)]
 pub struct Arguments {
-    /// The recording (MCAP); it is never touched
-    input: PathBuf,
+    /// The recordings (MCAP), or folders of rosbag2 with a metadata.yaml; they are never touched. `-` reads one from
+    /// standard input
+    #[arg(required = true)]
+    inputs: Vec<PathBuf>,
 
-    /// The annotated recording; it appears when it is complete
+    /// The annotated recording; it appears when it is complete. For several recordings, and for a folder of rosbag2, a
+    /// folder: each keeps its name there, and a metadata.yaml is written beside those of a bag. `-` writes to standard
+    /// output
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
 
@@ -36,9 +44,15 @@ pub struct Arguments {
     #[command(flatten)]
     method: MethodArguments,
 
-    /// Compression of the output
-    #[arg(long, value_enum, default_value_t = Compress::Zstd)]
-    compression: Compress,
+    /// Compression of the output [default: that of most chunks of the input, which then stay as they are]
+    #[arg(long, value_enum)]
+    compression: Option<Compress>,
+
+    /// Take over chunks in which, by the recording's own index, is nothing to annotate without opening them. Quicker
+    /// where clouds are a small part; but such a chunk, if it is damaged, is as damaged in the output, which only a
+    /// reader that looks at its checksum will notice
+    #[arg(long)]
+    unchecked: bool,
 
     /// Leave out messages before this log time: seconds from the start (12.5), since 1970 (@1317384506.4), a date
     /// (2011-09-30T12:28:26Z), or that of a cloud (frame:100, of the first topic annotated). Where the recording has a
@@ -97,32 +111,75 @@ impl From<Compress> for Compression {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     interrupt::listen();
-    crate::refuse_existing(&arguments.output, arguments.force)?;
-    let (from_ns, to_ns) =
-        window(&arguments.input, (arguments.from, arguments.to), &arguments.topics)?;
-    let options = Options {
-        method: arguments.method.method(&arguments.input)?,
-        topics: arguments.topics.clone(),
-        from_ns,
-        to_ns,
-        compression: arguments.compression.into(),
-        force: arguments.force,
-        threads: arguments.threads.map_or(0, usize::from),
-    };
+    let tasks = Tasks::new(&arguments.inputs, &arguments.output)?;
+    tasks.prepare(arguments.force)?;
+    match tasks.tasks.as_slice() {
+        [task] if !tasks.has_folder => {
+            let report = one(arguments, task)?;
+            if arguments.json {
+                tell(task, &(serde_json::to_string_pretty(&report)? + "\n"))?;
+            }
+            Ok(outcome(&report))
+        }
+        _ => several(arguments, &tasks),
+    }
+}
+
+/// Annotates one recording after the other; one that fails does not keep the others from it.
+fn several(arguments: &Arguments, tasks: &Tasks) -> Result<Outcome> {
+    let (mut reports, mut made, mut failed) = (Vec::new(), Vec::new(), Vec::new());
+    for task in &tasks.tasks {
+        match one(arguments, task) {
+            Ok(report) => {
+                made.push(task.output.clone());
+                reports.push(report);
+            }
+            Err(error) if interrupt::wish().is_break() => return Err(error),
+            Err(error) => {
+                eprintln!("error: {}", told(&error));
+                failed.push(task.input.display().to_string());
+            }
+        }
+    }
+    let written = tasks.finish(&made, arguments.force)?;
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&reports)?);
+    } else {
+        for path in written {
+            println!("wrote {}", path.display());
+        }
+        println!("{} of {} recordings annotated", made.len(), tasks.tasks.len());
+    }
+    if !failed.is_empty() {
+        bail!("not annotated: {}", failed.join(", "));
+    }
+    let is_whole = reports.iter().all(Report::is_complete);
+    Ok(if is_whole { Outcome::Done } else { Outcome::Incomplete })
+}
+
+fn outcome(report: &Report) -> Outcome {
+    if report.is_complete() { Outcome::Done } else { Outcome::Incomplete }
+}
+
+/// Annotates a recording and says what was done, unless that is to be said as JSON.
+fn one(arguments: &Arguments, task: &Task) -> Result<Report> {
+    let input = task.input.as_path();
+    let options = options(arguments, input)?;
     let target = arguments.rerun.clone().map(|target| match target {
         Target::Save { path, .. } => Target::Save { path, force: arguments.force },
         other => other,
     });
-    let mut viewer = Watcher::open(target.as_ref(), &arguments.input, &options.method)?;
+    let mut viewer = Watcher::open(target.as_ref(), input, &options.method)?;
     let bar = byte_bar("annotating");
-    let report = annotate(&arguments.input, &arguments.output, &options, &mut |event| {
+    interrupt::is_writing(&task.output);
+    let report = annotate(input, &task.output, &options, &mut |event| {
         match event {
             Event::Progress { bytes, total } => {
-                bar.set_length(total);
+                bar.set_length(total.max(bytes));
                 bar.set_position(bytes);
             }
             Event::Warning(warning) => {
-                bar.suspend(|| eprintln!("warning: {}: {warning}", arguments.input.display()));
+                bar.suspend(|| eprintln!("warning: {}: {warning}", input.display()));
             }
             Event::Frame(frame) => viewer.show(&frame),
         }
@@ -130,34 +187,65 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     });
     bar.finish_and_clear();
     let report = report?;
-    if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&report)?);
-    } else {
-        print(&report);
+    if !arguments.json {
+        tell(task, &text(&report))?;
         if arguments.profile {
-            profile::print(&report);
+            tell(task, &profile::text(&report))?;
         }
     }
     viewer.finish()?;
-    Ok(if report.is_complete() { Outcome::Done } else { Outcome::Incomplete })
+    Ok(report)
+}
+
+fn options(arguments: &Arguments, input: &Path) -> Result<Options> {
+    let moments = (arguments.from, arguments.to);
+    let (from_ns, to_ns) = match is_stream(input) {
+        true => absolute(moments)?,
+        false => window(input, moments, &arguments.topics)?,
+    };
+    Ok(Options {
+        method: arguments.method.method(input)?,
+        topics: arguments.topics.clone(),
+        from_ns,
+        to_ns,
+        compression: arguments.compression.map(Compression::from),
+        unchecked: arguments.unchecked,
+        force: arguments.force,
+        threads: arguments.threads.map_or(0, usize::from),
+    })
+}
+
+/// For people: on standard output, unless the recording goes there.
+fn tell(task: &Task, text: &str) -> Result<()> {
+    match task.output.as_path() == STANDARD_STREAM {
+        true => eprint!("{text}"),
+        false => print!("{text}"),
+    }
+    Ok(io::stdout().flush()?)
+}
+
+/// Prints what was done.
+pub fn print(report: &Report) {
+    print!("{}", text(report));
 }
 
 /// One line per topic, the reasons below it, and the output.
-pub fn print(report: &Report) {
+fn text(report: &Report) -> String {
+    let mut text = String::new();
     for (topic, report) in &report.topics {
-        println!("{topic}: {}", summary(report));
+        text += &format!("{topic}: {}\n", summary(report));
         if report.frames > 0 {
-            println!("    {}", how(report));
-            println!("    points: {}", reasons(report));
+            text += &format!("    {}\n    points: {}\n", how(report), reasons(report));
         }
     }
-    println!(
-        "wrote {} ({} bytes, {} messages and {} annotations)",
+    text += &format!(
+        "wrote {} ({} bytes, {} messages and {} annotations)\n",
         report.output.display(),
         grouped(report.output_bytes),
         grouped(report.messages),
         grouped(2 * report.topics.values().map(|topic| topic.frames).sum::<u64>()),
     );
+    text
 }
 
 fn summary(report: &TopicReport) -> String {

@@ -87,6 +87,20 @@ pub fn window(
     Ok((from, to))
 }
 
+/// The log times of moments that need no recording to be known, as of a stream.
+pub fn absolute(
+    (from, to): (Option<Moment>, Option<Moment>),
+) -> Result<(Option<u64>, Option<u64>)> {
+    let time = |moment| match moment {
+        None => Ok(None),
+        Some(Moment::Absolute(nanoseconds)) => Ok(Some(nanoseconds)),
+        Some(_) => {
+            bail!("of a stream, --from and --to are times since 1970 (@1317384506.4) or dates")
+        }
+    };
+    Ok((time(from)?, time(to)?))
+}
+
 /// Reads `12.5` as seconds from the start, `@1317384506.4` as seconds since 1970, `2011-09-30T12:28:26Z` as a date and
 /// `frame:100` as a cloud.
 pub fn moment(text: &str) -> Result<Moment, String> {

@@ -30,7 +30,10 @@ pub(super) struct IndexedChunk {
     pub(super) end: u64,
     /// Earliest and latest log time.
     pub(super) times: (u64, u64),
-    pub(super) has_message_indexes: bool,
+    /// Channels that it has message indexes of.
+    pub(super) channels: usize,
+    /// Name of its compression, empty for none.
+    pub(super) compression: String,
     /// Channels that are kept, and where their message indexes are.
     pub(super) indexes: Vec<(u16, u64)>,
 }
@@ -63,16 +66,21 @@ impl IndexedChunk {
         let start = chunk.chunk_start_offset;
         let end = start.checked_add(chunk.chunk_length)?.checked_add(chunk.message_index_length)?;
         let times = (chunk.message_start_time, chunk.message_end_time);
-        let has_message_indexes = !chunk.message_index_offsets.is_empty();
+        let (channels, compression) = (chunk.message_index_offsets.len(), chunk.compression);
         let offsets = chunk.message_index_offsets.into_iter();
         let indexes = offsets.filter(|&(channel, _)| keep(channel)).collect();
         (times.0 <= times.1 && start < end).then_some(IndexedChunk {
             start,
             end,
             times,
-            has_message_indexes,
+            channels,
+            compression,
             indexes,
         })
+    }
+
+    pub(super) fn has_message_indexes(&self) -> bool {
+        self.channels > 0
     }
 }
 

@@ -29,6 +29,7 @@ pub use part::{Item, Part, SharedBytes, SourceChunk};
 pub use partial::PartialFile;
 pub use reader::{ReadTimes, RecordingReader};
 pub use record::{Position, Record, Schema};
+pub use scan::{STANDARD_STREAM, is_stream};
 pub use wanted::{FrameRange, Wanted};
 pub(crate) use wanted::{is_behind, window_around};
 pub use writer::{Compression, RecordingWriter, WriteOptions, WriteTimes, write_file};

@@ -8,7 +8,9 @@ use mcap::records::{self, Channel};
 use super::index::visit_summary;
 use super::reader::RecordingReader;
 use super::record::{Record, Schema};
-use crate::error::Result;
+use super::scan::is_stream;
+use super::writer::Compression;
+use crate::error::{Error, Result};
 
 /// Problems that are kept; a file can have any number.
 const MAX_PROBLEMS: usize = 16;
@@ -61,6 +63,12 @@ impl Overview {
     /// [`crate::Error::Io`]; [`crate::Error::Recording`] if the file is no MCAP, or had to be read
     /// through and is damaged. A file that is cut off is no error.
     pub fn read(path: &Path) -> Result<Self> {
+        if is_stream(path) {
+            let problem = "is no file but a stream, which is gone once it is read; `annotate` alone \
+                           reads from one";
+            let (path, problem) = (path.to_owned(), problem.to_owned());
+            return Err(Error::Recording { path, offset: 0, problem });
+        }
         let mut reader = RecordingReader::open_unhashed(path)?;
         let mut overview = Overview::empty(path, &reader);
         overview.take_first(&mut reader)?;
@@ -68,6 +76,22 @@ impl Overview {
             Some(indexed) => Ok(indexed),
             None => overview.read_through(reader),
         }
+    }
+
+    /// What is known of a stream before its records: the header alone.
+    ///
+    /// # Errors
+    /// Those of [`RecordingReader::next_record`].
+    pub fn of_stream(reader: &mut RecordingReader, path: &Path) -> Result<Self> {
+        let mut overview = Overview::empty(path, reader);
+        overview.take_first(reader)?;
+        Ok(overview)
+    }
+
+    /// The compression of most chunks; nothing if there is none, or none of it can be written here.
+    pub fn usual_compression(&self) -> Option<Compression> {
+        let most = self.compression.iter().max_by_key(|(_, count)| **count);
+        most.and_then(|(name, _)| Compression::of_name(name))
     }
 
     /// Name of a message's definition by channel, if the channel has one.

@@ -5,7 +5,7 @@ mod batch;
 mod summary;
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
@@ -56,6 +56,10 @@ pub struct RecordingReader {
     times: ReadTimes,
     /// Definitions that are given first, where some of those in the file may be passed over.
     known: Option<Definitions>,
+    /// Channels whose messages must not be left in chunks that are not opened.
+    numbered: BTreeSet<u16>,
+    /// A chunk that was not opened, to be given next, and where it begins.
+    closed: Option<(u64, SourceChunk)>,
     /// Whether something was passed over.
     has_passed: bool,
     /// Bytes that were read of the index beforehand.
@@ -118,9 +122,10 @@ impl RecordingReader {
     pub fn open_wanted(overview: &Overview, wanted: &Wanted, workers: &Workers) -> Result<Self> {
         let plan = Plan::new(overview, wanted);
         let known =
-            (!plan.gaps.is_empty()).then(|| (overview.schemas.clone(), overview.channels.clone()));
+            (!plan.is_empty()).then(|| (overview.schemas.clone(), overview.channels.clone()));
         let mut reader = Self::open_with(&overview.path, true, workers.clone(), plan)?;
         reader.known = known;
+        reader.numbered = wanted.numbered.keys().copied().collect();
         Ok(reader)
     }
 
@@ -135,7 +140,8 @@ impl RecordingReader {
         let mut crc = crc32fast::Hasher::new();
         crc.update(mcap::MAGIC);
         Ok(RecordingReader {
-            source: Ahead::new(source, workers, plan.gaps),
+            index_bytes: plan.bytes_read,
+            source: Ahead::new(source, workers, plan),
             offset,
             section: Section::Start,
             previous: 0,
@@ -150,14 +156,15 @@ impl RecordingReader {
             compression: BTreeMap::new(),
             times: ReadTimes::default(),
             known: None,
+            numbered: BTreeSet::new(),
+            closed: None,
             has_passed: false,
-            index_bytes: plan.bytes_read,
         })
     }
 
-    /// Bytes of the file.
+    /// Bytes of the file; of a stream 0.
     pub fn file_size(&self) -> u64 {
-        self.source.source.size
+        self.source.source.size.unwrap_or(0)
     }
 
     /// Bytes of the file up to the end of what was given last.
@@ -240,6 +247,9 @@ impl RecordingReader {
                 if let Some(found) = self.next_of_batch()? {
                     return Ok(Some(found));
                 }
+            } else if let Some((offset, chunk)) = self.closed.take() {
+                self.counts.messages -= chunk.message_count();
+                self.open_closed(offset, chunk.body())?;
             } else if let Some(record) = self.waiting.pop_front() {
                 return Ok(Some(Found::Owned(record)));
             } else if self.section == Section::End {
@@ -254,6 +264,8 @@ impl RecordingReader {
         loop {
             if self.batch.next < self.batch.bytes.len() {
                 return self.rest_of_batch().map(Some);
+            } else if let Some((_, chunk)) = self.closed.take() {
+                return Ok(Some(Part::Chunk(chunk)));
             } else if let Some(record) = self.waiting.pop_front() {
                 return Ok(Some(Part::Items(vec![Item::Record(record)])));
             } else if self.section == Section::End {
@@ -310,6 +322,23 @@ impl RecordingReader {
             Next::Cut { offset, opcode, length, left, body } => {
                 self.cut(offset, opcode, length, left, body)
             }
+            Next::Closed { offset, end, head, body, indexes, chunk } => {
+                for bytes in [&head, &*body, &*indexes] {
+                    self.crc.update(bytes);
+                }
+                (self.offset, self.previous) = (end, op::CHUNK);
+                let compression = chunk::compression(&body).unwrap_or_default().to_owned();
+                *self.compression.entry(compression).or_default() += 1;
+                self.counts.chunks += 1;
+                match chunk.wait().filter(|chunk| self.may_stay_closed(chunk)) {
+                    Some(chunk) => {
+                        self.counts.messages += chunk.message_count();
+                        self.closed = Some((offset, chunk));
+                        Ok(())
+                    }
+                    None => self.open_closed(offset, &body),
+                }
+            }
             Next::Passed { end, counts } => {
                 (self.offset, self.has_passed, self.previous) = (end, true, op::CHUNK);
                 self.waiting.push_back(Record::Passed { counts });
@@ -320,6 +349,24 @@ impl RecordingReader {
                 self.take_raw(raw)
             }
         }
+    }
+
+    /// Whether a chunk's message indexes tell of known channels alone, and of none that is looked into.
+    fn may_stay_closed(&self, chunk: &SourceChunk) -> bool {
+        chunk.counts().all(|(channel, _)| {
+            self.channels.contains_key(&channel) && !self.numbered.contains(&channel)
+        })
+    }
+
+    /// Opens a chunk after all.
+    fn open_closed(&mut self, offset: u64, body: &Arc<Vec<u8>>) -> Result<()> {
+        let mut records = Vec::new();
+        chunk::unpack(body, &mut records)
+            .map_err(|problem| self.source.damage(offset, problem + &self.topics_of(offset)))?;
+        self.body = Arc::clone(body);
+        self.open_batch(offset, true, records);
+        self.batch.is_copyable = true;
+        Ok(())
     }
 
     fn take_raw(&mut self, raw: Raw) -> Result<()> {

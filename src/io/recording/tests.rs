@@ -575,7 +575,9 @@ fn the_output_appears_only_when_it_is_whole() {
     let writer = RecordingWriter::create(&output, &WriteOptions::default()).unwrap();
     let names = folder.names();
     assert_eq!(names.len(), 1);
-    assert!(names[0].starts_with(".out.mcap.") && names[0].ends_with(".partial"));
+    assert_eq!(names, [".out.mcap.partial"]);
+    let second = RecordingWriter::create(&output, &WriteOptions::default()).map(drop);
+    assert!(second.unwrap_err().to_string().contains("being written by another run"));
     drop(writer);
     assert_eq!(folder.names(), Vec::<String>::new());
 
@@ -589,6 +591,8 @@ fn an_existing_file_is_replaced_only_when_asked() {
     let folder = Folder::new();
     let output = folder.path("out.mcap");
     let options = WriteOptions::default();
+    // What a run left that was killed is in nobody's way.
+    fs::write(PartialFile::name_for(&output), "half a recording").unwrap();
     let late = RecordingWriter::create(&output, &options).unwrap();
     fs::write(&output, "mine").unwrap();
     for error in [

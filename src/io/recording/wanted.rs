@@ -11,6 +11,7 @@ use super::chunk::split_head;
 use super::index::{Index, IndexedChunk};
 use super::overview::Overview;
 use super::scan::{Fields, HEAD_LEN};
+use super::writer::Compression;
 
 /// Numbers of messages on their topic, from 0 in the order of the file.
 pub type FrameRange = (Bound<u64>, Bound<u64>);
@@ -30,13 +31,16 @@ pub struct Wanted {
     pub frames: FrameRange,
     /// Whether messages of other channels are wanted, too.
     pub others: bool,
+    /// Chunks of this compression without a numbered message may be given as they lie, neither opened nor checked, by
+    /// [`super::RecordingReader::next_part`].
+    pub closed: Option<Compression>,
 }
 
 impl Default for Wanted {
     /// Everything.
     fn default() -> Self {
         let (numbered, frames) = (BTreeMap::new(), (Bound::Unbounded, Bound::Unbounded));
-        Wanted { from_ns: None, to_ns: None, numbered, frames, others: true }
+        Wanted { from_ns: None, to_ns: None, numbered, frames, others: true, closed: None }
     }
 }
 
@@ -52,8 +56,19 @@ impl Wanted {
         self.from_ns.is_none_or(|from| last >= from) && self.to_ns.is_none_or(|to| first < to)
     }
 
+    /// Whether everything is wanted, and opened.
     fn is_everything(&self) -> bool {
-        self.others && self.from_ns.is_none() && self.to_ns.is_none()
+        self.others && self.from_ns.is_none() && self.to_ns.is_none() && self.closed.is_none()
+    }
+
+    /// Whether a chunk need not be opened.
+    fn may_stay_closed(&self, chunk: &IndexedChunk) -> bool {
+        self.others
+            && self.closed.is_some_and(|closed| closed.name() == chunk.compression)
+            && chunk.has_message_indexes()
+            && chunk.indexes.is_empty()
+            && self.is_in_window(chunk.times.0)
+            && self.is_in_window(chunk.times.1)
     }
 
     /// Whether one of `count` numbers from `first` on is wanted.
@@ -86,10 +101,18 @@ pub(super) struct Gap {
     pub(super) counts: BTreeMap<u16, u64>,
 }
 
-/// Which stretches of the file are passed over.
+/// A chunk that is not opened: where its message indexes end, and of how many channels they are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Closed {
+    pub(super) end: u64,
+    pub(super) channels: usize,
+}
+
+/// Which stretches of the file are passed over, and which chunks not opened, by where they begin.
 #[derive(Debug, Default)]
 pub(super) struct Plan {
     pub(super) gaps: VecDeque<Gap>,
+    pub(super) closed: BTreeMap<u64, Closed>,
     /// Bytes of the file that were read for this.
     pub(super) bytes_read: u64,
 }
@@ -111,7 +134,15 @@ impl Plan {
         let bytes_read = index.bytes_read;
         let mut planner = Planner { wanted, file, bytes_read, topics: BTreeMap::new() };
         let gaps = planner.gaps(&index.chunks).unwrap_or_default();
-        Plan { gaps, bytes_read: planner.bytes_read }
+        let closed = index.chunks.iter().filter(|chunk| wanted.may_stay_closed(chunk));
+        let closed =
+            closed.map(|chunk| (chunk.start, Closed { end: chunk.end, channels: chunk.channels }));
+        Plan { gaps, closed: closed.collect(), bytes_read: planner.bytes_read }
+    }
+
+    /// Whether every record is read and opened.
+    pub(super) fn is_empty(&self) -> bool {
+        self.gaps.is_empty() && self.closed.is_empty()
     }
 }
 
@@ -163,7 +194,7 @@ impl Planner<'_> {
     fn is_needed(&self, chunk: &IndexedChunk, counts: &BTreeMap<u16, u64>, is_past: bool) -> bool {
         let wanted = self.wanted;
         // Without indexes of messages it may hold anything that has no time.
-        if !chunk.has_message_indexes {
+        if !chunk.has_message_indexes() {
             return true;
         }
         if is_past || !wanted.overlaps(chunk.times) {
@@ -299,6 +330,7 @@ mod tests {
                     to_ns,
                     numbered: some.map(|&(id, topic)| (id, topic.to_owned())).collect(),
                     others: random.random_bool(0.5),
+                    closed: None,
                     frames: (Bound::Unbounded, Bound::Unbounded),
                 };
                 let (first, end) = (random.random_range(0..20), random.random_range(0..30));
