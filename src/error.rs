@@ -138,6 +138,20 @@ pub enum Error {
         path: PathBuf,
     },
 
+    /// The caller broke off, and what was done so far can be used by a run that goes on.
+    #[error(
+        "interrupted; what was done so far is left in {} and {}: the same command with --resume goes on from \
+         there, one without begins anew",
+        partial.display(),
+        journal.display()
+    )]
+    Left {
+        /// The half written file.
+        partial: PathBuf,
+        /// What is in it.
+        journal: PathBuf,
+    },
+
     /// No return where one was asked for.
     #[error("{}", nothing_there(*at, *within, *nearest))]
     NothingThere {

@@ -9,16 +9,17 @@ use std::time::Instant;
 
 use super::message::{Annotated, Clustered, Method, annotate_message};
 use super::profile::Profile;
-use super::report::{METADATA_NAME, Report, TopicReport, metadata, remarks};
+use super::report::{FrameReport, METADATA_NAME, Report, TopicReport, asked, metadata};
+use super::resume::{CutOff, Journal, Note, clean_up, journal_of};
 use super::topics::{
     INSTANCES, OBJECTS, channel_metadata, choose, is_chosen, qos, refuse_annotated,
 };
-use super::{Event, Frame, Options, is_cloud, is_readable_cloud, place};
+use super::{Event, Form, Frame, Options, is_cloud, is_readable_cloud, place};
 use crate::error::{Error, Result};
 use crate::io::{
     Channel, CloudNumber, Compression, Item, MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA, MessageHeader,
-    Overview, Part, Position, Record, RecordingReader, RecordingWriter, SharedBytes, SourceChunk,
-    Wanted, WriteOptions,
+    Overview, Part, Position, Record, RecordingReader, RecordingWriter, STANDARD_STREAM,
+    SharedBytes, SourceChunk, Wanted, WriteOptions, checksum,
 };
 use crate::workers::{Ticket, Workers};
 
@@ -56,8 +57,17 @@ pub(super) struct Job<'a> {
     /// Number of the next cloud of each topic.
     next_number: BTreeMap<Arc<str>, u64>,
     /// Warnings by topic and kind: how often, and where first.
-    warned: BTreeMap<(String, &'static str), u64>,
+    warned: BTreeMap<(String, String), u64>,
     report: Report,
+    journal: Option<Journal>,
+    /// What a run that was cut off had done.
+    cut_off: Option<CutOff>,
+}
+
+/// What becomes of a cloud: it is clustered, or was before.
+enum Made {
+    Now(Box<Clustered>, Annotated),
+    Before(FrameReport, [Vec<u8>; 2]),
 }
 
 /// Something to be written, and how many bytes of the input are read when it is.
@@ -78,8 +88,8 @@ struct Cloud {
     number: u64,
     header: MessageHeader,
     position: Position,
-    message_len: usize,
-    result: Ticket<Result<(Clustered, Annotated)>>,
+    message: SharedBytes,
+    result: Ticket<Result<Made>>,
 }
 
 impl What {
@@ -93,7 +103,7 @@ impl What {
     /// Clouds and bytes of messages.
     fn size(&self) -> (usize, usize) {
         match self {
-            What::Cloud(cloud) => (1, cloud.message_len),
+            What::Cloud(cloud) => (1, cloud.message.len()),
             What::Item(Item::Message { data, .. }) => (0, data.len()),
             What::Item(Item::Record(_)) => (0, 0),
             What::Chunk(chunk) => (0, chunk.size()),
@@ -143,6 +153,15 @@ impl<'a> Job<'a> {
     ) -> Result<Self> {
         let usual = || overview.usual_compression().unwrap_or_default();
         let compression = options.compression.unwrap_or_else(usual);
+        let is_resumable = (options.resume || options.resumable) && output != STANDARD_STREAM;
+        let asked = asked_of(&overview, options, compression);
+        let cut_off = match options.resume && is_resumable {
+            true => CutOff::find(output, &asked)?,
+            false => {
+                clean_up(output);
+                None
+            }
+        };
         let mut writer = RecordingWriter::create(
             output,
             &WriteOptions {
@@ -152,9 +171,11 @@ impl<'a> Job<'a> {
                 force: options.force,
             },
         )?;
+        let journal = is_resumable.then(|| Journal::start(output, &asked)).transpose()?;
         writer.compress_on(workers);
         let wanted = Wanted {
             closed: options.unchecked.then_some(compression),
+            others: options.form != Form::Only,
             from_ns: options.from_ns,
             to_ns: options.to_ns,
             numbered: clouds.clone(),
@@ -167,6 +188,7 @@ impl<'a> Job<'a> {
             input_bytes: overview.file_size,
             from_ns: options.from_ns,
             to_ns: options.to_ns,
+            form: options.form.describe(),
             topics: topics.collect(),
             profile: Profile { threads: workers.threads(), ..Profile::default() },
             ..Report::default()
@@ -190,6 +212,8 @@ impl<'a> Job<'a> {
             next_number: BTreeMap::new(),
             warned: BTreeMap::new(),
             report,
+            journal,
+            cut_off,
         })
     }
 
@@ -248,8 +272,8 @@ impl<'a> Job<'a> {
     }
 
     /// Warns of something that may come again in every frame only the first time, and counts.
-    fn warn_once(&mut self, topic: &str, kind: &'static str, position: Position, problem: &str) {
-        let count = self.warned.entry((topic.to_owned(), kind)).or_default();
+    fn warn_once(&mut self, topic: &str, kind: &str, position: Position, problem: &str) {
+        let count = self.warned.entry((topic.to_owned(), kind.to_owned())).or_default();
         *count += 1;
         if *count == 1 {
             self.warn(format!("{topic}: {problem} ({})", place(position)));
@@ -267,8 +291,7 @@ impl<'a> Job<'a> {
         }
         match part {
             Part::Chunk(chunk) if self.stays(&chunk) => {
-                let clouds: Vec<Item> =
-                    chunk.items.iter().filter(|item| self.is_cloud(item)).cloned().collect();
+                let clouds: Vec<Item> = self.clouds_of(&chunk).cloned().collect();
                 self.push(bytes, What::Chunk(chunk))?;
                 clouds.iter().try_for_each(|item| self.push_cloud(bytes, item))
             }
@@ -283,7 +306,16 @@ impl<'a> Job<'a> {
         let (first, last) = chunk.times();
         let is_kept = chunk.message_count() == 0
             || (self.wanted.is_in_window(first) && self.wanted.is_in_window(last));
-        is_kept && chunk.compression() == self.compression.name()
+        let may_stay = match self.options.form {
+            Form::Beside => true,
+            Form::InPlace => self.clouds_of(chunk).next().is_none(),
+            Form::Only => false,
+        };
+        may_stay && is_kept && chunk.compression() == self.compression.name()
+    }
+
+    fn clouds_of<'c>(&'c self, chunk: &'c SourceChunk) -> impl Iterator<Item = &'c Item> {
+        chunk.items.iter().filter(|item| self.is_cloud(item))
     }
 
     fn is_cloud(&self, item: &Item) -> bool {
@@ -307,11 +339,21 @@ impl<'a> Job<'a> {
                 Ok(())
             }
             Item::Message { .. } if self.is_cloud(&item) => {
-                self.push(bytes, What::Item(item.clone()))?;
+                if self.options.form == Form::Beside {
+                    self.push(bytes, What::Item(item.clone()))?;
+                }
                 self.push_cloud(bytes, &item)
             }
+            _ if self.is_left_out(&item) => Ok(()),
             _ => self.push(bytes, What::Item(item)),
         }
+    }
+
+    /// Whether nothing is done about something that is no cloud: all but damage, if annotations alone are wanted.
+    fn is_left_out(&self, item: &Item) -> bool {
+        let is_damage =
+            matches!(item, Item::Record(Record::Damaged { .. } | Record::Truncated { .. }));
+        self.options.form == Form::Only && !is_damage
     }
 
     /// Gives a cloud to the threads.
@@ -321,10 +363,19 @@ impl<'a> Job<'a> {
         };
         let topic = Arc::clone(&self.clouds[&header.channel_id]);
         let number = self.count_cloud(&topic);
+        let before = match &mut self.cut_off {
+            Some(cut_off) => cut_off.take(&topic, number, data)?,
+            None => None,
+        };
         let (method, message, name) = (Arc::clone(&self.method), data.clone(), Arc::clone(&topic));
-        let result = self.workers.run(move || cluster(&message, &name, number, &method));
-        let (header, position, message_len) = (*header, *position, data.len());
-        let cloud = Cloud { topic, number, header, position, message_len, result };
+        let result = match before {
+            Some((report, messages)) => {
+                Workers::none().run(move || Ok(Made::Before(report, messages)))
+            }
+            None => self.workers.run(move || cluster(&message, &name, number, &method)),
+        };
+        let (header, position, message) = (*header, *position, data.clone());
+        let cloud = Cloud { topic, number, header, position, message, result };
         self.push(bytes, What::Cloud(Box::new(cloud)))
     }
 
@@ -413,33 +464,53 @@ impl<'a> Job<'a> {
     }
 
     fn cloud(&mut self, cloud: Cloud) -> Result<()> {
-        let Cloud { topic, number, header, position, message_len, result } = cloud;
+        let Cloud { topic, number, header, position, message, result } = cloud;
+        let is_in_place = self.options.form == Form::InPlace;
+        self.report.messages += u64::from(is_in_place);
         let started = Instant::now();
         let result = result.wait();
         self.report.profile.wait.take_since(started, 0);
-        let (clustered, annotated) = match result {
-            Ok(found) => found,
+        let made = match result {
+            Ok(made) => made,
             Err(error) if error.is_of_boxes() => return Err(error),
             Err(error) => {
                 let report = self.report.topics.entry(topic.to_string()).or_default();
                 report.unreadable += 1;
                 self.warn(format!("{topic}: {error} ({}); not annotated", place(position)));
-                return Ok(());
+                return match is_in_place {
+                    true => self.writer.write_message(&header, &message),
+                    false => Ok(()),
+                };
             }
         };
         let (instances, objects) = self.channels_for(&topic, header.channel_id)?;
-        for (channel_id, message) in [(instances, &annotated.cloud), (objects, &annotated.objects)]
-        {
+        let instances = if is_in_place { header.channel_id } else { instances };
+        let (report, times, messages) = match &made {
+            Made::Now(clustered, annotated) => (
+                &FrameReport::new(clustered, &self.options.method.taxonomy),
+                Some(annotated.times),
+                [&annotated.cloud, &annotated.objects],
+            ),
+            Made::Before(report, [cloud, objects]) => (report, None, [cloud, objects]),
+        };
+        for (channel_id, message) in [instances, objects].into_iter().zip(messages) {
             let header = MessageHeader { channel_id, ..header };
             self.writer.write_message(&header, message)?;
         }
-        let report = self.report.topics.entry(topic.to_string()).or_default();
-        report.take(&annotated, &clustered.stages);
-        let remarks = remarks(&clustered, &self.options.method.taxonomy);
-        for &(kind, ref problem) in &remarks {
+        if let Some(journal) = &mut self.journal {
+            let [instances, objects] = messages.map(|message| checksum(message));
+            let (topic, cloud, report) = (topic.to_string(), checksum(&message), report.clone());
+            journal.note(&Note { topic, number, cloud, instances, objects, report })?;
+        }
+        self.report.topics.entry(topic.to_string()).or_default().take(report, times);
+        for (kind, problem) in &report.remarks {
             self.warn_once(&topic, kind, position, problem);
         }
-        let remarks: Vec<String> = remarks.into_iter().map(|(_, problem)| problem).collect();
+        let Made::Now(clustered, annotated) = &made else {
+            return Ok(());
+        };
+        let remarks: Vec<String> =
+            report.remarks.iter().map(|(_, problem)| problem.clone()).collect();
         let frame = Frame {
             topic: &topic,
             number,
@@ -450,9 +521,20 @@ impl<'a> Job<'a> {
             stages: &clustered.stages,
             remarks: &remarks,
         };
-        self.report.profile.take(&frame, message_len, &annotated);
+        self.report.profile.take(&frame, message.len(), annotated);
         let _ = (self.on_event)(Event::Frame(frame));
         Ok(())
+    }
+
+    /// Ends with an error; what an interrupted run had done is left if it can be resumed.
+    pub(super) fn give_up(mut self, error: Error) -> Error {
+        if let (Error::Interrupted { .. }, Some(journal)) = (&error, &mut self.journal) {
+            journal.keep();
+            let partial = self.writer.leave();
+            let journal = journal_of(&self.report.output);
+            return Error::Left { partial, journal };
+        }
+        error
     }
 
     /// The channels added for a topic, made at its first cloud.
@@ -464,10 +546,19 @@ impl<'a> Job<'a> {
         let metadata = qos(channel);
         let markers = MARKER_ARRAY_SCHEMA.as_bytes();
         let marker_schema = self.writer.add_schema(MARKER_ARRAY_NAME, "ros2msg", markers)?;
+        let cloud_schema = match (self.options.form, self.overview.schema_of(cloud_channel)) {
+            (Form::Only, Some(schema)) => {
+                self.writer.add_schema(&schema.name, &schema.encoding, &schema.data)?
+            }
+            _ => channel.schema_id,
+        };
         let mut add = |end: &str, schema: u16, metadata: &BTreeMap<String, String>| {
             self.writer.add_channel(&format!("{topic}{end}"), schema, "cdr", metadata)
         };
-        let instances = add(INSTANCES, channel.schema_id, &channel_metadata(channel, &metadata))?;
+        let instances = match self.options.form {
+            Form::InPlace => cloud_channel,
+            _ => add(INSTANCES, cloud_schema, &channel_metadata(channel, &metadata))?,
+        };
         let objects = add(OBJECTS, marker_schema, &metadata)?;
         self.added.insert(Arc::clone(topic), (instances, objects));
         Ok((instances, objects))
@@ -475,7 +566,9 @@ impl<'a> Job<'a> {
 
     /// Completes the output. The reader is at the end of the input.
     pub(super) fn finish(mut self, mut reader: RecordingReader) -> Result<Report> {
-        self.settle_all()?;
+        if let Err(error) = self.settle_all() {
+            return Err(self.give_up(error));
+        }
         if self.is_stream {
             choose(&self.overview, &self.options.topics)?;
         }
@@ -492,19 +585,34 @@ impl<'a> Job<'a> {
         let metadata = metadata(&self.report, &self.options.method);
         self.writer.write_metadata(METADATA_NAME, &metadata)?;
         (self.report.output_bytes, self.report.profile.write) = self.writer.finish_timed()?;
+        if self.cut_off.take().is_some() {
+            clean_up(&self.report.output);
+        }
         Ok(self.report)
     }
 }
 
+/// What the bytes of the output depend on besides those of the clouds.
+fn asked_of(overview: &Overview, options: &Options, compression: Compression) -> serde_json::Value {
+    let name = overview.path.file_name().unwrap_or_default().to_string_lossy();
+    serde_json::json!({
+        "input": name,
+        "length of the input": overview.file_size,
+        "method": asked(&options.method),
+        "semantics": format!("{:?}", options.method.semantics),
+        "topic": options.topics,
+        "from": options.from_ns,
+        "to": options.to_ns,
+        "form": options.form.describe(),
+        "compression": compression.name(),
+        "check of chunks": !options.unchecked,
+    })
+}
+
 /// Clusters the cloud in a message, and makes the messages that annotate it.
-fn cluster(
-    message: &SharedBytes,
-    topic: &str,
-    number: u64,
-    method: &Method,
-) -> Result<(Clustered, Annotated)> {
+fn cluster(message: &SharedBytes, topic: &str, number: u64, method: &Method) -> Result<Made> {
     let mut annotated = Annotated::default();
     let which = CloudNumber { topic, number };
     let clustered = annotate_message(message, which, method, &mut annotated)?;
-    Ok((clustered, annotated))
+    Ok(Made::Now(Box::new(clustered), annotated))
 }

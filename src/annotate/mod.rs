@@ -4,6 +4,7 @@ mod job;
 mod message;
 mod profile;
 mod report;
+pub mod resume;
 mod topics;
 
 use std::ops::ControlFlow;
@@ -25,6 +26,30 @@ pub use report::{FrameTimes, METADATA_NAME, Report, TopicReport, remarks};
 pub(crate) use topics::qos;
 pub use topics::{annotated_topics, choose, is_annotation};
 
+/// What the output holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Form {
+    /// Everything that the input holds, and `T/instances` and `T/objects` beside each cloud topic T.
+    #[default]
+    Beside,
+    /// Everything that the input holds, but each cloud of T with the fields of `T/instances` behind its own; `T/objects`
+    /// beside T. A cloud that cannot be read stays as it is.
+    InPlace,
+    /// `T/instances` and `T/objects` alone.
+    Only,
+}
+
+impl Form {
+    /// In words, as in the output's metadata.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Form::Beside => "beside the input",
+            Form::InPlace => "in place of the clouds",
+            Form::Only => "annotations only",
+        }
+    }
+}
+
 /// What is done to a recording.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Options {
@@ -36,6 +61,8 @@ pub struct Options {
     pub from_ns: Option<u64>,
     /// Log time in nanoseconds from which on messages are left out of the output.
     pub to_ns: Option<u64>,
+    /// What the output holds. Default: everything.
+    pub form: Form,
     /// Compression of the output. Default: that of most of the input's chunks, so that those stay as they are.
     pub compression: Option<Compression>,
     /// Whether chunks that by the input's index hold nothing that is annotated are taken over without being opened. A
@@ -43,6 +70,12 @@ pub struct Options {
     pub unchecked: bool,
     /// Whether an existing output may be replaced.
     pub force: bool,
+    /// Whether what a run for the same output had done that was cut off is used. The output's bytes are the same. An
+    /// interrupted run leaves what it had done only if this, or [`Options::resumable`], is set. Default: no.
+    pub resume: bool,
+    /// Whether an interrupted run leaves what it had done, `.NAME.partial` and `.NAME.journal`, to be resumed. What is
+    /// left by a run that was killed can be resumed if this was set. Default: no.
+    pub resumable: bool,
     /// Threads that unpack, cluster and compress, besides the one that reads and writes; with 1 that one does
     /// everything, one thing after the other. 0, the default: as many as there are cores, up to [`USUAL_THREADS`].
     pub threads: usize,
@@ -93,7 +126,7 @@ pub const USUAL_THREADS: usize = 8;
 /// the output the standard one ([`crate::io::STANDARD_STREAM`]), which gets the recording as it is made.
 ///
 /// Everything in the input is copied unchanged; to each cloud message come one on `T/instances` and one on
-/// `T/objects`. A chunk that can stay as it is stays as it is, byte for byte, and what is added to its clouds
+/// `T/objects` (other [`Form`]s of the output are described there). A chunk that can stay as it is stays as it is, byte for byte, and what is added to its clouds
 /// follows in chunks of its own; that is every chunk of the asked-for compression whose messages are all kept.
 /// Otherwise each cloud message is followed by those added to it. The output is the same however many threads
 /// there are. Of a recording whose index can be relied on, chunks outside of the times asked for are not read. A cloud that cannot be read is passed through, warned of and counted. The
@@ -101,10 +134,11 @@ pub const USUAL_THREADS: usize = 8;
 /// length of the recording, but for the boxes of a topic where those are asked for.
 ///
 /// # Errors
+/// [`Error::Conflict`] if a run is to be resumed that was of other parameters or another input;
 /// [`Error::Recording`] if the input is damaged (a cut-off input is none: it is annotated as far as it
 /// goes), [`Error::NoCloud`], [`Error::Conflict`] if the input already has an output's topic or is the
-/// output,
-/// [`Error::Io`] and [`Error::Write`]; [`Error::Boxes`] if boxes do not fit a cloud; [`Error::Interrupted`] if `on_event` breaks off at a progress event.
+/// output, [`Error::Io`] and [`Error::Write`]; [`Error::Boxes`] if boxes do not fit a cloud; [`Error::Interrupted`] or,
+/// where something is left, [`Error::Left`] if `on_event` breaks off at a progress event.
 pub fn annotate(
     input: &Path,
     output: &Path,
@@ -133,7 +167,11 @@ pub fn annotate(
         let part = reader.next_part();
         let bytes = reader.offset();
         match part {
-            Ok(Some(part)) => job.part(part, bytes)?,
+            Ok(Some(part)) => {
+                if let Err(error) = job.part(part, bytes) {
+                    return Err(job.give_up(error));
+                }
+            }
             Ok(None) => break,
             Err(error) => {
                 job.settle_all()?;

@@ -39,7 +39,7 @@ pub use point_cloud2::{Datatype, PointCloud2, PointField};
 pub use recording::{
     AttachmentHeader, Channel, Compression, FrameRange, Item, MessageHeader, Metadata, Overview,
     Part, PartialFile, Position, ReadTimes, Record, RecordingReader, RecordingWriter,
-    STANDARD_STREAM, Schema, SharedBytes, SourceChunk, Wanted, WriteOptions, WriteTimes, is_stream,
-    write_file,
+    STANDARD_STREAM, Schema, SharedBytes, SourceChunk, Wanted, WriteOptions, WriteTimes, checksum,
+    is_stream, write_file,
 };
 pub use ros::{ByteOrder, Layout};

@@ -9,6 +9,7 @@ mod examples;
 mod explain;
 mod failures;
 mod figure;
+mod forms;
 mod inputs;
 mod layers;
 mod oracle;

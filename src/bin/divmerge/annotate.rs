@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
-use divmerge::annotate::{Event, Options, Report, TopicReport, annotate};
+use divmerge::annotate::{Event, Form, Options, Report, TopicReport, annotate};
 use divmerge::io::{Compression, STANDARD_STREAM, is_stream};
 use divmerge::view::Target;
 
@@ -64,6 +64,20 @@ pub struct Arguments {
     #[arg(long, value_name = "T", value_parser = moment)]
     to: Option<Moment>,
 
+    /// Write T/instances and T/objects alone: a small recording to be opened beside the input
+    #[arg(long, conflicts_with = "in_place_fields")]
+    only: bool,
+
+    /// Put the fields into the clouds of T themselves, in place of a topic T/instances
+    #[arg(long)]
+    in_place_fields: bool,
+
+    /// Go on where a run was cut off (Ctrl-C, killed, power lost) that was to write the same output: clouds that it had
+    /// clustered are not clustered again, and the output is the same as without a cut. Of several recordings, those whose
+    /// output is there already are left out
+    #[arg(long, conflicts_with = "force")]
+    resume: bool,
+
     /// Replace an existing output
     #[arg(long)]
     force: bool,
@@ -111,7 +125,8 @@ impl From<Compress> for Compression {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     interrupt::listen();
-    let tasks = Tasks::new(&arguments.inputs, &arguments.output)?;
+    let mut tasks = Tasks::new(&arguments.inputs, &arguments.output)?;
+    let done = if arguments.resume { tasks.leave_out_done() } else { Vec::new() };
     tasks.prepare(arguments.force)?;
     match tasks.tasks.as_slice() {
         [task] if !tasks.has_folder => {
@@ -121,13 +136,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             }
             Ok(outcome(&report))
         }
-        _ => several(arguments, &tasks),
+        _ => several(arguments, &tasks, done),
     }
 }
 
 /// Annotates one recording after the other; one that fails does not keep the others from it.
-fn several(arguments: &Arguments, tasks: &Tasks) -> Result<Outcome> {
-    let (mut reports, mut made, mut failed) = (Vec::new(), Vec::new(), Vec::new());
+fn several(arguments: &Arguments, tasks: &Tasks, done: Vec<PathBuf>) -> Result<Outcome> {
+    let (mut reports, mut made, mut failed) = (Vec::new(), done, Vec::new());
+    let all = made.len() + tasks.tasks.len();
     for task in &tasks.tasks {
         match one(arguments, task) {
             Ok(report) => {
@@ -148,7 +164,7 @@ fn several(arguments: &Arguments, tasks: &Tasks) -> Result<Outcome> {
         for path in written {
             println!("wrote {}", path.display());
         }
-        println!("{} of {} recordings annotated", made.len(), tasks.tasks.len());
+        println!("{} of {all} recordings annotated", made.len());
     }
     if !failed.is_empty() {
         bail!("not annotated: {}", failed.join(", "));
@@ -210,6 +226,13 @@ fn options(arguments: &Arguments, input: &Path) -> Result<Options> {
         to_ns,
         compression: arguments.compression.map(Compression::from),
         unchecked: arguments.unchecked,
+        form: match (arguments.only, arguments.in_place_fields) {
+            (true, _) => Form::Only,
+            (_, true) => Form::InPlace,
+            _ => Form::Beside,
+        },
+        resume: arguments.resume,
+        resumable: true,
         force: arguments.force,
         threads: arguments.threads.map_or(0, usize::from),
     })

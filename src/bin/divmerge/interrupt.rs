@@ -6,6 +6,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use divmerge::annotate::resume::journal_of;
 use divmerge::io::PartialFile;
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -41,12 +42,17 @@ pub fn is_writing(output: &Path) {
 /// What a run that is ended leaves behind.
 fn left() -> String {
     let outputs = OUTPUTS.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-    let partial = outputs.iter().map(|output| PartialFile::name_for(output));
+    let written =
+        outputs.iter().flat_map(|output| [PartialFile::name_for(output), journal_of(output)]);
     let left: Vec<String> =
-        partial.filter(|path| path.exists()).map(|path| path.display().to_string()).collect();
+        written.filter(|path| path.exists()).map(|path| path.display().to_string()).collect();
     match left.is_empty() {
         true => "nothing is left".to_owned(),
-        false => format!("half written and of no use: {}", left.join(", ")),
+        false => format!(
+            "what was done so far is left in {}: the same command with --resume goes on from there, one without \
+             begins anew",
+            left.join(" and ")
+        ),
     }
 }
 

@@ -125,7 +125,9 @@ fn main() -> ExitCode {
 
 fn exit_code(error: &anyhow::Error) -> u8 {
     match error.downcast_ref::<divmerge::Error>() {
-        Some(divmerge::Error::Interrupted { .. }) => interrupt::ENDED,
+        Some(divmerge::Error::Interrupted { .. } | divmerge::Error::Left { .. }) => {
+            interrupt::ENDED
+        }
         _ if error.is::<NotBuilt>() => WRONG_USAGE,
         _ => FAILED,
     }

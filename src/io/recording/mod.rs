@@ -32,4 +32,5 @@ pub use record::{Position, Record, Schema};
 pub use scan::{STANDARD_STREAM, is_stream};
 pub use wanted::{FrameRange, Wanted};
 pub(crate) use wanted::{is_behind, window_around};
+pub use words::checksum;
 pub use writer::{Compression, RecordingWriter, WriteOptions, WriteTimes, write_file};

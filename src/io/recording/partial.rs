@@ -41,6 +41,20 @@ impl PartialFile {
         Ok((file, PartialFile { partial, output: output.to_owned(), force }))
     }
 
+    /// Leaves the file under its temporary name, which is returned.
+    pub fn leave(mut self) -> PathBuf {
+        self.partial.disable_cleanup(true);
+        self.partial.to_path_buf()
+    }
+
+    /// Refuses a file that somebody is writing.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn refuse_busy(path: &Path) -> Result<()> {
+        File::open(path).and_then(|file| lock(&file)).map_err(at(path))
+    }
+
     /// Gives the file its name. It should be closed by then.
     ///
     /// # Errors

@@ -270,15 +270,24 @@ pub(crate) fn window_around(
 
 #[cfg(test)]
 mod tests {
-    use mcap::records::MessageHeader;
-    use rand::{RngExt, SeedableRng};
-    use rand_pcg::Pcg64Mcg;
-
     use super::super::tests::{CHUNKED, Folder, Shape, recording, shapes};
     use super::super::{Record, RecordingReader};
     use super::*;
     use crate::io::frames::{Which, cloud_message_at};
     use crate::workers::Workers;
+    use mcap::records::MessageHeader;
+
+    /// Numbers that look random (SplitMix64).
+    struct Dice(u64);
+
+    impl Dice {
+        fn below(&mut self, end: u64) -> u64 {
+            self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            (mixed ^ (mixed >> 31)) % end
+        }
+    }
 
     type Numbered = (u64, MessageHeader, Vec<u8>);
 
@@ -314,26 +323,27 @@ mod tests {
     #[test]
     fn nothing_that_is_wanted_is_passed_over() {
         let folder = Folder::new();
-        let mut random = Pcg64Mcg::seed_from_u64(1);
+        let mut dice = Dice(1);
         let mut passed = 0;
         for shape in shapes() {
             let path = folder.write("in.mcap", &recording(shape));
             let overview = Overview::read(&path).unwrap();
             for _ in 0..100 {
                 // Log times are 1000 to 1039, out of order, in chunks that overlap.
-                let mut time = || random.random_bool(0.8).then(|| random.random_range(995..1045));
+                let mut time = || (dice.below(5) > 0).then(|| 995 + dice.below(50));
                 let (from_ns, to_ns) = (time(), time());
                 let numbered = [(3, "/twice"), (4, "/twice"), (0, "/bare")];
-                let some = numbered.iter().filter(|_| random.random_bool(0.6));
+                let others = dice.below(2) == 0;
+                let some = numbered.iter().filter(|_| dice.below(5) > 1);
                 let wanted = Wanted {
                     from_ns,
                     to_ns,
                     numbered: some.map(|&(id, topic)| (id, topic.to_owned())).collect(),
-                    others: random.random_bool(0.5),
+                    others,
                     closed: None,
                     frames: (Bound::Unbounded, Bound::Unbounded),
                 };
-                let (first, end) = (random.random_range(0..20), random.random_range(0..30));
+                let (first, end) = (dice.below(20), dice.below(30));
                 let wanted = match wanted.others {
                     true => wanted,
                     false => {
@@ -369,9 +379,9 @@ mod tests {
             mcap::WriteOptions::new().chunk_size(Some(4 << 10)).create(&mut bytes).unwrap();
         let schema = writer.add_schema("sensor_msgs/msg/PointCloud2", "ros2msg", b"").unwrap();
         let channel_id = writer.add_channel(schema, "/points", "cdr", &BTreeMap::new()).unwrap();
-        let mut random = Pcg64Mcg::seed_from_u64(2);
+        let mut dice = Dice(2);
         for i in 0..1000_u64 {
-            let data: Vec<u8> = (0..1000).map(|_| random.random_range(0..=255)).collect();
+            let data: Vec<u8> = (0..1000).map(|_| dice.below(256) as u8).collect();
             let log_time = 1000 * if i % 10 == 9 { i - 7 } else { i };
             let (sequence, publish_time) = (i as u32, i);
             let header = MessageHeader { channel_id, sequence, log_time, publish_time };

@@ -379,6 +379,14 @@ impl RecordingWriter {
         self.copy(&Record::Attachment { header, data: data.into() })
     }
 
+    /// Leaves the half written file under its temporary name, which is returned, without what is not placed yet.
+    pub fn leave(self) -> PathBuf {
+        match self.sink {
+            Sink::File(_, partial) => partial.leave(),
+            Sink::StandardOutput(_) => self.output,
+        }
+    }
+
     /// Completes the recording, makes sure that it is on the disk, gives it its name, and returns
     /// its size in bytes.
     ///

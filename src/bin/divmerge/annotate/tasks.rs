@@ -92,6 +92,18 @@ impl Tasks {
         Ok(())
     }
 
+    /// Leaves out what a run that was cut off had finished, and returns those outputs.
+    pub fn leave_out_done(&mut self) -> Vec<PathBuf> {
+        if !self.has_folder {
+            return Vec::new();
+        }
+        let (done, left) = std::mem::take(&mut self.tasks)
+            .into_iter()
+            .partition(|task: &Task| task.output.exists());
+        self.tasks = left;
+        done.into_iter().map(|task| task.output).collect()
+    }
+
     /// Refuses to replace what is there, and makes the folders.
     pub fn prepare(&self, force: bool) -> Result<()> {
         let written = self.tasks.iter().filter(|task| task.output.as_path() != STANDARD_STREAM);

@@ -126,7 +126,8 @@ impl Ahead {
     }
 
     fn fill(&mut self) {
-        let budget = match self.workers.is_parallel() {
+        // A stream is not read ahead: what it has given should not have to wait for what it has not.
+        let budget = match self.workers.is_parallel() && self.source.size.is_some() {
             true => AHEAD_PER_THREAD * self.workers.threads() as u64,
             false => 0,
         };
