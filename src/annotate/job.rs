@@ -585,7 +585,8 @@ impl<'a> Job<'a> {
         let metadata = metadata(&self.report, &self.options.method);
         self.writer.write_metadata(METADATA_NAME, &metadata)?;
         (self.report.output_bytes, self.report.profile.write) = self.writer.finish_timed()?;
-        if self.cut_off.take().is_some() {
+        if self.journal.is_some() {
+            drop(self.cut_off.take());
             clean_up(&self.report.output);
         }
         Ok(self.report)
