@@ -23,16 +23,21 @@ use divmerge::annotate::{
 };
 use divmerge::io::drive::{CLOUD_TOPIC, cloud_message};
 use divmerge::io::{
-    CloudFormat, CloudNumber, Item, MARKER_ARRAY, MessageHeader, POINT_CLOUD2, Part, Record,
-    RecordingReader, RecordingWriter, WriteOptions,
+    CloudFormat, CloudNumber, Compression, Item, MARKER_ARRAY, MessageHeader, Overview,
+    POINT_CLOUD2, Part, Record, RecordingReader, RecordingWriter, Wanted, WriteOptions,
 };
 use divmerge::simulate::{Drive, Scene, Sensor};
 use divmerge::workers::Workers;
+use rand::{Rng, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 
 /// The most that annotating may take, times a plain copy.
 const GOAL_RATIO: f64 = 1.15;
 /// How much faster chunks are to be taken over than compressed again.
 const GOAL_PASS: f64 = 5.0;
+/// Bytes of a picture, and pictures to a frame: ten times the bytes of the clouds in the file.
+const PICTURE: usize = 1 << 20;
+const PICTURES: usize = 20;
 /// Frames that differ.
 const LOOP: usize = 50;
 
@@ -51,6 +56,12 @@ fn main() {
     street.write(frames, &input);
     let copies = Copies { input: &input, output: folder.path().join("out.mcap"), street: &street };
     copies.compare(frames, rounds);
+    let cameras = folder.path().join("cameras.mcap");
+    let few = frames.min(30);
+    street.write_with_cameras(few, &cameras);
+    let copies = Copies { input: &cameras, output: copies.output, street: &street };
+    copies.compare_with_cameras(few, rounds);
+    let _ = std::fs::remove_file(&cameras);
     let mut lengths = if quick { vec![10, 20] } else { vec![100, 300, frames.max(300)] };
     lengths.dedup();
     memory(&street, &lengths, folder.path());
@@ -85,6 +96,31 @@ impl Messages {
             messages.added.push([annotated.cloud.clone(), annotated.objects.clone()]);
         }
         messages
+    }
+
+    /// The same with pictures to each frame, in chunks as recorders make them: a message of a megabyte fills one.
+    fn write_with_cameras(&self, frames: usize, path: &Path) {
+        let file = BufWriter::new(File::create(path).expect("a file"));
+        let options = mcap::WriteOptions::new().profile("ros2").compression_threads(0);
+        let options = options.compression(Some(mcap::Compression::Zstd)).compression_level(1);
+        let mut writer = options.create(file).expect("a writer");
+        let mut random = Pcg64Mcg::seed_from_u64(1);
+        let none = BTreeMap::new();
+        let schema = writer.add_type(&POINT_CLOUD2).expect("a schema");
+        let clouds = writer.add_channel(schema, CLOUD_TOPIC, "cdr", &none).expect("a channel");
+        let image = "sensor_msgs/msg/CompressedImage";
+        let schema = writer.add_schema(image, "ros2msg", b"uint8[] data").expect("a schema");
+        let camera = writer.add_channel(schema, "/camera", "cdr", &none).expect("a channel");
+        let mut picture = vec![0; PICTURE];
+        for number in 0..frames {
+            let message = &self.clouds[number % self.clouds.len()];
+            writer.write_to_known_channel(&header(clouds, number), message).expect("written");
+            for _ in 0..PICTURES {
+                random.fill_bytes(&mut picture);
+                writer.write_to_known_channel(&header(camera, number), &picture).expect("written");
+            }
+        }
+        writer.finish().expect("finished");
     }
 
     /// Writes so many frames, over and over.
@@ -135,7 +171,7 @@ impl Copies<'_> {
             mean(self.street.added.iter().map(|added| added[0].len() + added[1].len())),
             Workers::per_core()
         );
-        let runs: [(&str, &dyn Fn()); 11] = [
+        let runs: [(&str, &dyn Fn()); 13] = [
             ("annotate, 1 thread", &|| self.annotate(1)),
             ("annotate, 2 threads", &|| self.annotate(2)),
             ("plain copy and additions, mcap's writer", &|| self.mcap(true)),
@@ -147,24 +183,13 @@ impl Copies<'_> {
             ("plain copy, 2 threads", &|| self.again(2, false)),
             ("chunks as they are, 1 thread", &|| self.verbatim(1, false)),
             ("chunks as they are, 2 threads", &|| self.verbatim(2, false)),
+            ("chunks unopened, 1 thread", &|| self.unopened(1)),
+            ("chunks unopened, 2 threads", &|| self.unopened(2)),
         ];
-        let mut best = [Cost::MOST; 11];
-        for _ in 0..rounds {
-            for ((_, run), best) in runs.iter().zip(&mut best) {
-                *best = best.least(Cost::of(frames, run));
-            }
-        }
-        println!(
-            "| way | ms by the clock | ms of processors | of these, the thread that reads and writes | ms on 2 idle cores |"
-        );
-        println!("| --- |{}", " ---: |".repeat(4));
-        for ((name, _), Cost { wall, all, alone }) in runs.iter().zip(best) {
-            let idle = Cost { wall, all, alone }.idle(name.contains("2 threads"));
-            println!("| {name} | {wall:.1} | {all:.1} | {alone:.1} | {idle:.1} |");
-        }
+        let best = best_of(rounds, frames, &runs);
         println!("\n| ratio | by the clock | of processors | on 2 idle cores | goal |");
         println!("| --- | ---: | ---: | ---: | ---: |");
-        let [a1, a2, m, p1, p2, v1, v2, pm, pp2, pv1, pv2] = best;
+        let [a1, a2, m, p1, p2, v1, v2, pm, pp2, pv1, pv2, pu1, pu2] = best;
         let most = format!("at most {GOAL_RATIO}");
         let least = format!("at least {GOAL_PASS}");
         let (one, two) = (false, true);
@@ -198,10 +223,51 @@ impl Copies<'_> {
             ),
             ("mcap's writer / chunks as they are, 1 thread", (pm, one), (pv1, one), &least),
             ("plain copy / chunks as they are, 2 threads each", (pp2, two), (pv2, two), &least),
+            ("mcap's writer / chunks unopened, 1 thread", (pm, one), (pu1, one), &least),
+            ("plain copy / chunks unopened, 2 threads each", (pp2, two), (pu2, two), &least),
         ] {
             let idle = above.idle(above_shares) / below.idle(below_shares);
             let (wall, all) = (above.wall / below.wall, above.all / below.all);
             println!("| {name} | {wall:.2} | {all:.2} | {idle:.2} | {goal} |");
+        }
+        println!();
+    }
+
+    /// The same for a drive of which clouds are a small part.
+    fn compare_with_cameras(&self, frames: usize, rounds: usize) {
+        println!(
+            "{frames} frames with {PICTURES} pictures of {:.0} MB each, which cannot be compressed; best of {rounds} \
+             rounds, ms per frame\n",
+            PICTURE as f64 / 1e6
+        );
+        let unchecked = Options { unchecked: true, ..Options::default() };
+        let runs: [(&str, &dyn Fn()); 8] = [
+            ("the system's copy of the file", &|| {
+                std::fs::copy(self.input, &self.output).expect("copied");
+                File::open(&self.output).and_then(|file| file.sync_all()).expect("on the disk");
+            }),
+            ("plain copy, mcap's writer", &|| self.mcap(false)),
+            ("plain copy, 2 threads", &|| self.again(2, false)),
+            ("chunks as they are, 2 threads", &|| self.verbatim(2, false)),
+            ("chunks unopened, 2 threads", &|| self.unopened(2)),
+            ("annotate, 2 threads", &|| self.annotate(2)),
+            ("annotate --unchecked, 1 thread", &|| {
+                profile_of(self.input, &self.output, 1, &unchecked);
+            }),
+            ("annotate --unchecked, 2 threads", &|| {
+                profile_of(self.input, &self.output, 2, &unchecked);
+            }),
+        ];
+        let [_, pm, p2, v2, u2, a2, _, c2] = best_of(rounds, frames, &runs);
+        println!("\n| ratio | by the clock | of processors |\n| --- | ---: | ---: |");
+        for (name, above, below) in [
+            ("annotate / plain copy, 2 threads each", a2, p2),
+            ("annotate --unchecked / plain copy, 2 threads each", c2, p2),
+            ("annotate, 2 threads / mcap's writer", a2, pm),
+            ("plain copy / chunks as they are, 2 threads each", p2, v2),
+            ("plain copy / chunks unopened, 2 threads each", p2, u2),
+        ] {
+            println!("| {name} | {:.2} | {:.2} |", above.wall / below.wall, above.all / below.all);
         }
         println!();
     }
@@ -279,12 +345,38 @@ impl Copies<'_> {
         });
     }
 
+    /// Chunks as they are, not even opened.
+    fn unopened(&self, threads: usize) {
+        let wanted = Wanted { closed: Some(Compression::Zstd), ..Wanted::default() };
+        self.copy_wanted(threads, false, &wanted, &|writer, part| match part {
+            Part::Chunk(chunk) => writer.copy_chunk(chunk).expect("copied"),
+            Part::Items(items) => {
+                for item in items {
+                    let Item::Record(record) = item else { panic!("a message without a chunk") };
+                    writer.copy(record).expect("copied");
+                }
+            }
+        });
+    }
+
     fn copy(&self, threads: usize, adds: bool, take: &dyn Fn(&mut RecordingWriter, &Part)) {
+        self.copy_wanted(threads, adds, &Wanted::default(), take);
+    }
+
+    fn copy_wanted(
+        &self,
+        threads: usize,
+        adds: bool,
+        wanted: &Wanted,
+        take: &dyn Fn(&mut RecordingWriter, &Part),
+    ) {
+        let overview = Overview::read(self.input).expect("a drive");
         let options = WriteOptions { force: true, ..WriteOptions::default() };
         let mut writer = RecordingWriter::create(&self.output, &options).expect("a writer");
         let workers = Workers::start(threads);
         writer.compress_on(&workers);
-        let mut reader = RecordingReader::open_ahead(self.input, &workers).expect("a drive");
+        let mut reader =
+            RecordingReader::open_wanted(&overview, wanted, &workers).expect("a drive");
         let mut number = 0;
         while let Some(part) = reader.next_part().expect("whole") {
             take(&mut writer, &part);
@@ -307,6 +399,29 @@ impl Copies<'_> {
         let added = &self.street.added;
         added[number % added.len()].iter().take(if adds { 2 } else { 0 })
     }
+}
+
+/// The best of all rounds of each run, as a table and as values.
+fn best_of<const N: usize>(
+    rounds: usize,
+    frames: usize,
+    runs: &[(&str, &dyn Fn()); N],
+) -> [Cost; N] {
+    let mut best = [Cost::MOST; N];
+    for _ in 0..rounds {
+        for ((_, run), best) in runs.iter().zip(&mut best) {
+            *best = best.least(Cost::of(frames, run));
+        }
+    }
+    println!(
+        "| way | ms by the clock | ms of processors | of these, the thread that reads and writes | ms on 2 idle cores |"
+    );
+    println!("| --- |{}", " ---: |".repeat(4));
+    for ((name, _), Cost { wall, all, alone }) in runs.iter().zip(best) {
+        let idle = Cost { wall, all, alone }.idle(name.contains("2 threads"));
+        println!("| {name} | {wall:.1} | {all:.1} | {alone:.1} | {idle:.1} |");
+    }
+    best
 }
 
 /// Milliseconds a frame.
@@ -371,7 +486,11 @@ fn mean(sizes: impl ExactSizeIterator<Item = usize>) -> f64 {
 }
 
 fn profile(input: &Path, output: &Path, threads: usize) -> Profile {
-    let options = Options { threads, force: true, ..Options::default() };
+    profile_of(input, output, threads, &Options::default())
+}
+
+fn profile_of(input: &Path, output: &Path, threads: usize, options: &Options) -> Profile {
+    let options = Options { threads, force: true, ..options.clone() };
     let go_on = &mut |_: Event| ControlFlow::Continue(());
     annotate(input, output, &options, go_on).expect("annotated").profile
 }

@@ -113,6 +113,15 @@ pub enum Error {
         count: usize,
     },
 
+    /// A bag whose `metadata.yaml` cannot be used.
+    #[error("{}: {problem}", path.display())]
+    Bag {
+        /// That file.
+        path: PathBuf,
+        /// What is wrong with it, and what to do.
+        problem: String,
+    },
+
     /// The output would collide with something in the input.
     #[error("{}: {problem}", path.display())]
     Conflict {
@@ -127,6 +136,20 @@ pub enum Error {
     Interrupted {
         /// The output that was not written.
         path: PathBuf,
+    },
+
+    /// The caller broke off, and what was done so far can be used by a run that goes on.
+    #[error(
+        "interrupted; what was done so far is left in {} and {}: the same command with --resume goes on from \
+         there, one without begins anew",
+        partial.display(),
+        journal.display()
+    )]
+    Left {
+        /// The half written file.
+        partial: PathBuf,
+        /// What is in it.
+        journal: PathBuf,
     },
 
     /// No return where one was asked for.

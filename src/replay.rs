@@ -7,10 +7,10 @@ use std::path::Path;
 
 use crate::annotate::{self, CloudTopic, Event, Frame, Method, cluster, remarks};
 use crate::error::{Error, Result};
-use crate::io::{CloudNumber, MessageHeader, Overview, Position, Record, RecordingReader};
-
-/// Numbers of clouds on their topic, from 0.
-pub type FrameRange = (Bound<u64>, Bound<u64>);
+pub use crate::io::FrameRange;
+use crate::io::recording::is_behind;
+use crate::io::{CloudNumber, MessageHeader, Overview, Position, Record, RecordingReader, Wanted};
+use crate::workers::Workers;
 
 /// Which clouds are clustered.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,7 +44,8 @@ pub struct Replayed {
 }
 
 /// Clusters the selected clouds in the order of the file and hands each to `on_event`, whose error ends it.
-/// A cloud that cannot be read is warned of and counted. Memory does not grow with the length of the
+/// A cloud that cannot be read is warned of and counted. By the file's index, chunks without a selected cloud are not
+/// read. Memory does not grow with the length of the
 /// recording.
 ///
 /// # Errors
@@ -109,7 +110,13 @@ pub fn play(
     let overview = Overview::read(input)?;
     let clouds = annotate::choose(&overview, &selection.topics)?;
     refuse_missing(&overview, &clouds, selection)?;
-    let mut reader = RecordingReader::open(input)?;
+    let mut reader = match watcher.wants_all() {
+        true => RecordingReader::open(input)?,
+        false => {
+            let wanted = selection.wanted(&clouds);
+            RecordingReader::open_wanted(&overview, &wanted, &Workers::none())?
+        }
+    };
     let total = reader.file_size();
     let mut tally = Tally::default();
     while let Some(record) = reader.next_record()? {
@@ -124,6 +131,7 @@ pub fn play(
                     tally.cluster(source, number, (header, data, *position), method, watcher)?;
                 }
             }
+            Record::Passed { counts } => tally.pass(&clouds, counts),
             Record::Damaged { offset, problem } => {
                 watcher.event(Event::Warning(&format!("{problem} (byte {offset})")))?;
             }
@@ -134,7 +142,8 @@ pub fn play(
             _ => continue,
         }
         let is_seen = !watcher.wants_all();
-        if is_seen && clouds.values().all(|source| selection.is_behind(tally.seen(&source.topic))) {
+        let is_past = |source: &CloudTopic| is_behind(&selection.frames, tally.seen(&source.topic));
+        if is_seen && clouds.values().all(is_past) {
             break;
         }
         let bytes = reader.offset();
@@ -163,12 +172,14 @@ impl Selection {
             && self.to_ns.is_none_or(|to| log_time < to)
     }
 
-    /// Whether `number` and all that follow are past the last frame.
-    fn is_behind(&self, number: u64) -> bool {
-        match self.frames.1 {
-            Bound::Excluded(end) => number >= end,
-            Bound::Included(last) => number > last,
-            Bound::Unbounded => false,
+    fn wanted(&self, clouds: &BTreeMap<u16, CloudTopic>) -> Wanted {
+        Wanted {
+            from_ns: self.from_ns,
+            to_ns: self.to_ns,
+            numbered: clouds.iter().map(|(&id, cloud)| (id, cloud.topic.clone())).collect(),
+            frames: self.frames,
+            others: false,
+            closed: None,
         }
     }
 
@@ -223,6 +234,13 @@ impl Tally {
         let next = self.next.entry(topic.to_owned()).or_default();
         *next += 1;
         *next - 1
+    }
+
+    /// Counts clouds that were passed over.
+    fn pass(&mut self, clouds: &BTreeMap<u16, CloudTopic>, counts: &BTreeMap<u16, u64>) {
+        for (channel, count) in counts {
+            *self.next.entry(clouds[channel].topic.clone()).or_default() += count;
+        }
     }
 
     fn cluster(

@@ -9,15 +9,18 @@ use std::time::Instant;
 
 use super::message::{Annotated, Clustered, Method, annotate_message};
 use super::profile::Profile;
-use super::report::{METADATA_NAME, Report, TopicReport, metadata, remarks};
+use super::report::{FrameReport, METADATA_NAME, Report, TopicReport, asked, metadata};
+use super::resume::{CutOff, Journal, Note, clean_up, journal_of};
 use super::topics::{
-    CloudTopic, INSTANCES, OBJECTS, added_metadata, channel_metadata, choose, refuse_annotated,
+    CloudTopic, INSTANCES, OBJECTS, added_metadata, channel_metadata, choose, chosen,
+    refuse_annotated,
 };
-use super::{Event, Frame, Options, place};
+use super::{Event, Form, Frame, Options, place};
 use crate::error::{Error, Result};
 use crate::io::{
-    Channel, CloudChannel, CloudFormat, CloudNumber, Item, MessageHeader, MessageSchema, Overview,
-    Part, Position, Record, RecordingReader, RecordingWriter, SourceChunk, WriteOptions,
+    Channel, CloudChannel, CloudFormat, CloudNumber, Compression, Item, MessageHeader,
+    MessageSchema, Overview, Part, Position, Record, RecordingReader, RecordingWriter,
+    STANDARD_STREAM, SharedBytes, SourceChunk, Wanted, WriteOptions, checksum,
 };
 use crate::workers::{Ticket, Workers};
 
@@ -33,7 +36,7 @@ fn most_clouds(threads: usize) -> usize {
 
 /// An annotation under way.
 pub(super) struct Job<'a> {
-    overview: &'a Overview,
+    pub(super) overview: Overview,
     options: &'a Options,
     on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
     workers: Workers,
@@ -46,16 +49,31 @@ pub(super) struct Job<'a> {
     total: u64,
     /// Topic and format of each channel whose clouds are annotated.
     clouds: BTreeMap<u16, (Arc<str>, CloudFormat)>,
-    /// Channels added for each topic and format, once they are.
+    pub(super) wanted: Wanted,
+    compression: Compression,
+    /// Whether topics and the rest become known only as they come.
+    is_stream: bool,
+    /// Whether the compression is still to be taken from the first chunk.
+    awaits_compression: bool,
+    /// Channels for each topic and format of what is added, once they are there.
     added: BTreeMap<(Arc<str>, CloudFormat), Added>,
     /// Number of the next cloud of each topic.
     next_number: BTreeMap<Arc<str>, u64>,
     /// Warnings by topic and kind: how often, and where first.
-    warned: BTreeMap<(String, &'static str), u64>,
+    warned: BTreeMap<(String, String), u64>,
     report: Report,
+    journal: Option<Journal>,
+    /// What a run that was cut off had done.
+    cut_off: Option<CutOff>,
 }
 
-/// The channels added for a topic.
+/// What becomes of a cloud: it is clustered, or was before.
+enum Made {
+    Now(Box<Clustered>, Annotated),
+    Before(FrameReport, [Vec<u8>; 2]),
+}
+
+/// The channels of what is added to a topic's clouds.
 #[derive(Clone, Copy)]
 struct Added {
     instances: u16,
@@ -80,8 +98,8 @@ struct Cloud {
     number: u64,
     header: MessageHeader,
     position: Position,
-    message_len: usize,
-    result: Ticket<Result<(Clustered, Annotated)>>,
+    message: SharedBytes,
+    result: Ticket<Result<Made>>,
 }
 
 impl What {
@@ -95,7 +113,7 @@ impl What {
     /// Clouds and bytes of messages.
     fn size(&self) -> (usize, usize) {
         match self {
-            What::Cloud(cloud) => (1, cloud.message_len),
+            What::Cloud(cloud) => (1, cloud.message.len()),
             What::Item(Item::Message { data, .. }) => (0, data.len()),
             What::Item(Item::Record(_)) => (0, 0),
             What::Chunk(chunk) => (0, chunk.size()),
@@ -105,40 +123,94 @@ impl What {
 
 impl<'a> Job<'a> {
     pub(super) fn new(
-        overview: &'a Overview,
+        overview: Overview,
         output: &Path,
         options: &'a Options,
         workers: &Workers,
         on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
     ) -> Result<Self> {
-        let clouds = choose(overview, &options.topics)?;
-        refuse_annotated(overview, &clouds)?;
-        options.types.check(overview, &clouds)?;
+        let clouds = choose(&overview, &options.topics)?;
+        options.types.check(&overview, clouds.values().map(|cloud| cloud.format), options.form)?;
+        let mut job = Self::with(overview, clouds, output, options, workers, on_event)?;
+        refuse_annotated(&job.overview, job.wanted.numbered.values())?;
+        job.writer.reserve(&job.overview);
+        for channel in job.overview.channels.clone().into_values() {
+            job.warn_of_other_cloud(&channel);
+        }
+        Ok(job)
+    }
+
+    /// The same for a stream, whose topics are not known yet.
+    pub(super) fn of_stream(
+        overview: Overview,
+        output: &Path,
+        options: &'a Options,
+        workers: &Workers,
+        on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
+    ) -> Result<Self> {
+        let mut job = Self::with(overview, BTreeMap::new(), output, options, workers, on_event)?;
+        job.writer.reserve_all_but_the_highest();
+        job.is_stream = true;
+        Ok(job)
+    }
+
+    fn with(
+        overview: Overview,
+        clouds: BTreeMap<u16, CloudTopic>,
+        output: &Path,
+        options: &'a Options,
+        workers: &Workers,
+        on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
+    ) -> Result<Self> {
+        let usual = || overview.usual_compression().unwrap_or_default();
+        let compression = options.compression.unwrap_or_else(usual);
+        let is_resumable = (options.resume || options.resumable) && output != STANDARD_STREAM;
+        let asked = asked_of(&overview, options, compression);
+        let cut_off = match options.resume && is_resumable {
+            true => CutOff::find(output, &asked)?,
+            false => {
+                clean_up(output);
+                None
+            }
+        };
         let mut writer = RecordingWriter::create(
             output,
             &WriteOptions {
                 profile: overview.profile.clone(),
                 recorded_by: overview.library.clone(),
-                compression: options.compression,
+                compression,
                 force: options.force,
             },
         )?;
+        let journal = is_resumable.then(|| Journal::start(output, &asked)).transpose()?;
         writer.compress_on(workers);
-        writer.reserve(overview);
-        let topics = clouds.values().map(|have| {
-            let format = options.types.format(have.format);
-            (have.topic.clone(), TopicReport { format, ..TopicReport::default() })
+        let wanted = Wanted {
+            closed: options.unchecked.then_some(compression),
+            others: options.form != Form::Only,
+            from_ns: options.from_ns,
+            to_ns: options.to_ns,
+            numbered: clouds.iter().map(|(&id, cloud)| (id, cloud.topic.clone())).collect(),
+            ..Wanted::default()
+        };
+        let topics = clouds.values().map(|cloud| {
+            let format = options.types.format(cloud.format);
+            (cloud.topic.clone(), TopicReport { format, ..TopicReport::default() })
         });
-        let source = |CloudTopic { topic, format }: CloudTopic| (Arc::from(topic), format);
         let report = Report {
             input: overview.path.clone(),
             output: output.to_owned(),
+            input_bytes: overview.file_size,
+            from_ns: options.from_ns,
+            to_ns: options.to_ns,
+            form: options.form.describe(),
             topics: topics.collect(),
             profile: Profile { threads: workers.threads(), ..Profile::default() },
             ..Report::default()
         };
-        let mut job = Job {
+        Ok(Job {
+            total: overview.file_size,
             overview,
+            is_stream: false,
             options,
             on_event,
             workers: workers.clone(),
@@ -146,25 +218,66 @@ impl<'a> Job<'a> {
             writer,
             queue: VecDeque::new(),
             queued: (0, 0),
-            total: overview.file_size,
-            clouds: clouds.iter().map(|(&id, have)| (id, source(have.clone()))).collect(),
+            wanted,
+            compression,
+            awaits_compression: options.compression.is_none(),
+            clouds: clouds
+                .into_iter()
+                .map(|(id, cloud)| (id, (cloud.topic.into(), cloud.format)))
+                .collect(),
             added: BTreeMap::new(),
             next_number: BTreeMap::new(),
             warned: BTreeMap::new(),
             report,
-        };
-        job.warn_of_other_clouds();
-        Ok(job)
+            journal,
+            cut_off,
+        })
     }
 
-    fn warn_of_other_clouds(&mut self) {
-        for channel in self.overview.channels.values() {
-            if let CloudChannel::Unreadable(unreadable) = CloudChannel::of(self.overview, channel)
-                && unreadable.is_cloud
-            {
-                let (topic, reason) = (&channel.topic, unreadable.reason);
-                self.warn(format!("{topic}: passed through without annotation: {reason}"));
+    fn warn_of_other_cloud(&mut self, channel: &Channel) {
+        if let CloudChannel::Unreadable(unreadable) = CloudChannel::of(&self.overview, channel)
+            && unreadable.is_cloud
+        {
+            let (topic, reason) = (&channel.topic, unreadable.reason);
+            self.warn(format!("{topic}: passed through without annotation: {reason}"));
+        }
+    }
+
+    /// Takes the definitions of a stream as they come, before the messages behind them.
+    fn learn(&mut self, items: &[Item]) -> Result<()> {
+        for item in items {
+            match item {
+                Item::Record(Record::Schema(schema)) => {
+                    self.overview.schemas.insert(schema.id, schema.clone());
+                }
+                Item::Record(Record::Channel(channel)) => self.learn_channel(channel)?,
+                _ => {}
             }
+        }
+        Ok(())
+    }
+
+    fn learn_channel(&mut self, channel: &Channel) -> Result<()> {
+        self.overview.channels.insert(channel.id, channel.clone());
+        self.warn_of_other_cloud(channel);
+        if let Some(cloud) = chosen(&self.overview, channel, &self.options.topics) {
+            let CloudTopic { topic, format } = cloud;
+            self.options.types.check(&self.overview, [format], self.options.form)?;
+            let report = self.report.topics.entry(topic.clone()).or_default();
+            report.format = self.options.types.format(format);
+            self.clouds.insert(channel.id, (topic.as_str().into(), format));
+            self.wanted.numbered.insert(channel.id, topic);
+        }
+        refuse_annotated(&self.overview, self.wanted.numbered.values())
+    }
+
+    /// Of a stream, where no compression was asked for, that of the first chunk is taken.
+    fn learn_compression(&mut self, chunk: &SourceChunk) {
+        let is_first = std::mem::take(&mut self.awaits_compression);
+        let found = Compression::of_name(chunk.compression()).filter(|_| is_first);
+        if let Some(compression) = found {
+            self.compression = compression;
+            self.writer.set_compression(compression);
         }
     }
 
@@ -174,8 +287,8 @@ impl<'a> Job<'a> {
     }
 
     /// Warns of something that may come again in every frame only the first time, and counts.
-    fn warn_once(&mut self, topic: &str, kind: &'static str, position: Position, problem: &str) {
-        let count = self.warned.entry((topic.to_owned(), kind)).or_default();
+    fn warn_once(&mut self, topic: &str, kind: &str, position: Position, problem: &str) {
+        let count = self.warned.entry((topic.to_owned(), kind.to_owned())).or_default();
         *count += 1;
         if *count == 1 {
             self.warn(format!("{topic}: {problem} ({})", place(position)));
@@ -184,10 +297,16 @@ impl<'a> Job<'a> {
 
     /// Takes what comes next in the input, of which so many bytes have been read.
     pub(super) fn part(&mut self, part: Part, bytes: u64) -> Result<()> {
+        if self.is_stream {
+            let (Part::Chunk(SourceChunk { items, .. }) | Part::Items(items)) = &part;
+            self.learn(items)?;
+            if let Part::Chunk(chunk) = &part {
+                self.learn_compression(chunk);
+            }
+        }
         match part {
             Part::Chunk(chunk) if self.stays(&chunk) => {
-                let clouds: Vec<Item> =
-                    chunk.items.iter().filter(|item| self.is_cloud(item)).cloned().collect();
+                let clouds: Vec<Item> = self.clouds_of(&chunk).cloned().collect();
                 self.push(bytes, What::Chunk(chunk))?;
                 clouds.iter().try_for_each(|item| self.push_cloud(bytes, item))
             }
@@ -200,35 +319,56 @@ impl<'a> Job<'a> {
     /// Whether a chunk can be placed as it is.
     fn stays(&self, chunk: &SourceChunk) -> bool {
         let (first, last) = chunk.times();
-        let is_kept =
-            chunk.message_count() == 0 || !(self.is_outside(first) || self.is_outside(last));
-        is_kept && chunk.compression() == self.options.compression.name()
+        let is_kept = chunk.message_count() == 0
+            || (self.wanted.is_in_window(first) && self.wanted.is_in_window(last));
+        let may_stay = match self.options.form {
+            Form::Beside => true,
+            Form::InPlace => self.clouds_of(chunk).next().is_none(),
+            Form::Only => false,
+        };
+        may_stay && is_kept && chunk.compression() == self.compression.name()
+    }
+
+    fn clouds_of<'c>(&'c self, chunk: &'c SourceChunk) -> impl Iterator<Item = &'c Item> {
+        chunk.items.iter().filter(|item| self.is_cloud(item))
     }
 
     fn is_cloud(&self, item: &Item) -> bool {
         matches!(item, Item::Message { header, .. } if self.clouds.contains_key(&header.channel_id))
     }
 
-    fn is_outside(&self, log_time: u64) -> bool {
-        self.options.from_ns.is_some_and(|from| log_time < from)
-            || self.options.to_ns.is_some_and(|to| log_time >= to)
-    }
-
     /// Takes a record that is copied by itself.
     fn item(&mut self, bytes: u64, item: Item) -> Result<()> {
         match &item {
-            Item::Message { header, .. } if self.is_outside(header.log_time) => {
+            Item::Message { header, .. } if !self.wanted.is_in_window(header.log_time) => {
                 if let Some((topic, _)) = self.clouds.get(&header.channel_id).cloned() {
                     self.count_cloud(&topic);
                 }
                 Ok(())
             }
+            Item::Record(Record::Passed { counts }) => {
+                for (channel, count) in counts {
+                    let topic = Arc::clone(&self.clouds[channel].0);
+                    *self.next_number.entry(topic).or_default() += count;
+                }
+                Ok(())
+            }
             Item::Message { .. } if self.is_cloud(&item) => {
-                self.push(bytes, What::Item(item.clone()))?;
+                if self.options.form == Form::Beside {
+                    self.push(bytes, What::Item(item.clone()))?;
+                }
                 self.push_cloud(bytes, &item)
             }
+            _ if self.is_left_out(&item) => Ok(()),
             _ => self.push(bytes, What::Item(item)),
         }
+    }
+
+    /// Whether nothing is done about something that is no cloud: all but damage, if annotations alone are wanted.
+    fn is_left_out(&self, item: &Item) -> bool {
+        let is_damage =
+            matches!(item, Item::Record(Record::Damaged { .. } | Record::Truncated { .. }));
+        self.options.form == Form::Only && !is_damage
     }
 
     /// Gives a cloud to the threads.
@@ -238,16 +378,25 @@ impl<'a> Job<'a> {
         };
         let (topic, format) = self.clouds[&header.channel_id].clone();
         let number = self.count_cloud(&topic);
+        let before = match &mut self.cut_off {
+            Some(cut_off) => cut_off.take(&topic, number, data)?,
+            None => None,
+        };
         let (method, message, name) = (Arc::clone(&self.method), data.clone(), Arc::clone(&topic));
         let types = self.options.types;
-        let result = self.workers.run(move || {
-            let mut annotated = Annotated::default();
-            let which = CloudNumber { topic: &name, number };
-            annotate_message(&message, format, which, &method, &types, &mut annotated)
-                .map(|clustered| (clustered, annotated))
-        });
-        let (header, position, message_len) = (*header, *position, data.len());
-        let cloud = Cloud { topic, number, header, position, message_len, result };
+        let result = match before {
+            Some((report, messages)) => {
+                Workers::none().run(move || Ok(Made::Before(report, messages)))
+            }
+            None => self.workers.run(move || {
+                let mut annotated = Annotated::default();
+                let which = CloudNumber { topic: &name, number };
+                annotate_message(&message, format, which, &method, &types, &mut annotated)
+                    .map(|clustered| Made::Now(Box::new(clustered), annotated))
+            }),
+        };
+        let (header, position, message) = (*header, *position, data.clone());
+        let cloud = Cloud { topic, number, header, position, message, result };
         self.push(bytes, What::Cloud(Box::new(cloud)))
     }
 
@@ -336,35 +485,54 @@ impl<'a> Job<'a> {
     }
 
     fn cloud(&mut self, cloud: Cloud) -> Result<()> {
-        let Cloud { topic, number, header, position, message_len, result } = cloud;
+        let Cloud { topic, number, header, position, message, result } = cloud;
+        let is_in_place = self.options.form == Form::InPlace;
+        self.report.messages += u64::from(is_in_place);
         let started = Instant::now();
         let result = result.wait();
         self.report.profile.wait.take_since(started, 0);
-        let (clustered, annotated) = match result {
-            Ok(found) => found,
+        let made = match result {
+            Ok(made) => made,
             Err(error) if error.is_of_boxes() => return Err(error),
             Err(error) => {
                 let report = self.report.topics.entry(topic.to_string()).or_default();
                 report.unreadable += 1;
                 self.warn(format!("{topic}: {error} ({}); not annotated", place(position)));
-                return Ok(());
+                return match is_in_place {
+                    true => self.writer.write_message(&header, &message),
+                    false => Ok(()),
+                };
             }
         };
-        let added = self.channels_for(header.channel_id)?;
-        for (channel_id, message) in
-            [(added.instances, &annotated.cloud), (added.objects, &annotated.objects)]
-        {
+        let Added { instances, objects } = self.channels_for(header.channel_id)?;
+        let instances = if is_in_place { header.channel_id } else { instances };
+        let (report, times, messages) = match &made {
+            Made::Now(clustered, annotated) => (
+                &FrameReport::new(clustered, &annotated.frame_id, &self.options.method.taxonomy),
+                Some(annotated.times),
+                [&annotated.cloud, &annotated.objects],
+            ),
+            Made::Before(report, [cloud, objects]) => (report, None, [cloud, objects]),
+        };
+        for (channel_id, message) in [instances, objects].into_iter().zip(messages) {
             let header = MessageHeader { channel_id, ..header };
             self.writer.write_message(&header, message)?;
             self.report.annotations += 1;
         }
-        let report = self.report.topics.entry(topic.to_string()).or_default();
-        report.take(&annotated, &clustered.stages);
-        let remarks = remarks(&clustered, &self.options.method.taxonomy);
-        for &(kind, ref problem) in &remarks {
+        if let Some(journal) = &mut self.journal {
+            let [instances, objects] = messages.map(|message| checksum(message));
+            let (topic, cloud, report) = (topic.to_string(), checksum(&message), report.clone());
+            journal.note(&Note { topic, number, cloud, instances, objects, report })?;
+        }
+        self.report.topics.entry(topic.to_string()).or_default().take(report, times);
+        for (kind, problem) in &report.remarks {
             self.warn_once(&topic, kind, position, problem);
         }
-        let remarks: Vec<String> = remarks.into_iter().map(|(_, problem)| problem).collect();
+        let Made::Now(clustered, annotated) = &made else {
+            return Ok(());
+        };
+        let remarks: Vec<String> =
+            report.remarks.iter().map(|(_, problem)| problem.clone()).collect();
         let frame = Frame {
             topic: &topic,
             number,
@@ -375,22 +543,36 @@ impl<'a> Job<'a> {
             stages: &clustered.stages,
             remarks: &remarks,
         };
-        self.report.profile.take(&frame, message_len, &annotated);
+        self.report.profile.take(&frame, message.len(), annotated);
         let _ = (self.on_event)(Event::Frame(frame));
         Ok(())
     }
 
-    /// The channels added for the topic of a cloud's channel, made at its first cloud.
+    /// Ends with an error; what an interrupted run had done is left if it can be resumed.
+    pub(super) fn give_up(mut self, error: Error) -> Error {
+        if let (Error::Interrupted { .. }, Some(journal)) = (&error, &mut self.journal) {
+            journal.keep();
+            let partial = self.writer.leave();
+            let journal = journal_of(&self.report.output);
+            return Error::Left { partial, journal };
+        }
+        error
+    }
+
+    /// The channels of what is added to a channel's clouds, made at the first of its topic.
     fn channels_for(&mut self, cloud_channel: u16) -> Result<Added> {
         let (topic, format) = self.clouds[&cloud_channel].clone();
         let written = self.options.types.format(format);
         if let Some(&added) = self.added.get(&(Arc::clone(&topic), written)) {
             return Ok(added);
         }
-        let channel = &self.overview.channels[&cloud_channel];
-        let instances = self.add_instances(channel, format, written)?;
+        let channel = self.overview.channels[&cloud_channel].clone();
+        let instances = match self.options.form {
+            Form::InPlace => cloud_channel,
+            _ => self.add_instances(&channel, format, written)?,
+        };
         let schema = self.options.types.objects(written)?;
-        let objects = self.add_channel(&format!("{topic}{OBJECTS}"), &schema, channel)?;
+        let objects = self.add_channel(&format!("{topic}{OBJECTS}"), &schema, &channel)?;
         let added = Added { instances, objects };
         self.added.insert((topic, written), added);
         Ok(added)
@@ -404,11 +586,17 @@ impl<'a> Job<'a> {
         written: CloudFormat,
     ) -> Result<u16> {
         let topic = format!("{}{INSTANCES}", cloud.topic);
-        if format == written {
-            let (encoding, metadata) = (&cloud.message_encoding, channel_metadata(cloud, format));
-            return self.writer.add_channel(&topic, cloud.schema_id, encoding, &metadata);
+        if format != written {
+            return self.add_channel(&topic, &written.schema(), cloud);
         }
-        self.add_channel(&topic, &written.schema(), cloud)
+        let schema = match (self.options.form, self.overview.schema_of(cloud.id)) {
+            (Form::Only, Some(schema)) => {
+                self.writer.add_schema(&schema.name, &schema.encoding, &schema.data)?
+            }
+            _ => cloud.schema_id,
+        };
+        let (encoding, metadata) = (&cloud.message_encoding, channel_metadata(cloud, format));
+        self.writer.add_channel(&topic, schema, encoding, &metadata)
     }
 
     /// A channel of a type of its own beside a cloud's.
@@ -419,8 +607,13 @@ impl<'a> Job<'a> {
     }
 
     /// Completes the output. The reader is at the end of the input.
-    pub(super) fn finish(mut self, reader: RecordingReader) -> Result<Report> {
-        self.settle_all()?;
+    pub(super) fn finish(mut self, mut reader: RecordingReader) -> Result<Report> {
+        if let Err(error) = self.settle_all() {
+            return Err(self.give_up(error));
+        }
+        if self.is_stream {
+            choose(&self.overview, &self.options.topics)?;
+        }
         for channel in self.clouds.keys().copied().collect::<Vec<_>>() {
             self.channels_for(channel)?;
         }
@@ -430,9 +623,32 @@ impl<'a> Job<'a> {
             }
         }
         self.report.input_sha256 = reader.finish()?;
+        self.report.input_bytes_read = reader.bytes_read();
         let metadata = metadata(&self.report, &self.options.method);
         self.writer.write_metadata(METADATA_NAME, &metadata)?;
         (self.report.output_bytes, self.report.profile.write) = self.writer.finish_timed()?;
+        if self.journal.is_some() {
+            drop(self.cut_off.take());
+            clean_up(&self.report.output);
+        }
         Ok(self.report)
     }
+}
+
+/// What the bytes of the output depend on besides those of the clouds.
+fn asked_of(overview: &Overview, options: &Options, compression: Compression) -> serde_json::Value {
+    let name = overview.path.file_name().unwrap_or_default().to_string_lossy();
+    serde_json::json!({
+        "input": name,
+        "length of the input": overview.file_size,
+        "method": asked(&options.method),
+        "semantics": format!("{:?}", options.method.semantics),
+        "topic": options.topics,
+        "from": options.from_ns,
+        "to": options.to_ns,
+        "form": options.form.describe(),
+        "types": format!("{:?}", options.types),
+        "compression": compression.name(),
+        "check of chunks": !options.unchecked,
+    })
 }

@@ -4,6 +4,7 @@ mod job;
 mod message;
 mod profile;
 mod report;
+pub mod resume;
 mod topics;
 mod types;
 
@@ -13,7 +14,7 @@ use std::time::Instant;
 
 use crate::cloud::PointCloud;
 use crate::error::{Error, Result};
-use crate::io::{Compression, Overview, Position, RecordingReader};
+use crate::io::{Compression, Overview, Position, RecordingReader, STANDARD_STREAM, is_stream};
 use crate::pipeline::Stages;
 use crate::stopwatch::ms_since;
 use crate::workers::Workers;
@@ -25,6 +26,30 @@ pub use report::{FrameTimes, METADATA_NAME, Report, TopicReport, remarks};
 pub(crate) use topics::added_metadata;
 pub use topics::{CloudTopic, INSTANCES, OBJECTS, annotated_topics, choose, is_annotation};
 pub use types::{Flavor, MessageTypes};
+
+/// What the output holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Form {
+    /// Everything that the input holds, and `T/instances` and `T/objects` beside each cloud topic T.
+    #[default]
+    Beside,
+    /// Everything that the input holds, but each cloud of T with the fields of `T/instances` behind its own; `T/objects`
+    /// beside T. A cloud that cannot be read stays as it is.
+    InPlace,
+    /// `T/instances` and `T/objects` alone.
+    Only,
+}
+
+impl Form {
+    /// In words, as in the output's metadata.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Form::Beside => "beside the input",
+            Form::InPlace => "in place of the clouds",
+            Form::Only => "annotations only",
+        }
+    }
+}
 
 /// What is done to a recording.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -39,10 +64,21 @@ pub struct Options {
     pub from_ns: Option<u64>,
     /// Log time in nanoseconds from which on messages are left out of the output.
     pub to_ns: Option<u64>,
-    /// Compression of the output.
-    pub compression: Compression,
+    /// What the output holds. Default: everything.
+    pub form: Form,
+    /// Compression of the output. Default: that of most of the input's chunks, so that those stay as they are.
+    pub compression: Option<Compression>,
+    /// Whether chunks that by the input's index hold nothing that is annotated are taken over without being opened. A
+    /// chunk of these that is damaged is then as damaged in the output, where its checksum still tells. Default: no.
+    pub unchecked: bool,
     /// Whether an existing output may be replaced.
     pub force: bool,
+    /// Whether what a run for the same output had done that was cut off is used. The output's bytes are the same. An
+    /// interrupted run leaves what it had done only if this, or [`Options::resumable`], is set. Default: no.
+    pub resume: bool,
+    /// Whether an interrupted run leaves what it had done, `.NAME.partial` and `.NAME.journal`, to be resumed. What is
+    /// left by a run that was killed can be resumed if this was set. Default: no.
+    pub resumable: bool,
     /// Threads that unpack, cluster and compress, besides the one that reads and writes; with 1 that one does
     /// everything, one thing after the other. 0, the default: as many as there are cores, up to [`USUAL_THREADS`].
     pub threads: usize,
@@ -76,7 +112,7 @@ pub enum Event<'a> {
     Progress {
         /// Bytes read.
         bytes: u64,
-        /// Bytes of the input.
+        /// Bytes of the input; 0 of a stream.
         total: u64,
     },
     /// Something the user should know; complete with topic and place.
@@ -89,21 +125,24 @@ pub enum Event<'a> {
 /// below 400 MB with a large sensor (docs/performance.md).
 pub const USUAL_THREADS: usize = 8;
 
-/// Annotates a recording.
+/// Annotates a recording. The input may be a stream ([`crate::io::is_stream`]), whose topics are taken as they come, and
+/// the output the standard one ([`crate::io::STANDARD_STREAM`]), which gets the recording as it is made.
 ///
 /// Everything in the input is copied unchanged; to each cloud message come one on `T/instances` and one on
-/// `T/objects`. A chunk that can stay as it is stays as it is, byte for byte, and what is added to its clouds
+/// `T/objects` (other [`Form`]s of the output are described there). A chunk that can stay as it is stays as it is, byte for byte, and what is added to its clouds
 /// follows in chunks of its own; that is every chunk of the asked-for compression whose messages are all kept.
 /// Otherwise each cloud message is followed by those added to it. The output is the same however many threads
-/// there are. A cloud that cannot be read is passed through, warned of and counted. The
+/// there are. Of a recording whose index can be relied on, chunks outside of the times asked for are not read. A cloud that cannot be read is passed through, warned of and counted. The
 /// output appears under its name when it is complete, or not at all. Memory does not grow with the
 /// length of the recording, but for the boxes of a topic where those are asked for.
 ///
 /// # Errors
+/// [`Error::Conflict`] if a run is to be resumed that was of other parameters or another input;
 /// [`Error::Recording`] if the input is damaged (a cut-off input is none: it is annotated as far as it
 /// goes), [`Error::NoCloud`], [`Error::Conflict`] if the input already has an output's topic, is the
-/// output, or is of another flavor than is asked for,
-/// [`Error::Io`] and [`Error::Write`]; [`Error::Boxes`] if boxes do not fit a cloud; [`Error::Interrupted`] if `on_event` breaks off at a progress event.
+/// output, or is of another flavor than is asked for, [`Error::Io`] and [`Error::Write`]; [`Error::Boxes`] if boxes do not
+/// fit a cloud; [`Error::Interrupted`] or, where something is left, [`Error::Left`] if `on_event` breaks off at a progress
+/// event.
 pub fn annotate(
     input: &Path,
     output: &Path,
@@ -112,18 +151,31 @@ pub fn annotate(
 ) -> Result<Report> {
     refuse_same_file(input, output)?;
     let started = Instant::now();
-    let overview = Overview::read(input)?;
     let workers = Workers::start(match options.threads {
         0 => Workers::per_core().min(USUAL_THREADS),
         threads => threads,
     });
-    let mut job = Job::new(&overview, output, options, &workers, on_event)?;
-    let mut reader = RecordingReader::open_ahead(input, &workers)?;
+    let (mut job, mut reader) = match is_stream(input) {
+        true => {
+            let mut reader = RecordingReader::open_ahead(input, &workers)?;
+            let overview = Overview::of_stream(&mut reader, input)?;
+            (Job::of_stream(overview, output, options, &workers, on_event)?, reader)
+        }
+        false => {
+            let job = Job::new(Overview::read(input)?, output, options, &workers, on_event)?;
+            let reader = RecordingReader::open_wanted(&job.overview, &job.wanted, &workers)?;
+            (job, reader)
+        }
+    };
     loop {
         let part = reader.next_part();
         let bytes = reader.offset();
         match part {
-            Ok(Some(part)) => job.part(part, bytes)?,
+            Ok(Some(part)) => {
+                if let Err(error) = job.part(part, bytes) {
+                    return Err(job.give_up(error));
+                }
+            }
             Ok(None) => break,
             Err(error) => {
                 job.settle_all()?;
@@ -139,6 +191,9 @@ pub fn annotate(
 }
 
 pub(crate) fn refuse_same_file(input: &Path, output: &Path) -> Result<()> {
+    if output == STANDARD_STREAM {
+        return Ok(());
+    }
     match (input.canonicalize(), output.canonicalize()) {
         (Ok(from), Ok(to)) if from == to => Err(Error::Conflict {
             path: input.to_owned(),

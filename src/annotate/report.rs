@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use super::message::{Annotated, Clustered, Method};
+use super::message::{Clustered, Method};
 use super::profile::Profile;
 use crate::instances::Reason;
 use crate::io::CloudFormat;
@@ -24,8 +24,18 @@ pub struct Report {
     pub output: PathBuf,
     /// Bytes of the output.
     pub output_bytes: u64,
-    /// SHA-256 of the input.
-    pub input_sha256: String,
+    /// Bytes of the input.
+    pub input_bytes: u64,
+    /// Bytes that were read of it; fewer than it has if a window was asked for and its index says where that lies.
+    pub input_bytes_read: u64,
+    /// SHA-256 of the input, if all of it was read.
+    pub input_sha256: Option<String>,
+    /// What the output holds, in words.
+    pub form: &'static str,
+    /// Earliest log time in nanoseconds, if that was asked for.
+    pub from_ns: Option<u64>,
+    /// Log time in nanoseconds from which on messages were left out, if that was asked for.
+    pub to_ns: Option<u64>,
     /// Messages copied.
     pub messages: u64,
     /// Messages added.
@@ -57,6 +67,8 @@ pub struct TopicReport {
     pub format: CloudFormat,
     /// Coordinate frame of the clouds, of the last where it changes.
     pub frame_id: String,
+    /// How many of these were annotated by a run that was cut off.
+    pub resumed: u64,
     /// Clouds passed through without annotation because they cannot be read.
     pub unreadable: u64,
     /// Points of the annotated clouds.
@@ -113,18 +125,52 @@ impl FrameTimes {
     }
 }
 
+/// What the report takes of a cloud.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct FrameReport {
+    frame_id: String,
+    points: u64,
+    instances: u64,
+    semantics: String,
+    projection: String,
+    /// In the order of [`Reason::ALL`].
+    reasons: Vec<u64>,
+    /// What is odd about it: a word for the kind, and a sentence.
+    pub(super) remarks: Vec<(String, String)>,
+}
+
+impl FrameReport {
+    pub(super) fn new(clustered: &Clustered, frame_id: &str, taxonomy: &Taxonomy) -> Self {
+        let stages = &clustered.stages;
+        let remarks = remarks(clustered, taxonomy).into_iter();
+        FrameReport {
+            frame_id: frame_id.to_owned(),
+            points: stages.labels.reason.len() as u64,
+            instances: stages.instances.len() as u64,
+            semantics: clustered.semantics.clone(),
+            projection: describe_image(stages),
+            reasons: stages.labels.counts().to_vec(),
+            remarks: remarks.map(|(kind, problem)| (kind.to_owned(), problem)).collect(),
+        }
+    }
+}
+
 impl TopicReport {
-    pub(super) fn take(&mut self, annotated: &Annotated, stages: &Stages) {
+    /// Takes a cloud, and what it took unless that was done before.
+    pub(super) fn take(&mut self, frame: &FrameReport, times: Option<FrameTimes>) {
         self.frames += 1;
-        self.frame_id.clone_from(&annotated.frame_id);
-        self.points += stages.labels.reason.len() as u64;
-        self.instances += stages.instances.len() as u64;
-        *self.semantics.entry(annotated.semantics.clone()).or_default() += 1;
-        *self.projection.entry(describe_image(stages)).or_default() += 1;
-        for (reason, count) in Reason::ALL.into_iter().zip(stages.labels.counts()) {
+        self.frame_id.clone_from(&frame.frame_id);
+        self.points += frame.points;
+        self.instances += frame.instances;
+        *self.semantics.entry(frame.semantics.clone()).or_default() += 1;
+        *self.projection.entry(frame.projection.clone()).or_default() += 1;
+        for (reason, count) in Reason::ALL.into_iter().zip(&frame.reasons) {
             *self.reasons.entry(reason.describe()).or_default() += count;
         }
-        self.times.take(annotated.times, self.frames);
+        match times {
+            Some(times) => self.times.take(times, self.frames - self.resumed),
+            None => self.resumed += 1,
+        }
     }
 }
 
@@ -171,21 +217,42 @@ pub fn remarks(clustered: &Clustered, taxonomy: &Taxonomy) -> Vec<(&'static str,
     remarks
 }
 
-/// The metadata record: version, parameters, the input's hash, counts per reason.
-pub(super) fn metadata(report: &Report, method: &Method) -> BTreeMap<String, String> {
+/// What stands for the hash of an input that was not read whole.
+fn input_read(report: &Report) -> String {
+    let (read, all) = (report.input_bytes_read, report.input_bytes);
+    format!("{read} of {all} bytes, found by the index of the input; no hash of all of it")
+}
+
+/// The part of the metadata record that is known beforehand: version and parameters.
+pub(super) fn asked(method: &Method) -> BTreeMap<String, String> {
     let json = |value: serde_json::Value| value.to_string();
-    let mut metadata = BTreeMap::from([
+    let mut asked = BTreeMap::from([
         ("version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
-        ("input_sha256".to_owned(), report.input_sha256.clone()),
         ("method".to_owned(), method.config.method_name().to_owned()),
         ("preset".to_owned(), method.config.preset.to_owned()),
         ("taxonomy".to_owned(), method.taxonomy.name.clone()),
         ("parameters".to_owned(), json(serde_json::json!(method.config))),
         ("ground".to_owned(), json(serde_json::json!(method.ground))),
     ]);
-    if let Some(boxes) = method.boxes.describe() {
-        metadata.insert("boxes".to_owned(), boxes);
+    asked.extend(method.boxes.describe().map(|boxes| ("boxes".to_owned(), boxes)));
+    asked
+}
+
+/// The metadata record: version, parameters, the input's hash, counts per reason.
+pub(super) fn metadata(report: &Report, method: &Method) -> BTreeMap<String, String> {
+    let mut metadata = asked(method);
+    let mut say = |key: &str, value: Option<String>| {
+        metadata.extend(value.map(|value| (key.to_owned(), value)));
+    };
+    match &report.input_sha256 {
+        Some(hash) => say("input_sha256", Some(hash.clone())),
+        None => say("input_read", Some(input_read(report))),
     }
+    let name = report.input.file_name().unwrap_or(report.input.as_os_str());
+    say("input", Some(name.to_string_lossy().into_owned()));
+    say("form", Some(report.form.to_owned()));
+    say("from_ns", report.from_ns.map(|ns| ns.to_string()));
+    say("to_ns", report.to_ns.map(|ns| ns.to_string()));
     if let Some(cut) = &report.truncated {
         metadata.insert("truncated".to_owned(), cut.clone());
     }
@@ -199,7 +266,7 @@ pub(super) fn metadata(report: &Report, method: &Method) -> BTreeMap<String, Str
             "projection": report.projection,
             "reasons": report.reasons,
         });
-        metadata.insert(format!("topic {topic}"), json(value));
+        metadata.insert(format!("topic {topic}"), value.to_string());
     }
     metadata
 }

@@ -45,11 +45,7 @@ pub fn choose(overview: &Overview, topics: &[String]) -> Result<BTreeMap<u16, Cl
     let readable: BTreeMap<u16, CloudTopic> = overview
         .channels
         .values()
-        .filter(|channel| !is_annotation(overview, &channel.topic))
-        .filter_map(|channel| {
-            let format = cloud_format(overview, channel)?;
-            Some((channel.id, CloudTopic { topic: channel.topic.clone(), format }))
-        })
+        .filter_map(|channel| Some((channel.id, chosen(overview, channel, &[])?)))
         .collect();
     let no_cloud = |problem: String| Error::NoCloud { path: overview.path.clone(), problem };
     if readable.is_empty() {
@@ -70,12 +66,24 @@ pub fn choose(overview: &Overview, topics: &[String]) -> Result<BTreeMap<u16, Cl
         .collect())
 }
 
-/// Refuses a recording that has the topics that would be added.
-pub(super) fn refuse_annotated(
+/// A channel whose clouds are clustered, as far as is known of the recording; none otherwise.
+pub(super) fn chosen(
     overview: &Overview,
-    clouds: &BTreeMap<u16, CloudTopic>,
+    channel: &Channel,
+    topics: &[String],
+) -> Option<CloudTopic> {
+    let is_asked_for = topics.is_empty() || topics.contains(&channel.topic);
+    let format = cloud_format(overview, channel)
+        .filter(|_| is_asked_for && !is_annotation(overview, &channel.topic))?;
+    Some(CloudTopic { topic: channel.topic.clone(), format })
+}
+
+/// Refuses a recording that has the topics that would be added.
+pub(super) fn refuse_annotated<'a>(
+    overview: &Overview,
+    topics: impl IntoIterator<Item = &'a String>,
 ) -> Result<()> {
-    for CloudTopic { topic, .. } in clouds.values() {
+    for topic in topics {
         for end in [INSTANCES, OBJECTS] {
             let added = format!("{topic}{end}");
             if overview.channels_of(&added).next().is_some() {

@@ -1,8 +1,6 @@
 //! In which messages an annotation is written.
 
-use std::collections::BTreeMap;
-
-use super::topics::CloudTopic;
+use super::Form;
 use crate::error::{Error, Result};
 use crate::instances::Instance;
 use crate::io::{
@@ -75,15 +73,26 @@ impl MessageTypes {
     /// Whether a recording may have such messages beside these clouds.
     ///
     /// # Errors
-    /// [`Error::Conflict`] where other messages than ROS's are asked for in a recording of ROS,
+    /// [`Error::Conflict`] where other messages than ROS's are asked for in a recording of ROS, or others than the
+    /// clouds' own in their place,
     /// [`Error::Unsupported`] as [`MessageTypes::objects`].
     pub(super) fn check(
         &self,
         overview: &Overview,
-        clouds: &BTreeMap<u16, CloudTopic>,
+        clouds: impl IntoIterator<Item = CloudFormat>,
+        form: Form,
     ) -> Result<()> {
-        for CloudTopic { format, .. } in clouds.values() {
-            self.objects(self.format(*format))?;
+        let conflict = |problem| Err(Error::Conflict { path: overview.path.clone(), problem });
+        for format in clouds {
+            let written = self.format(format);
+            self.objects(written)?;
+            if form == Form::InPlace && written != format {
+                return conflict(format!(
+                    "its clouds are {}, in place of which {} cannot stand",
+                    format.type_name(),
+                    written.type_name()
+                ));
+            }
         }
         let profile = overview.profile.as_str();
         if self.flavor == Flavor::Auto || !matches!(profile, "ros1" | "ros2") {
@@ -93,7 +102,7 @@ impl MessageTypes {
             "its profile is `{profile}`, so it gets ROS messages only: readers such as rosbags refuse a file with \
              protobuf among them; leave the flavor foxglove out"
         );
-        Err(Error::Conflict { path: overview.path.clone(), problem })
+        conflict(problem)
     }
 }
 

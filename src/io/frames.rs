@@ -1,12 +1,15 @@
 //! One cloud message of a recording, or some in a row: by number, or the nearest to a time.
 
 use std::collections::BTreeMap;
-use std::ops::RangeInclusive;
+use std::ops::{Bound, RangeInclusive};
 use std::path::{Path, PathBuf};
 
 use super::clouds::{CloudChannel, CloudFormat, PackedCloud};
-use super::recording::{Channel, Overview, Position, Record, RecordingReader};
+use super::recording::{
+    Channel, Overview, Position, Record, RecordingReader, Wanted, window_around,
+};
 use crate::error::{Error, Result};
+use crate::workers::Workers;
 
 /// A cloud message, still encoded.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -60,8 +63,9 @@ pub enum Which {
 
 /// Reads one cloud message of a topic, or of the first topic with readable clouds.
 ///
-/// A frame is found as soon as it is reached; for a time the whole recording is read. Nothing is
-/// decoded.
+/// Where the recording's index can be relied on, only the chunk of that frame is read, or those that may hold the
+/// message nearest to a time; else a frame is found as soon as it is reached, and for a time the whole recording is
+/// read. Nothing is decoded.
 ///
 /// # Errors
 /// [`Error::NoCloud`] if there is no such topic or frame, with what there is; those of
@@ -72,7 +76,7 @@ pub fn cloud_message_at(path: &Path, topic: Option<&str>, which: Which) -> Resul
             let first = CloudMessages::open(path, topic, number..=number)?.next();
             first.unwrap_or_else(|| Err(no_cloud(path, cut_off(number))))
         }
-        Which::Time(wanted) => nearest(CloudMessages::open(path, topic, 0..=u64::MAX)?, wanted),
+        Which::Time(wanted) => nearest(CloudMessages::open_around(path, topic, wanted)?, wanted),
     }
 }
 
@@ -97,6 +101,8 @@ pub struct CloudMessages {
     start_ns: u64,
     channels: BTreeMap<u16, CloudFormat>,
     frames: RangeInclusive<u64>,
+    /// Log times, from and to (left out), outside of which none is needed.
+    window: (Option<u64>, Option<u64>),
     next: u64,
     reader: RecordingReader,
     is_over: bool,
@@ -110,6 +116,22 @@ impl CloudMessages {
     /// [`Error::NoCloud`] if there is no such topic, or the first frame is not in it (the last may lie
     /// behind the end); those of [`RecordingReader`].
     pub fn open(path: &Path, topic: Option<&str>, frames: RangeInclusive<u64>) -> Result<Self> {
+        Self::open_with(path, topic, frames, |_, _| (None, None))
+    }
+
+    /// Opens a recording at those messages of a topic that may be the nearest to a log time.
+    fn open_around(path: &Path, topic: Option<&str>, log_time: u64) -> Result<Self> {
+        let window =
+            |overview: &Overview, channels: &[u16]| window_around(overview, channels, log_time);
+        Self::open_with(path, topic, 0..=u64::MAX, window)
+    }
+
+    fn open_with(
+        path: &Path,
+        topic: Option<&str>,
+        frames: RangeInclusive<u64>,
+        window: impl FnOnce(&Overview, &[u16]) -> (Option<u64>, Option<u64>),
+    ) -> Result<Self> {
         let overview = Overview::read(path)?;
         let topic = choose(&overview, topic)?;
         let channels = overview.channels_of(&topic);
@@ -128,6 +150,16 @@ impl CloudMessages {
             };
             return Err(no_cloud(path, problem));
         }
+        let ids: Vec<u16> = channels.keys().copied().collect();
+        let window = window(&overview, &ids);
+        let wanted = Wanted {
+            from_ns: window.0,
+            to_ns: window.1,
+            numbered: ids.iter().map(|&id| (id, topic.clone())).collect(),
+            frames: (Bound::Included(*frames.start()), Bound::Included(*frames.end())),
+            others: false,
+            closed: None,
+        };
         Ok(CloudMessages {
             path: path.to_owned(),
             topic,
@@ -135,8 +167,9 @@ impl CloudMessages {
             start_ns: overview.start_ns.unwrap_or(0),
             channels,
             frames,
+            window,
             next: 0,
-            reader: RecordingReader::open(path)?,
+            reader: RecordingReader::open_wanted(&overview, &wanted, &Workers::none())?,
             is_over: false,
         })
     }
@@ -156,6 +189,11 @@ impl CloudMessages {
         self.start_ns
     }
 
+    /// Bytes that were read of the file so far.
+    pub fn bytes_read(&self) -> u64 {
+        self.reader.bytes_read()
+    }
+
     fn read(&mut self) -> Result<Option<CloudMessage>> {
         while self.next <= *self.frames.end() {
             match self.reader.next_record()? {
@@ -165,7 +203,7 @@ impl CloudMessages {
                     };
                     let number = self.next;
                     self.next += 1;
-                    if self.frames.contains(&number) {
+                    if is_wanted(&self.frames, self.window, number, header.log_time) {
                         return Ok(Some(CloudMessage {
                             topic: self.topic.clone(),
                             number,
@@ -176,12 +214,24 @@ impl CloudMessages {
                         }));
                     }
                 }
+                Some(Record::Passed { counts }) => self.next += counts.values().sum::<u64>(),
                 Some(_) => {}
                 None => break,
             }
         }
         Ok(None)
     }
+}
+
+fn is_wanted(
+    frames: &RangeInclusive<u64>,
+    (from, to): (Option<u64>, Option<u64>),
+    number: u64,
+    log_time: u64,
+) -> bool {
+    frames.contains(&number)
+        && from.is_none_or(|from| log_time >= from)
+        && to.is_none_or(|to| log_time < to)
 }
 
 impl Iterator for CloudMessages {

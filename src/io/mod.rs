@@ -5,6 +5,7 @@
 //! ([`annotation`], [`objects`]).
 
 pub mod annotation;
+pub mod bag;
 pub mod boxes;
 pub mod camera_info;
 pub mod cloud_recording;
@@ -23,6 +24,7 @@ pub mod semantic_kitti;
 pub mod transforms;
 
 pub use annotation::{PointAnnotation, annotated_cloud};
+pub use bag::Bag;
 pub use boxes::{BoxSource, FrameBoxes, FrameDetections};
 pub use clouds::{CloudChannel, CloudFormat, CloudPose, Datatype, PackedCloud, PointField};
 pub use definitions::{DIAGNOSTIC_ARRAY, MARKER_ARRAY, MessageSchema, POINT_CLOUD2};
@@ -33,8 +35,9 @@ pub use labelled::{
 };
 pub use objects::{ObjectBox, ObjectEncoding, ObjectKind};
 pub use recording::{
-    AttachmentHeader, Channel, Compression, Item, MessageHeader, Metadata, Overview, Part,
-    PartialFile, Position, ReadTimes, Record, RecordingReader, RecordingWriter, Schema,
-    SharedBytes, SourceChunk, WriteOptions, WriteTimes, write_file,
+    AttachmentHeader, Channel, Compression, FrameRange, Item, MessageHeader, Metadata, Overview,
+    Part, PartialFile, Position, ReadTimes, Record, RecordingReader, RecordingWriter,
+    STANDARD_STREAM, Schema, SharedBytes, SourceChunk, Wanted, WriteOptions, WriteTimes, checksum,
+    is_stream, write_file,
 };
 pub use ros::{ByteOrder, Layout};

@@ -36,7 +36,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("clap", &["bin"]),
     ("anyhow", &["bin"]),
     ("indicatif", &["bin"]),
-    ("serde_saphyr", &["taxonomy"]),
+    ("serde_saphyr", &["taxonomy", "io"]),
     ("rand_pcg", &["simulate", "evaluate"]),
     ("sha2", &["io"]),
     ("tempfile", &["io"]),

@@ -10,14 +10,18 @@ mod examples;
 mod explain;
 mod failures;
 mod figure;
+mod forms;
+mod inputs;
 mod layers;
 mod oracle;
 mod partition;
 mod recordings;
+mod shapes;
 mod shared_data;
 mod simulated;
 mod threads;
 mod triage;
+mod unopened;
 #[cfg(feature = "rerun")]
 mod viewer;
 mod without_classes;

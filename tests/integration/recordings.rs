@@ -145,7 +145,8 @@ fn how_it_was_made_is_recorded() {
         _ => None,
     });
     let made = made.expect("a metadata record");
-    assert_eq!(made["input_sha256"], report.input_sha256);
+    assert_eq!(Some(&made["input_sha256"]), report.input_sha256.as_ref());
+    assert!(!made.contains_key("input_read") && !made.contains_key("from_ns"));
     assert_eq!(made["version"], env!("CARGO_PKG_VERSION"));
     assert!(made["parameters"].contains("\"voxel\":0.5"));
     assert!(made[&format!("topic {CLOUD_TOPIC}")].contains("\"ground\":"));
@@ -202,6 +203,60 @@ fn a_window_keeps_its_messages_and_every_channel() {
     let overview = Overview::read(&output).expect("a recording");
     assert_eq!(overview.start_ns, options.from_ns);
     assert!(overview.channels_of("/tf").next().is_some());
+}
+
+#[test]
+fn a_window_costs_its_own_length() {
+    let (_folder, input) = drive(60);
+    let size = std::fs::metadata(&input).expect("the drive").len();
+    let start = Overview::read(&input).expect("a recording").start_ns.expect("messages");
+    let mut options = options(Semantics::Auto);
+    (options.from_ns, options.to_ns) = (Some(start + 3_000_000_000), Some(start + 3_500_000_000));
+    let (output, report) = run(&input, &options).expect("annotated");
+    assert_eq!(report.topics[CLOUD_TOPIC].frames, 5);
+    assert!(report.warnings.is_empty() && report.input_sha256.is_none(), "{report:?}");
+    // Chunks hold thirteen of the sixty clouds each.
+    assert!(report.input_bytes_read < size * 2 / 5, "{} of {size}", report.input_bytes_read);
+    let made = records(&output).into_iter().find_map(|record| match record {
+        Record::Metadata(metadata) if metadata.name == "divmerge" => Some(metadata.metadata),
+        _ => None,
+    });
+    let made = made.expect("a metadata record");
+    assert!(made["input_read"].contains(&format!("of {size} bytes")) && made.contains_key("to_ns"));
+    assert!(!made.contains_key("input_sha256"));
+
+    // The same without an index: everything is read, and the same messages come out.
+    let whole = std::fs::read(&input).expect("bytes");
+    let bare = input.with_file_name("bare.mcap");
+    std::fs::write(&bare, &whole[..whole.len() - 8]).expect("written");
+    let (read_through, through) = run(&bare, &options).expect("annotated");
+    assert_eq!(through.input_bytes_read, size - 8);
+    let messages = |path: &Path| {
+        let records = records(path).into_iter();
+        let of = |record| match record {
+            Record::Message { header, data, .. } => Some((header, data)),
+            _ => None,
+        };
+        records.filter_map(of).collect::<Vec<_>>()
+    };
+    assert!(messages(&output) == messages(&read_through));
+}
+
+#[test]
+fn frames_are_numbered_whatever_is_passed_over() {
+    let (_folder, input) = drive(60);
+    let start = Overview::read(&input).expect("a recording").start_ns.expect("messages");
+    let mut options = options(Semantics::Auto);
+    (options.from_ns, options.to_ns) = (Some(start + 4_000_000_000), Some(start + 4_200_000_000));
+    let (output, mut numbers) = (input.with_file_name("out.mcap"), Vec::new());
+    annotate(&input, &output, &options, &mut |event: Event| {
+        if let Event::Frame(frame) = event {
+            numbers.push(frame.number);
+        }
+        ControlFlow::Continue(())
+    })
+    .expect("annotated");
+    assert_eq!(numbers, [40, 41]);
 }
 
 #[test]

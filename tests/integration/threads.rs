@@ -80,7 +80,7 @@ fn the_bytes_are_the_same_on_any_number_of_threads() {
     let (_folder, input) = drive(FRAMES, Compression::Zstd);
     let start = Overview::read(&input).expect("a recording").start_ns.expect("messages");
     let window = |options| Options { from_ns: Some(start + 250_000_000), ..options };
-    let lz4 = |options| Options { compression: Compression::Lz4, ..options };
+    let lz4 = |options| Options { compression: Some(Compression::Lz4), ..options };
     for change in [&|options| options, &window, &lz4] as [&dyn Fn(Options) -> Options; 3] {
         let [(one, _), (two, _), (eight, _)] =
             [1, 2, 8].map(|threads| run(&input, &change(options(threads))).expect("annotated"));
@@ -140,7 +140,8 @@ fn another_compression_and_a_window_fall_back_to_messages() {
     let count = chunks(&source).len();
     for compression in [Compression::Lz4, Compression::None] {
         let (output, report) =
-            run(&input, &Options { compression, ..options(2) }).expect("annotated");
+            run(&input, &Options { compression: Some(compression), ..options(2) })
+                .expect("annotated");
         assert_eq!(report.profile.write.verbatim_chunks, 0);
         assert!(chunks(&source).iter().all(|chunk| !contains(&output, chunk)));
         assert_passed_through(&input, &input.with_extension("annotated.mcap"));
@@ -156,6 +157,19 @@ fn another_compression_and_a_window_fall_back_to_messages() {
         Overview::read(&input.with_extension("annotated.mcap")).unwrap().start_ns,
         Some(start + 100_000_000)
     );
+}
+
+#[test]
+fn the_source_s_compression_is_kept_unless_another_is_asked_for() {
+    for compression in [Compression::None, Compression::Lz4, Compression::Zstd] {
+        let (_folder, input) = drive(FRAMES, compression);
+        let source = std::fs::read(&input).expect("the input");
+        let (output, report) = run(&input, &options(2)).expect("annotated");
+        assert!(chunks(&source).iter().all(|chunk| contains(&output, chunk)));
+        assert_eq!(report.profile.write.verbatim_chunks, chunks(&source).len() as u64);
+        let overview = Overview::read(&input.with_extension("annotated.mcap")).expect("whole");
+        assert_eq!(overview.compression.keys().collect::<Vec<_>>(), [compression.name()]);
+    }
 }
 
 #[test]

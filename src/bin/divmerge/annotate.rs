@@ -1,32 +1,41 @@
 //! `divmerge annotate`
 
-use std::path::PathBuf;
+mod tasks;
 
-use anyhow::Result;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use divmerge::annotate::{
-    Event, Flavor, INSTANCES, MessageTypes, OBJECTS, Options, Report, TopicReport, annotate,
+    Event, Flavor, Form, INSTANCES, MessageTypes, OBJECTS, Options, Report, TopicReport, annotate,
 };
-use divmerge::io::{Compression, ObjectKind, write_file};
+use divmerge::io::{Compression, ObjectKind, STANDARD_STREAM, is_stream, write_file};
 use divmerge::view::{ShownTopic, Target, viewer_layout};
 
-use crate::arguments::{MethodArguments, Moment, moment, window};
+use crate::arguments::MethodArguments;
+use crate::moments::{Moment, absolute, moment, window};
 use crate::terminal::{byte_bar, grouped};
 use crate::viewer::{self, Watcher};
-use crate::{Outcome, interrupt, profile};
+use crate::{Outcome, interrupt, profile, told};
+use tasks::{Task, Tasks};
 
 /// Write a recording again with instances in it
 ///
 /// Every message, channel, schema, attachment and metadata record is kept as it is. Each cloud topic T
 /// gains T/instances (the same cloud with instance, component, semantic, reason, rgb and colors behind
-/// its own fields) and T/objects (a box and a number per instance, as a MarkerArray). Chunks of the asked-for
+/// its own fields) and T/objects (a box and a number per instance, as a MarkerArray). Chunks of the output's
 /// compression are taken over as they are, byte for byte; what is added stands in chunks of its own.
 #[derive(Args)]
 pub struct Arguments {
-    /// The recording (MCAP); it is never touched
-    input: PathBuf,
+    /// The recordings (MCAP), or folders of rosbag2 with a metadata.yaml; they are never touched. `-` reads one from
+    /// standard input
+    #[arg(required = true)]
+    inputs: Vec<PathBuf>,
 
-    /// The annotated recording; it appears when it is complete
+    /// The annotated recording; it appears when it is complete. For several recordings, and for a folder of rosbag2, a
+    /// folder: each keeps its name there, and a metadata.yaml is written beside those of a bag. `-` writes to standard
+    /// output
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
 
@@ -46,12 +55,19 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = FlavorArgument::Auto)]
     flavor: FlavorArgument,
 
-    /// Compression of the output
-    #[arg(long, value_enum, default_value_t = Compress::Zstd)]
-    compression: Compress,
+    /// Compression of the output [default: that of most chunks of the input, which then stay as they are]
+    #[arg(long, value_enum)]
+    compression: Option<Compress>,
 
-    /// Leave out messages before this log time: seconds from the start (12.5) or since 1970
-    /// (@1317384506.4)
+    /// Take over chunks in which, by the recording's own index, is nothing to annotate without opening them. Quicker
+    /// where clouds are a small part; but such a chunk, if it is damaged, is as damaged in the output, which only a
+    /// reader that looks at its checksum will notice
+    #[arg(long)]
+    unchecked: bool,
+
+    /// Leave out messages before this log time: seconds from the start (12.5), since 1970 (@1317384506.4), a date
+    /// (2011-09-30T12:28:26Z), or that of a cloud (frame:100, of the first topic annotated). Where the recording has a
+    /// sound index, what lies outside is not even read
     #[arg(long, value_name = "T", value_parser = moment)]
     from: Option<Moment>,
 
@@ -63,6 +79,20 @@ pub struct Arguments {
     /// in colour once it is imported there)
     #[arg(long)]
     no_layout: bool,
+
+    /// Write T/instances and T/objects alone: a small recording to be opened beside the input
+    #[arg(long, conflicts_with = "in_place_fields")]
+    only: bool,
+
+    /// Put the fields into the clouds of T themselves, in place of a topic T/instances
+    #[arg(long)]
+    in_place_fields: bool,
+
+    /// Go on where a run was cut off (Ctrl-C, killed, power lost) that was to write the same output: clouds that it had
+    /// clustered are not clustered again, and the output is the same as without a cut. Of several recordings, those whose
+    /// output is there already are left out
+    #[arg(long, conflicts_with = "force")]
+    resume: bool,
 
     /// Replace an existing output
     #[arg(long)]
@@ -150,39 +180,78 @@ impl From<Compress> for Compression {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     interrupt::listen();
-    crate::refuse_existing(&arguments.output, arguments.force)?;
-    let layout = (!arguments.no_layout).then(|| arguments.output.with_extension("layout.json"));
-    if let Some(layout) = &layout {
-        crate::refuse_existing(layout, arguments.force)?;
+    let mut tasks = Tasks::new(&arguments.inputs, &arguments.output)?;
+    let done = if arguments.resume { tasks.leave_out_done() } else { Vec::new() };
+    tasks.prepare(arguments.force)?;
+    match tasks.tasks.as_slice() {
+        [task] if !tasks.has_folder => {
+            let report = one(arguments, task)?;
+            if arguments.json {
+                tell(task, &(serde_json::to_string_pretty(&report)? + "\n"))?;
+            }
+            Ok(outcome(&report))
+        }
+        _ => several(arguments, &tasks, done),
     }
-    let (from_ns, to_ns) = window(&arguments.input, arguments.from, arguments.to)?;
-    let options = Options {
-        method: arguments.method.method(&arguments.input)?,
-        types: MessageTypes {
-            flavor: arguments.flavor.into(),
-            objects: arguments.objects.map(ObjectKind::from),
-        },
-        topics: arguments.topics.clone(),
-        from_ns,
-        to_ns,
-        compression: arguments.compression.into(),
-        force: arguments.force,
-        threads: arguments.threads.map_or(0, usize::from),
-    };
+}
+
+/// Annotates one recording after the other; one that fails does not keep the others from it.
+fn several(arguments: &Arguments, tasks: &Tasks, done: Vec<PathBuf>) -> Result<Outcome> {
+    let (mut reports, mut made, mut failed) = (Vec::new(), done, Vec::new());
+    let all = made.len() + tasks.tasks.len();
+    for task in &tasks.tasks {
+        match one(arguments, task) {
+            Ok(report) => {
+                made.push(task.output.clone());
+                reports.push(report);
+            }
+            Err(error) if interrupt::wish().is_break() => return Err(error),
+            Err(error) => {
+                eprintln!("error: {}", told(&error));
+                failed.push(task.input.display().to_string());
+            }
+        }
+    }
+    let written = tasks.finish(&made, arguments.force)?;
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&reports)?);
+    } else {
+        for path in written {
+            println!("wrote {}", path.display());
+        }
+        println!("{} of {all} recordings annotated", made.len());
+    }
+    if !failed.is_empty() {
+        bail!("not annotated: {}", failed.join(", "));
+    }
+    let is_whole = reports.iter().all(Report::is_complete);
+    Ok(if is_whole { Outcome::Done } else { Outcome::Incomplete })
+}
+
+fn outcome(report: &Report) -> Outcome {
+    if report.is_complete() { Outcome::Done } else { Outcome::Incomplete }
+}
+
+/// Annotates a recording and says what was done, unless that is to be said as JSON.
+fn one(arguments: &Arguments, task: &Task) -> Result<Report> {
+    let input = task.input.as_path();
+    let options = options(arguments, input)?;
+    let layout = layout_of(arguments, task)?;
     let target = arguments.rerun.clone().map(|target| match target {
         Target::Save { path, .. } => Target::Save { path, force: arguments.force },
         other => other,
     });
-    let mut viewer = Watcher::open(target.as_ref(), &arguments.input, &options.method)?;
+    let mut viewer = Watcher::open(target.as_ref(), input, &options.method)?;
     let bar = byte_bar("annotating");
-    let report = annotate(&arguments.input, &arguments.output, &options, &mut |event| {
+    interrupt::is_writing(&task.output);
+    let report = annotate(input, &task.output, &options, &mut |event| {
         match event {
             Event::Progress { bytes, total } => {
-                bar.set_length(total);
+                bar.set_length(total.max(bytes));
                 bar.set_position(bytes);
             }
             Event::Warning(warning) => {
-                bar.suspend(|| eprintln!("warning: {}: {warning}", arguments.input.display()));
+                bar.suspend(|| eprintln!("warning: {}: {warning}", input.display()));
             }
             Event::Frame(frame) => viewer.show(&frame),
         }
@@ -191,25 +260,79 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     bar.finish_and_clear();
     let report = report?;
     if let Some(layout) = &layout {
-        write_file(layout, viewer_layout(&shown(&report)).as_bytes(), arguments.force)?;
+        write_file(layout, viewer_layout(&shown(arguments, &report)).as_bytes(), arguments.force)?;
     }
-    if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&report)?);
-    } else {
-        print(&report);
+    if !arguments.json {
+        tell(task, &text(&report))?;
         if arguments.profile {
-            profile::print(&report);
+            tell(task, &profile::text(&report))?;
         }
     }
     viewer.finish()?;
-    Ok(if report.is_complete() { Outcome::Done } else { Outcome::Incomplete })
+    Ok(report)
+}
+
+fn options(arguments: &Arguments, input: &Path) -> Result<Options> {
+    let moments = (arguments.from, arguments.to);
+    let (from_ns, to_ns) = match is_stream(input) {
+        true => absolute(moments)?,
+        false => window(input, moments, &arguments.topics)?,
+    };
+    Ok(Options {
+        method: arguments.method.method(input)?,
+        types: MessageTypes {
+            flavor: arguments.flavor.into(),
+            objects: arguments.objects.map(ObjectKind::from),
+        },
+        topics: arguments.topics.clone(),
+        from_ns,
+        to_ns,
+        compression: arguments.compression.map(Compression::from),
+        unchecked: arguments.unchecked,
+        form: match (arguments.only, arguments.in_place_fields) {
+            (true, _) => Form::Only,
+            (_, true) => Form::InPlace,
+            _ => Form::Beside,
+        },
+        resume: arguments.resume,
+        resumable: true,
+        force: arguments.force,
+        threads: arguments.threads.map_or(0, usize::from),
+    })
+}
+
+/// For people: on standard output, unless the recording goes there.
+fn tell(task: &Task, text: &str) -> Result<()> {
+    match task.output.as_path() == STANDARD_STREAM {
+        true => eprint!("{text}"),
+        false => print!("{text}"),
+    }
+    Ok(io::stdout().flush()?)
+}
+
+/// Prints what was done.
+pub fn print(report: &Report) {
+    print!("{}", text(report));
+}
+
+/// Where the layout goes, if one is written.
+fn layout_of(arguments: &Arguments, task: &Task) -> Result<Option<PathBuf>> {
+    if arguments.no_layout || task.output.as_path() == STANDARD_STREAM {
+        return Ok(None);
+    }
+    let layout = task.output.with_extension("layout.json");
+    crate::refuse_existing(&layout, arguments.force)?;
+    Ok(Some(layout))
 }
 
 /// The topics that viewers are to show.
-fn shown(report: &Report) -> Vec<ShownTopic> {
+fn shown(arguments: &Arguments, report: &Report) -> Vec<ShownTopic> {
     let topic = |(topic, report): (&String, &TopicReport)| ShownTopic {
         cloud: topic.clone(),
-        instances: format!("{topic}{INSTANCES}"),
+        instances: match arguments.in_place_fields {
+            true => topic.clone(),
+            false => format!("{topic}{INSTANCES}"),
+        },
         objects: format!("{topic}{OBJECTS}"),
         has_packed_colours: !report.format.is_foxglove(),
         frame_id: report.frame_id.clone(),
@@ -218,21 +341,22 @@ fn shown(report: &Report) -> Vec<ShownTopic> {
 }
 
 /// One line per topic, the reasons below it, and the output.
-pub fn print(report: &Report) {
+fn text(report: &Report) -> String {
+    let mut text = String::new();
     for (topic, report) in &report.topics {
-        println!("{topic}: {}", summary(report));
+        text += &format!("{topic}: {}\n", summary(report));
         if report.frames > 0 {
-            println!("    {}", how(report));
-            println!("    points: {}", reasons(report));
+            text += &format!("    {}\n    points: {}\n", how(report), reasons(report));
         }
     }
-    println!(
-        "wrote {} ({} bytes, {} messages and {} annotations)",
+    text += &format!(
+        "wrote {} ({} bytes, {} messages and {} annotations)\n",
         report.output.display(),
         grouped(report.output_bytes),
         grouped(report.messages),
         grouped(report.annotations),
     );
+    text
 }
 
 fn summary(report: &TopicReport) -> String {

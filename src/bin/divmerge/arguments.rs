@@ -9,12 +9,13 @@ use divmerge::Taxonomy;
 use divmerge::annotate::{Method, Semantics};
 use divmerge::baselines::{Alpine, AnyBaseline};
 use divmerge::cluster::params::{BirdsEye, ClusterParams, Region};
-use divmerge::io::{FrameBoxes, Overview};
+use divmerge::io::FrameBoxes;
 use divmerge::pipeline::Config;
 use divmerge::replay::{FrameRange, Selection};
 use divmerge::semantics::GroundParams;
 
 use crate::boxes::BoxArguments;
+use crate::moments::{Moment, moment, window};
 
 /// What is an object.
 #[derive(Args)]
@@ -329,7 +330,8 @@ pub struct SelectionArguments {
     #[arg(long, value_name = "A..B", value_parser = frames)]
     frames: Option<FrameRange>,
 
-    /// Leave out clouds before this log time: seconds from the start (12.5) or since 1970 (@1317384506.4)
+    /// Leave out clouds before this log time: seconds from the start (12.5), since 1970 (@1317384506.4), a date
+    /// (2011-09-30T12:28:26Z), or that of a cloud (frame:100, of the first topic looked at)
     #[arg(long, value_name = "T", value_parser = moment)]
     from: Option<Moment>,
 
@@ -341,80 +343,10 @@ pub struct SelectionArguments {
 impl SelectionArguments {
     /// The clouds of a recording.
     pub fn selection(&self, input: &Path) -> Result<Selection> {
-        let (from_ns, to_ns) = window(input, self.from, self.to)?;
+        let (from_ns, to_ns) = window(input, (self.from, self.to), &self.topics)?;
         let frames = self.frames.unwrap_or((Bound::Unbounded, Bound::Unbounded));
         Ok(Selection { topics: self.topics.clone(), frames, from_ns, to_ns })
     }
-}
-
-/// A point in time: seconds from the recording's start, or an absolute log time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Moment {
-    /// Seconds after the first message.
-    FromStart(f64),
-    /// Nanoseconds since the epoch.
-    Absolute(u64),
-}
-
-impl Moment {
-    /// The log time in nanoseconds, given that of the recording's first message.
-    pub fn log_time(self, start_ns: u64) -> u64 {
-        match self {
-            Moment::FromStart(seconds) => start_ns.saturating_add((seconds * 1e9).round() as u64),
-            Moment::Absolute(nanoseconds) => nanoseconds,
-        }
-    }
-}
-
-/// Reads `12.5` as seconds from the start, `@1317384506.4` as seconds since 1970.
-pub fn moment(text: &str) -> Result<Moment, String> {
-    let (absolute, digits) = match text.strip_prefix('@') {
-        Some(digits) => (true, digits),
-        None => (false, text.strip_suffix('s').unwrap_or(text)),
-    };
-    let seconds = number(digits).map_err(|_| {
-        "use seconds from the start (12.5) or since 1970 (@1317384506.4)".to_owned()
-    })?;
-    if seconds < 0.0 {
-        return Err("must not be negative".into());
-    }
-    if !absolute {
-        return Ok(Moment::FromStart(seconds));
-    }
-    since_1970(digits).map(Moment::Absolute)
-}
-
-/// Reads seconds since 1970, with a fraction or without, as nanoseconds.
-pub fn since_1970(text: &str) -> Result<u64, String> {
-    // Through text: a double does not hold nanoseconds since 1970.
-    let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
-    let nanoseconds: String = fraction.chars().chain("000000000".chars()).take(9).collect();
-    match (whole.parse::<u64>(), nanoseconds.parse::<u64>()) {
-        (Ok(whole), Ok(nanoseconds)) => whole
-            .checked_mul(1_000_000_000)
-            .and_then(|whole| whole.checked_add(nanoseconds))
-            .ok_or_else(|| "too far in the future".to_owned()),
-        _ => Err("use seconds since 1970, as in 1317384506.4".into()),
-    }
-}
-
-/// The log times in nanoseconds that two moments of a recording stand for.
-pub fn window(
-    input: &Path,
-    from: Option<Moment>,
-    to: Option<Moment>,
-) -> Result<(Option<u64>, Option<u64>)> {
-    if from.is_none() && to.is_none() {
-        return Ok((None, None));
-    }
-    let start = Overview::read(input)?.start_ns.unwrap_or(0);
-    let [from, to] = [from, to].map(|moment| moment.map(|moment| moment.log_time(start)));
-    if let (Some(from), Some(to)) = (from, to)
-        && from >= to
-    {
-        bail!("--from must lie before --to");
-    }
-    Ok((from, to))
 }
 
 /// Reads `5..10` (10 is left out), `5..`, `..10` or `5`.
@@ -441,16 +373,6 @@ pub fn frames(text: &str) -> Result<FrameRange, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn moments() {
-        assert_eq!(moment("12.5"), Ok(Moment::FromStart(12.5)));
-        assert_eq!(moment("12.5s"), Ok(Moment::FromStart(12.5)));
-        assert_eq!(moment("@1317384506.4"), Ok(Moment::Absolute(1_317_384_506_400_000_000)));
-        assert_eq!(moment("@7"), Ok(Moment::Absolute(7_000_000_000)));
-        assert!(moment("-1").is_err() && moment("noon").is_err() && moment("@1e3").is_err());
-        assert_eq!(Moment::FromStart(1.5).log_time(10), 1_500_000_010);
-    }
 
     #[test]
     fn commands_are_quoted_for_a_shell() {

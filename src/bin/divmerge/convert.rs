@@ -10,7 +10,8 @@ use divmerge::io::semantic_kitti::sequence::{CLOUD_TOPIC, Sequence, SequenceOpti
 use divmerge::{Error, Taxonomy};
 
 use crate::annotate::Compress;
-use crate::arguments::{positive, since_1970};
+use crate::arguments::positive;
+use crate::moments::since_1970;
 use crate::terminal::{frame_bar, grouped};
 use crate::{Outcome, interrupt, refuse_existing};
 

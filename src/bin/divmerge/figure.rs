@@ -12,7 +12,8 @@ use divmerge::view::{
 };
 
 use crate::Outcome;
-use crate::arguments::{MethodArguments, Moment, moment};
+use crate::arguments::MethodArguments;
+use crate::moments::{Moment, moment};
 use crate::terminal::frame_bar;
 
 /// Draw a cloud as it is clustered
@@ -120,9 +121,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if let Some(folder) = &arguments.steps {
         make_folder(folder)?;
     }
-    let start_ns = Overview::read(&arguments.input)?.start_ns.unwrap_or(0);
+    let overview = Overview::read(&arguments.input)?;
+    let start_ns = overview.start_ns.unwrap_or(0);
     let which = match arguments.time {
-        Some(time) => Which::Time(time.log_time(start_ns)),
+        Some(Moment::Frame(number)) => Which::Frame(number),
+        Some(time) => Which::Time(time.log_time(&overview, &[])?),
         None => Which::Frame(arguments.frame.unwrap_or(0)),
     };
     let message = cloud_message_at(&arguments.input, arguments.topic.as_deref(), which)?;

@@ -6,8 +6,9 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use divmerge::annotate::is_annotation;
-use divmerge::io::{Channel, CloudChannel, CloudFormat, Overview, Record, RecordingReader};
+use divmerge::io::{Channel, CloudChannel, CloudFormat, Overview, Record, RecordingReader, Wanted};
 use divmerge::range_image::{ProjectionParams, RangeImage};
+use divmerge::workers::Workers;
 use serde::Serialize;
 
 use crate::Outcome;
@@ -97,7 +98,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             .start_ns
             .zip(overview.end_ns)
             .map_or(0.0, |(start, end)| end.saturating_sub(start) as f64 * 1e-9),
-        compression: overview.compression.iter().cloned().collect(),
+        compression: overview.compression.keys().cloned().collect(),
         attachments: overview.attachment_count,
         metadata: overview.metadata_count,
         problems,
@@ -147,7 +148,9 @@ fn first_clouds(overview: &Overview) -> Result<(BTreeMap<u16, Cloud>, Vec<String
         found.insert(channel.id, Cloud { note: Some(note), geometry: None });
     }
     let mut problems = Vec::new();
-    let mut reader = RecordingReader::open(&overview.path)?;
+    let numbered = waiting.keys().map(|&id| (id, overview.channels[&id].topic.clone())).collect();
+    let wanted = Wanted { numbered, others: false, ..Wanted::default() };
+    let mut reader = RecordingReader::open_wanted(overview, &wanted, &Workers::none())?;
     while !waiting.is_empty() {
         let record = match reader.next_record() {
             Ok(Some(record)) => record,

@@ -1,21 +1,59 @@
-//! Ctrl-C ends a run cleanly: what is half written is removed.
+//! Ctrl-C ends a run cleanly and soon: what is half written is removed, or named where there is no time for that.
 
 use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use divmerge::annotate::resume::journal_of;
+use divmerge::io::PartialFile;
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Exit code of a process ended by Ctrl-C.
-const ENDED: i32 = 130;
+/// Outputs under way.
+static OUTPUTS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// Takes Ctrl-C and a request to terminate as a wish to stop; the second ends the process at once. Where
-/// they cannot be had, they end it as ever.
+/// Exit code of a process ended by Ctrl-C.
+pub const ENDED: u8 = 130;
+
+/// How long a run has to end by itself: it may be waiting for input that never comes, or be in the middle of a huge
+/// chunk.
+const GRACE: Duration = Duration::from_millis(600);
+
+/// Takes Ctrl-C and a request to terminate as a wish to stop. A run that does not heed it in time is ended. Where they
+/// cannot be had, they end it as ever.
 pub fn listen() {
+    // The handler has a thread of its own.
     let _ = ctrlc::set_handler(|| {
-        if INTERRUPTED.swap(true, Ordering::Relaxed) {
-            std::process::exit(ENDED);
+        if !INTERRUPTED.swap(true, Ordering::Relaxed) {
+            std::thread::sleep(GRACE);
         }
+        eprintln!("interrupted; {}", left());
+        std::process::exit(ENDED.into());
     });
+}
+
+/// Notes what is being written, so that it can be named.
+pub fn is_writing(output: &Path) {
+    OUTPUTS.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(output.to_owned());
+}
+
+/// What a run that is ended leaves behind.
+fn left() -> String {
+    let outputs = OUTPUTS.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let written =
+        outputs.iter().flat_map(|output| [PartialFile::name_for(output), journal_of(output)]);
+    let left: Vec<String> =
+        written.filter(|path| path.exists()).map(|path| path.display().to_string()).collect();
+    match left.is_empty() {
+        true => "nothing is left".to_owned(),
+        false => format!(
+            "what was done so far is left in {}: the same command with --resume goes on from there, one without \
+             begins anew",
+            left.join(" and ")
+        ),
+    }
 }
 
 /// Whether to go on.

@@ -16,6 +16,7 @@ mod failures;
 mod figure;
 mod info;
 mod interrupt;
+mod moments;
 mod profile;
 mod simulate;
 mod sweep;
@@ -42,7 +43,7 @@ use clap::{Parser, Subcommand};
     name = "divmerge",
     version,
     after_help = "Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but some clouds could not be \
-                  read or the input is cut off (each named on stderr).\n\nStart with `divmerge demo`."
+                  read or the input is cut off (each named on stderr); 130 interrupted.\n\nStart with `divmerge demo`."
 )]
 struct Cli {
     #[command(subcommand)]
@@ -117,8 +118,18 @@ fn main() -> ExitCode {
         Ok(Outcome::Incomplete) => ExitCode::from(INCOMPLETE),
         Err(error) => {
             eprintln!("error: {}", told(&error));
-            ExitCode::from(if error.is::<NotBuilt>() { WRONG_USAGE } else { FAILED })
+            ExitCode::from(exit_code(&error))
         }
+    }
+}
+
+fn exit_code(error: &anyhow::Error) -> u8 {
+    match error.downcast_ref::<divmerge::Error>() {
+        Some(divmerge::Error::Interrupted { .. } | divmerge::Error::Left { .. }) => {
+            interrupt::ENDED
+        }
+        _ if error.is::<NotBuilt>() => WRONG_USAGE,
+        _ => FAILED,
     }
 }
 

@@ -9,11 +9,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::super::frames::{cloud_format, type_name};
-use super::super::recording::{Channel, Overview, Record, RecordingReader};
+use super::super::recording::{Channel, Overview, Record, RecordingReader, Wanted};
 use super::messages::{BoxMessage, DETECTION_ARRAY, MARKER_ARRAY, detection_boxes, marker_boxes};
 use super::{AskedCloud, FrameDetections};
 use crate::error::{Error, Result};
 use crate::taxonomy::Taxonomy;
+use crate::workers::Workers;
 
 /// The boxes of a topic.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,7 +38,13 @@ impl TopicBoxes {
         let layouts = layouts(&overview, topic)?;
         let mut messages = Vec::new();
         let mut stamps: BTreeMap<String, Vec<i64>> = BTreeMap::new();
-        let mut reader = RecordingReader::open(recording)?;
+        let is_looked_at = |channel: &Channel| {
+            layouts.contains_key(&channel.id) || cloud_format(&overview, channel).is_some()
+        };
+        let channels = overview.channels.values().filter(|channel| is_looked_at(channel));
+        let numbered = channels.map(|channel| (channel.id, channel.topic.clone())).collect();
+        let wanted = Wanted { numbered, others: false, ..Wanted::default() };
+        let mut reader = RecordingReader::open_wanted(&overview, &wanted, &Workers::none())?;
         while let Some(record) = reader.next_record()? {
             let Record::Message { header, data, .. } = record else { continue };
             if let Some(&layout) = layouts.get(&header.channel_id) {

@@ -13,6 +13,77 @@ use super::scan::HEAD_LEN;
 /// The footer's record: head, two offsets and a checksum.
 const FOOTER_LEN: u64 = (HEAD_LEN + 8 + 8 + 4) as u64;
 
+/// What the summary says of the chunks, for readers that pass some over.
+pub(super) struct Index {
+    /// In the order of the file.
+    pub(super) chunks: Vec<IndexedChunk>,
+    /// Bytes of the file that were read for this.
+    pub(super) bytes_read: u64,
+}
+
+/// A chunk as the summary describes it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct IndexedChunk {
+    /// Where its record begins in the file.
+    pub(super) start: u64,
+    /// Where the message indexes behind it end.
+    pub(super) end: u64,
+    /// Earliest and latest log time.
+    pub(super) times: (u64, u64),
+    /// Channels that it has message indexes of.
+    pub(super) channels: usize,
+    /// Name of its compression, empty for none.
+    pub(super) compression: String,
+    /// Channels that are kept, and where their message indexes are.
+    pub(super) indexes: Vec<(u16, u64)>,
+}
+
+impl Index {
+    /// Reads the index, keeping message indexes of some channels. `None` if it cannot be relied on: there is no summary
+    /// or no checksum over it, it does not list as many chunks as it counts, or they overlap in the file.
+    pub(super) fn read(path: &Path, size: u64, keep: &dyn Fn(u16) -> bool) -> Option<Self> {
+        let (mut chunks, mut counted) = (Vec::new(), None);
+        let seen = visit_summary(path, size, |record| match record {
+            records::Record::ChunkIndex(chunk) => chunks.push(IndexedChunk::new(chunk, keep)),
+            records::Record::Statistics(statistics) => counted = Some(statistics.chunk_count),
+            _ => {}
+        })?;
+        let mut chunks: Vec<IndexedChunk> = chunks.into_iter().collect::<Option<_>>()?;
+        chunks.sort_by_key(|chunk| chunk.start);
+        let is_ordered = chunks.windows(2).all(|two| two[0].end <= two[1].start);
+        let is_inside = chunks.last().is_none_or(|last| last.end <= seen.start);
+        let is_sound = seen.has_crc
+            && counted.map(u64::from) == Some(chunks.len() as u64)
+            && is_ordered
+            && is_inside;
+        let bytes_read = size.saturating_sub(seen.start);
+        is_sound.then_some(Index { chunks, bytes_read })
+    }
+}
+
+impl IndexedChunk {
+    fn new(chunk: records::ChunkIndex, keep: &dyn Fn(u16) -> bool) -> Option<Self> {
+        let start = chunk.chunk_start_offset;
+        let end = start.checked_add(chunk.chunk_length)?.checked_add(chunk.message_index_length)?;
+        let times = (chunk.message_start_time, chunk.message_end_time);
+        let (channels, compression) = (chunk.message_index_offsets.len(), chunk.compression);
+        let offsets = chunk.message_index_offsets.into_iter();
+        let indexes = offsets.filter(|&(channel, _)| keep(channel)).collect();
+        (times.0 <= times.1 && start < end).then_some(IndexedChunk {
+            start,
+            end,
+            times,
+            channels,
+            compression,
+            indexes,
+        })
+    }
+
+    pub(super) fn has_message_indexes(&self) -> bool {
+        self.channels > 0
+    }
+}
+
 /// Topics of the messages in the chunk at an offset, if the index knows the chunk.
 pub(super) fn topics_of_chunk(path: &Path, size: u64, offset: u64) -> Option<BTreeSet<String>> {
     let mut topics = BTreeMap::new();
@@ -29,13 +100,21 @@ pub(super) fn topics_of_chunk(path: &Path, size: u64, offset: u64) -> Option<BTr
     Some(channels?.filter_map(|id| topics.remove(&id)).collect())
 }
 
+/// A summary that was gone through.
+pub(super) struct Seen {
+    /// Where it begins in the file.
+    start: u64,
+    /// Whether it has a checksum, which was right.
+    has_crc: bool,
+}
+
 /// Goes through the records of the summary one by one. `None` if there is no summary or anything
 /// about it is wrong, its checksum included.
 pub(super) fn visit_summary(
     path: &Path,
     size: u64,
     mut visit: impl FnMut(records::Record),
-) -> Option<()> {
+) -> Option<Seen> {
     let mut file = File::open(path).ok()?;
     let end = size.checked_sub(FOOTER_LEN + mcap::MAGIC.len() as u64)?;
     let mut footer = [0; FOOTER_LEN as usize + 8];
@@ -72,5 +151,6 @@ pub(super) fn visit_summary(
     }
     crc.update(&footer[..HEAD_LEN + 16]);
     let is_sound = places.summary_crc == 0 || places.summary_crc == crc.finalize();
-    is_sound.then_some(())
+    let has_crc = places.summary_crc != 0;
+    is_sound.then_some(Seen { start: places.summary_start, has_crc })
 }

@@ -16,6 +16,7 @@ mod reader;
 mod record;
 mod scan;
 mod summary;
+mod wanted;
 mod words;
 mod writer;
 
@@ -28,4 +29,8 @@ pub use part::{Item, Part, SharedBytes, SourceChunk};
 pub use partial::PartialFile;
 pub use reader::{ReadTimes, RecordingReader};
 pub use record::{Position, Record, Schema};
+pub use scan::{STANDARD_STREAM, is_stream};
+pub use wanted::{FrameRange, Wanted};
+pub(crate) use wanted::{is_behind, window_around};
+pub use words::checksum;
 pub use writer::{Compression, RecordingWriter, WriteOptions, WriteTimes, write_file};

@@ -1,6 +1,6 @@
 //! What is in a recording, from its index where there is a good one.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use mcap::records::{self, Channel};
@@ -8,7 +8,9 @@ use mcap::records::{self, Channel};
 use super::index::visit_summary;
 use super::reader::RecordingReader;
 use super::record::{Record, Schema};
-use crate::error::Result;
+use super::scan::is_stream;
+use super::writer::Compression;
+use crate::error::{Error, Result};
 
 /// Problems that are kept; a file can have any number.
 const MAX_PROBLEMS: usize = 16;
@@ -42,8 +44,8 @@ pub struct Overview {
     pub end_ns: Option<u64>,
     /// Chunks.
     pub chunk_count: u64,
-    /// Compressions of the chunks, the empty name for none. An index without chunks tells of none.
-    pub compression: BTreeSet<String>,
+    /// Chunks by compression, the empty name for none. An index without chunks tells of none.
+    pub compression: BTreeMap<String, u64>,
     /// Attachments.
     pub attachment_count: u64,
     /// Metadata records.
@@ -61,6 +63,12 @@ impl Overview {
     /// [`crate::Error::Io`]; [`crate::Error::Recording`] if the file is no MCAP, or had to be read
     /// through and is damaged. A file that is cut off is no error.
     pub fn read(path: &Path) -> Result<Self> {
+        if is_stream(path) {
+            let problem = "is no file but a stream, which is gone once it is read; `annotate` alone \
+                           reads from one";
+            let (path, problem) = (path.to_owned(), problem.to_owned());
+            return Err(Error::Recording { path, offset: 0, problem });
+        }
         let mut reader = RecordingReader::open_unhashed(path)?;
         let mut overview = Overview::empty(path, &reader);
         overview.take_first(&mut reader)?;
@@ -68,6 +76,22 @@ impl Overview {
             Some(indexed) => Ok(indexed),
             None => overview.read_through(reader),
         }
+    }
+
+    /// What is known of a stream before its records: the header alone.
+    ///
+    /// # Errors
+    /// Those of [`RecordingReader::next_record`].
+    pub fn of_stream(reader: &mut RecordingReader, path: &Path) -> Result<Self> {
+        let mut overview = Overview::empty(path, reader);
+        overview.take_first(reader)?;
+        Ok(overview)
+    }
+
+    /// The compression of most chunks; nothing if there is none, or none of it can be written here.
+    pub fn usual_compression(&self) -> Option<Compression> {
+        let most = self.compression.iter().max_by_key(|(_, count)| **count);
+        most.and_then(|(name, _)| Compression::of_name(name))
     }
 
     /// Name of a message's definition by channel, if the channel has one.
@@ -95,7 +119,7 @@ impl Overview {
             start_ns: None,
             end_ns: None,
             chunk_count: 0,
-            compression: BTreeSet::new(),
+            compression: BTreeMap::new(),
             attachment_count: 0,
             metadata_count: 0,
             problems: Vec::new(),
@@ -144,7 +168,10 @@ impl Overview {
                     self.problems.push(format!("{problem} (byte {offset})"));
                 }
             }
-            Record::Attachment { .. } | Record::Metadata(_) | Record::Private { .. } => {}
+            Record::Attachment { .. }
+            | Record::Metadata(_)
+            | Record::Private { .. }
+            | Record::Passed { .. } => {}
         }
     }
 
@@ -166,7 +193,7 @@ impl Overview {
                 indexed.channels.insert(channel.id, channel);
             }
             records::Record::ChunkIndex(chunk) => {
-                indexed.compression.insert(chunk.compression);
+                *indexed.compression.entry(chunk.compression).or_default() += 1;
             }
             records::Record::Statistics(found) => statistics = Some(found),
             _ => {}

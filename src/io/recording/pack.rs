@@ -5,10 +5,13 @@ use std::io::{self, Write};
 use std::sync::Arc;
 use std::time::Instant;
 
-use mcap::records::{ChunkHeader, ChunkIndex, MessageHeader, MessageIndex, MessageIndexEntry, op};
+use mcap::records::{
+    ChunkHeader, ChunkIndex, MessageHeader, MessageIndex, MessageIndexEntry, Record, op,
+};
 
+use super::chunk::split_head;
 use super::encode;
-use super::scan::head;
+use super::scan::{HEAD_LEN, head};
 use super::writer::Compression;
 use crate::stopwatch::ms_since;
 
@@ -31,6 +34,41 @@ impl MessagePlaces {
         self.bounds = Some((start.min(log_time), end.max(log_time)));
         let entries = self.by_channel.entry(header.channel_id).or_default();
         entries.push(MessageIndexEntry { log_time, offset });
+    }
+
+    /// The places that the records of message indexes in `bytes` tell. `None` if anything else is there, or a channel
+    /// twice or without a message.
+    pub(super) fn read(mut bytes: &[u8]) -> Option<Self> {
+        let mut places = MessagePlaces::default();
+        while !bytes.is_empty() {
+            let (opcode, length) = split_head(bytes)?;
+            let (record, rest) =
+                bytes.split_at_checked(HEAD_LEN + usize::try_from(length).ok()?)?;
+            let Ok(Record::MessageIndex(index)) = mcap::parse_record(opcode, &record[HEAD_LEN..])
+            else {
+                return None;
+            };
+            let (start, end) = index.records.iter().fold((u64::MAX, 0), |(start, end), entry| {
+                (entry.log_time.min(start), entry.log_time.max(end))
+            });
+            let (first, last) = places.bounds.unwrap_or((start, end));
+            places.bounds = Some((first.min(start), last.max(end)));
+            let is_new = !index.records.is_empty()
+                && places.by_channel.insert(index.channel_id, index.records).is_none();
+            is_new.then_some(())?;
+            bytes = rest;
+        }
+        Some(places)
+    }
+
+    /// Messages of each channel.
+    pub(super) fn counts(&self) -> impl Iterator<Item = (u16, u64)> {
+        self.by_channel.iter().map(|(&channel, entries)| (channel, entries.len() as u64))
+    }
+
+    /// Whether all messages begin below `end`.
+    pub(super) fn are_below(&self, end: u64) -> bool {
+        self.by_channel.values().flatten().all(|entry| entry.offset < end)
     }
 
     /// Earliest and latest log time, 0 and 0 without messages, as the format has it.

@@ -58,10 +58,10 @@ pub enum Part {
 }
 
 /// A chunk as it lies in its file, and what is in it. Its checksum, the times in its header and its records have
-/// been checked.
+/// been checked, unless it was not opened.
 #[derive(Debug, Clone)]
 pub struct SourceChunk {
-    /// Its records, those left out that repeat a definition.
+    /// Its records, those left out that repeat a definition; none if it was not opened.
     pub items: Vec<Item>,
     body: Arc<Vec<u8>>,
     places: MessagePlaces,
@@ -88,6 +88,28 @@ impl SourceChunk {
         }
     }
 
+    /// The chunk unopened, its messages where the records of message indexes say that they are. `None` if those, or the
+    /// chunk's header, cannot be, or there are not so many channels.
+    pub(super) fn closed(body: &Arc<Vec<u8>>, indexes: &[u8], channels: usize) -> Option<Self> {
+        let places = MessagePlaces::read(indexes)?;
+        let header = chunk::sizes(body)?;
+        let is_sound = header.times == places.times()
+            && places.counts().count() == channels
+            && places.are_below(header.uncompressed_size);
+        let (items, body) = (Vec::new(), Arc::clone(body));
+        is_sound.then_some(SourceChunk { items, body, places, header })
+    }
+
+    /// Its body in the file.
+    pub(super) fn body(&self) -> &Arc<Vec<u8>> {
+        &self.body
+    }
+
+    /// Messages of each channel in it.
+    pub(super) fn counts(&self) -> impl Iterator<Item = (u16, u64)> {
+        self.places.counts()
+    }
+
     /// Name of its compression, empty for none.
     pub fn compression(&self) -> &str {
         &self.header.compression
@@ -100,12 +122,13 @@ impl SourceChunk {
 
     /// Messages in it.
     pub fn message_count(&self) -> u64 {
-        self.items.iter().filter(|item| matches!(item, Item::Message { .. })).count() as u64
+        self.counts().map(|(_, count)| count).sum()
     }
 
-    /// Bytes of it in memory: as it lies in its file, and unpacked.
+    /// Bytes of it in memory: as it lies in its file, and unpacked if it was opened.
     pub fn size(&self) -> usize {
-        self.body.len() + self.header.uncompressed_size as usize
+        let unpacked = if self.items.is_empty() { 0 } else { self.header.uncompressed_size };
+        self.body.len() + unpacked as usize
     }
 
     pub(super) fn verbatim(&self) -> PackedChunk {

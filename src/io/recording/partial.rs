@@ -1,7 +1,7 @@
 //! A file being written beside its final name, and put there when it is whole.
 
 use std::ffi::OsString;
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
@@ -9,8 +9,8 @@ use tempfile::TempPath;
 
 use crate::error::{Error, Result};
 
-/// A file under a temporary name in the folder of its final one (`.NAME.XXXXXX.partial`); it is removed
-/// if it is never put there.
+/// A file under a temporary name in the folder of its final one (`.NAME.partial`); it is removed if it is never put
+/// there. What an earlier run left under that name is replaced, unless that run still goes on.
 pub struct PartialFile {
     partial: TempPath,
     output: PathBuf,
@@ -18,11 +18,19 @@ pub struct PartialFile {
 }
 
 impl PartialFile {
+    /// The temporary name of the file that will be `output`.
+    pub fn name_for(output: &Path) -> PathBuf {
+        let mut name = OsString::from(".");
+        name.push(output.file_name().unwrap_or_default());
+        name.push(".partial");
+        output.with_file_name(name)
+    }
+
     /// Makes a file that will be `output`; with `force` it may replace one.
     ///
     /// # Errors
-    /// [`Error::Io`] if the folder cannot be written to, or if the output exists and may not be
-    /// replaced.
+    /// [`Error::Io`] if the folder cannot be written to, if the output exists and may not be replaced, or if it is being
+    /// written by somebody else.
     pub fn create(output: &Path, force: bool) -> Result<(File, Self)> {
         if let Ok(existing) = output.symlink_metadata()
             && !(force && existing.is_file())
@@ -31,6 +39,20 @@ impl PartialFile {
         }
         let (file, partial) = create_partial(output).map_err(at(output))?;
         Ok((file, PartialFile { partial, output: output.to_owned(), force }))
+    }
+
+    /// Leaves the file under its temporary name, which is returned.
+    pub fn leave(mut self) -> PathBuf {
+        self.partial.disable_cleanup(true);
+        self.partial.to_path_buf()
+    }
+
+    /// Refuses a file that somebody is writing.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn refuse_busy(path: &Path) -> Result<()> {
+        File::open(path).and_then(|file| lock(&file)).map_err(at(path))
     }
 
     /// Gives the file its name. It should be closed by then.
@@ -43,25 +65,36 @@ impl PartialFile {
 }
 
 fn create_partial(output: &Path) -> io::Result<(File, TempPath)> {
-    let name = output
-        .file_name()
-        .ok_or_else(|| io::Error::new(ErrorKind::InvalidInput, "not the name of a file"))?;
-    let folder = match output.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
-    let mut prefix = OsString::from(".");
-    prefix.push(name);
-    prefix.push(".");
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(&prefix).suffix(".partial");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // As for any new file: everything that the process's umask leaves.
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    if output.file_name().is_none() {
+        return Err(io::Error::new(ErrorKind::InvalidInput, "not the name of a file"));
     }
-    Ok(builder.tempfile_in(folder)?.into_parts())
+    let path = PartialFile::name_for(output);
+    remove_stale(&path)?;
+    let file = File::create_new(&path)?;
+    lock(&file)?;
+    Ok((file, TempPath::try_from_path(path)?))
+}
+
+/// Removes what a run left behind that was ended. One that goes on holds a lock.
+fn remove_stale(path: &Path) -> io::Result<()> {
+    match File::open(path) {
+        Ok(file) => {
+            lock(&file)?;
+            std::fs::remove_file(path)
+        }
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        Err(error) => Err(error),
+    }
+}
+
+/// Locks a file for as long as it is open. Some file systems have no locks; then nothing is known of other runs.
+fn lock(file: &File) -> io::Result<()> {
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => {
+            Err(io::Error::new(ErrorKind::ResourceBusy, "is being written by another run"))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Gives the file its name.

@@ -18,9 +18,11 @@ use self::batch::{Batch, Found};
 use self::summary::Summary;
 use super::chunk;
 use super::index;
+use super::overview::Overview;
 use super::part::{Item, Part, SharedBytes, SourceChunk};
 use super::record::{Record, Schema};
 use super::scan::{MAX_RECORD, Source};
+use super::wanted::{Plan, Wanted};
 use super::words::{crc_mismatch, record_name};
 use crate::error::{Error, Result};
 use crate::stopwatch::Steps;
@@ -49,9 +51,23 @@ pub struct RecordingReader {
     summary: Summary,
     counts: Counts,
     waiting: VecDeque<Record<'static>>,
-    pub(super) compression: BTreeSet<String>,
+    /// Chunks by compression.
+    pub(super) compression: BTreeMap<String, u64>,
     times: ReadTimes,
+    /// Definitions that are given first, where some of those in the file may be passed over.
+    known: Option<Definitions>,
+    /// Channels whose messages must not be left in chunks that are not opened.
+    numbered: BTreeSet<u16>,
+    /// A chunk that was not opened, to be given next, and where it begins.
+    closed: Option<(u64, SourceChunk)>,
+    /// Whether something was passed over.
+    has_passed: bool,
+    /// Bytes that were read of the index beforehand.
+    index_bytes: u64,
 }
+
+/// Schemas and channels.
+type Definitions = (BTreeMap<u16, Schema>, BTreeMap<u16, Channel>);
 
 /// What reading took.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
@@ -86,7 +102,7 @@ impl RecordingReader {
     /// # Errors
     /// [`Error::Io`], or [`Error::Recording`] saying what the file is if it is no MCAP.
     pub fn open(path: &Path) -> Result<Self> {
-        Self::open_with(path, true, Workers::none())
+        Self::open_with(path, true, Workers::none(), Plan::default())
     }
 
     /// Opens a recording that is read ahead, its chunks unpacked by these threads. What is read is the same.
@@ -94,21 +110,38 @@ impl RecordingReader {
     /// # Errors
     /// Those of [`RecordingReader::open`].
     pub fn open_ahead(path: &Path, workers: &Workers) -> Result<Self> {
-        Self::open_with(path, true, workers.clone())
+        Self::open_with(path, true, workers.clone(), Plan::default())
+    }
+
+    /// Opens a recording of which not everything is wanted. Where its index can be relied on, chunks without anything
+    /// that is wanted are not read ([`Record::Passed`]), all definitions of the summary come first, and what such
+    /// chunks hold besides messages and definitions is not given. Whatever is outside of those chunks is read as ever.
+    ///
+    /// # Errors
+    /// Those of [`RecordingReader::open`].
+    pub fn open_wanted(overview: &Overview, wanted: &Wanted, workers: &Workers) -> Result<Self> {
+        let plan = Plan::new(overview, wanted);
+        let known =
+            (!plan.is_empty()).then(|| (overview.schemas.clone(), overview.channels.clone()));
+        let mut reader = Self::open_with(&overview.path, true, workers.clone(), plan)?;
+        reader.known = known;
+        reader.numbered = wanted.numbered.keys().copied().collect();
+        Ok(reader)
     }
 
     /// Opens a recording whose hash is not wanted.
     pub(super) fn open_unhashed(path: &Path) -> Result<Self> {
-        Self::open_with(path, false, Workers::none())
+        Self::open_with(path, false, Workers::none(), Plan::default())
     }
 
-    fn open_with(path: &Path, hash: bool, workers: Workers) -> Result<Self> {
+    fn open_with(path: &Path, hash: bool, workers: Workers, plan: Plan) -> Result<Self> {
         let source = Source::open(path, hash)?;
         let offset = source.offset;
         let mut crc = crc32fast::Hasher::new();
         crc.update(mcap::MAGIC);
         Ok(RecordingReader {
-            source: Ahead::new(source, workers),
+            index_bytes: plan.bytes_read,
+            source: Ahead::new(source, workers, plan),
             offset,
             section: Section::Start,
             previous: 0,
@@ -120,19 +153,28 @@ impl RecordingReader {
             summary: Summary::default(),
             counts: Counts::default(),
             waiting: VecDeque::new(),
-            compression: BTreeSet::new(),
+            compression: BTreeMap::new(),
             times: ReadTimes::default(),
+            known: None,
+            numbered: BTreeSet::new(),
+            closed: None,
+            has_passed: false,
         })
     }
 
-    /// Bytes of the file.
+    /// Bytes of the file; of a stream 0.
     pub fn file_size(&self) -> u64 {
-        self.source.source.size
+        self.source.source.size.unwrap_or(0)
     }
 
     /// Bytes of the file up to the end of what was given last.
     pub fn offset(&self) -> u64 {
         self.offset
+    }
+
+    /// Bytes that were read of the file so far, those of the index included where it was used.
+    pub fn bytes_read(&self) -> u64 {
+        self.source.source.bytes_read() + self.index_bytes
     }
 
     /// What reading took so far.
@@ -184,11 +226,12 @@ impl RecordingReader {
         self.find_part().inspect_err(|_| self.end())
     }
 
-    /// Reads what is left of the file and returns the SHA-256 of all of it in lowercase hexadecimal.
+    /// Reads what is left of the file and returns the SHA-256 of all of it in lowercase hexadecimal; nothing if some of
+    /// it was passed over.
     ///
     /// # Errors
     /// [`Error::Io`].
-    pub fn finish(self) -> Result<String> {
+    pub fn finish(&mut self) -> Result<Option<String>> {
         self.source.finish()
     }
 
@@ -204,6 +247,9 @@ impl RecordingReader {
                 if let Some(found) = self.next_of_batch()? {
                     return Ok(Some(found));
                 }
+            } else if let Some((offset, chunk)) = self.closed.take() {
+                self.counts.messages -= chunk.message_count();
+                self.open_closed(offset, chunk.body())?;
             } else if let Some(record) = self.waiting.pop_front() {
                 return Ok(Some(Found::Owned(record)));
             } else if self.section == Section::End {
@@ -218,6 +264,8 @@ impl RecordingReader {
         loop {
             if self.batch.next < self.batch.bytes.len() {
                 return self.rest_of_batch().map(Some);
+            } else if let Some((_, chunk)) = self.closed.take() {
+                return Ok(Some(Part::Chunk(chunk)));
             } else if let Some(record) = self.waiting.pop_front() {
                 return Ok(Some(Part::Items(vec![Item::Record(record)])));
             } else if self.section == Section::End {
@@ -274,11 +322,51 @@ impl RecordingReader {
             Next::Cut { offset, opcode, length, left, body } => {
                 self.cut(offset, opcode, length, left, body)
             }
+            Next::Closed { offset, end, head, body, indexes, chunk } => {
+                for bytes in [&head, &*body, &*indexes] {
+                    self.crc.update(bytes);
+                }
+                (self.offset, self.previous) = (end, op::CHUNK);
+                let compression = chunk::compression(&body).unwrap_or_default().to_owned();
+                *self.compression.entry(compression).or_default() += 1;
+                self.counts.chunks += 1;
+                match chunk.wait().filter(|chunk| self.may_stay_closed(chunk)) {
+                    Some(chunk) => {
+                        self.counts.messages += chunk.message_count();
+                        self.closed = Some((offset, chunk));
+                        Ok(())
+                    }
+                    None => self.open_closed(offset, &body),
+                }
+            }
+            Next::Passed { end, counts } => {
+                (self.offset, self.has_passed, self.previous) = (end, true, op::CHUNK);
+                self.waiting.push_back(Record::Passed { counts });
+                Ok(())
+            }
             Next::Record(raw) => {
                 self.offset = raw.end;
                 self.take_raw(raw)
             }
         }
+    }
+
+    /// Whether a chunk's message indexes tell of known channels alone, and of none that is looked into.
+    fn may_stay_closed(&self, chunk: &SourceChunk) -> bool {
+        chunk.counts().all(|(channel, _)| {
+            self.channels.contains_key(&channel) && !self.numbered.contains(&channel)
+        })
+    }
+
+    /// Opens a chunk after all.
+    fn open_closed(&mut self, offset: u64, body: &Arc<Vec<u8>>) -> Result<()> {
+        let mut records = Vec::new();
+        chunk::unpack(body, &mut records)
+            .map_err(|problem| self.source.damage(offset, problem + &self.topics_of(offset)))?;
+        self.body = Arc::clone(body);
+        self.open_batch(offset, true, records);
+        self.batch.is_copyable = true;
+        Ok(())
     }
 
     fn take_raw(&mut self, raw: Raw) -> Result<()> {
@@ -359,6 +447,11 @@ impl RecordingReader {
                 .push_back(Record::Header { profile: header.profile, library: header.library });
         }
         self.section = Section::Data;
+        if let Some((schemas, channels)) = self.known.take() {
+            self.waiting.extend(schemas.values().cloned().map(Record::Schema));
+            self.waiting.extend(channels.values().cloned().map(Record::Channel));
+            (self.schemas, self.channels) = (schemas, channels);
+        }
         Ok(())
     }
 
@@ -371,8 +464,9 @@ impl RecordingReader {
             }
         }
         self.batch.is_copyable = true;
-        let compression = chunk::compression(&self.body);
-        self.compression.extend(compression.map(str::to_owned));
+        if let Some(compression) = chunk::compression(&self.body) {
+            *self.compression.entry(compression.to_owned()).or_default() += 1;
+        }
         Ok(())
     }
 
@@ -395,7 +489,7 @@ impl RecordingReader {
     fn take_data_end(&mut self, offset: u64, crc: crc32fast::Hasher) -> Result<()> {
         if let records::Record::DataEnd(end) = self.parse(offset, op::DATA_END)? {
             let (stored, computed) = (end.data_section_crc, crc.finalize());
-            if stored != 0 && stored != computed {
+            if stored != 0 && stored != computed && !self.has_passed {
                 let problem = crc_mismatch("data section", stored, computed);
                 return Err(self.source.damage(offset, problem));
             }

@@ -1,6 +1,7 @@
 //! What a reader gives and a writer takes.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use mcap::records::{AttachmentHeader, Channel, MessageHeader, Metadata};
 
@@ -70,6 +71,11 @@ pub enum Record<'a> {
         /// Whether it lies inside a chunk.
         in_chunk: bool,
     },
+    /// Chunks without anything that is wanted were passed over, unread ([`super::Wanted`]).
+    Passed {
+        /// Messages in them of the channels that are numbered.
+        counts: BTreeMap<u16, u64>,
+    },
     /// Something is wrong that costs no message: the index at the end of the file is damaged, or
     /// there is a record that this version of the format does not know. A writer leaves it out.
     Damaged {
@@ -104,6 +110,7 @@ impl Record<'_> {
             Record::Private { opcode, data, in_chunk } => {
                 Record::Private { opcode, data: Cow::Owned(data.into_owned()), in_chunk }
             }
+            Record::Passed { counts } => Record::Passed { counts },
             Record::Damaged { offset, problem } => Record::Damaged { offset, problem },
             Record::Truncated { offset, problem } => Record::Truncated { offset, problem },
         }

@@ -17,52 +17,99 @@ pub(super) const MAX_RECORD: u64 = 2 << 30;
 /// Bytes read at a time.
 const PIECE: usize = 1 << 20;
 
-/// The bytes of a file in order, hashed as they go by.
+/// The name that stands for the standard streams: input to be read from, output to be written to.
+pub const STANDARD_STREAM: &str = "-";
+
+/// Whether a name stands for a stream, which is read once from front to back: the standard one, a pipe, a device.
+pub fn is_stream(path: &Path) -> bool {
+    let is_other = |metadata: std::fs::Metadata| !metadata.is_file() && !metadata.is_dir();
+    path == STANDARD_STREAM || path.metadata().is_ok_and(is_other)
+}
+
+/// The bytes of a file or a stream in order, hashed as they go by unless some are passed over.
 pub(super) struct Source {
     pub(super) path: PathBuf,
-    pub(super) size: u64,
+    /// Bytes of the file; of a stream those are not known.
+    pub(super) size: Option<u64>,
     pub(super) offset: u64,
-    /// Whether the file ends as a recording does.
+    /// Whether the file ends as a recording does; of a stream that is not known either, and not taken for granted.
     pub(super) is_complete: bool,
-    file: io::BufReader<File>,
+    file: io::BufReader<Counted>,
     hasher: Option<Sha256>,
+}
+
+/// Where bytes come from, and how many were read.
+struct Counted {
+    from: From,
+    bytes: u64,
+}
+
+enum From {
+    File(File),
+    StandardInput(io::Stdin),
+}
+
+impl Read for Counted {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let read = match &mut self.from {
+            From::File(file) => file.read(into),
+            From::StandardInput(input) => input.read(into),
+        }?;
+        self.bytes += read as u64;
+        Ok(read)
+    }
+}
+
+impl Seek for Counted {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        match &mut self.from {
+            From::File(file) => file.seek(to),
+            From::StandardInput(_) => Err(ErrorKind::NotSeekable.into()),
+        }
+    }
 }
 
 impl Source {
     /// Opens a recording and reads the magic that it starts with.
     pub(super) fn open(path: &Path, hash: bool) -> Result<Self> {
         let at = |source| Error::Io { path: path.to_owned(), source };
-        let mut file = File::open(path).map_err(at)?;
-        let metadata = file.metadata().map_err(at)?;
-        if !metadata.is_file() {
-            return Err(not_a_file(path, metadata.is_dir()));
-        }
-        let is_complete = ends_with_magic(&mut file, metadata.len()).map_err(at)?;
-        file.seek(SeekFrom::Start(0)).map_err(at)?;
+        let (from, size, is_complete) = match is_stream(path) {
+            true => (open_stream(path).map_err(at)?, None, false),
+            false => {
+                let mut file = File::open(path).map_err(at)?;
+                let metadata = file.metadata().map_err(at)?;
+                if metadata.is_dir() {
+                    return Err(a_folder(path));
+                }
+                let is_complete = ends_with_magic(&mut file, metadata.len()).map_err(at)?;
+                file.seek(SeekFrom::Start(0)).map_err(at)?;
+                (From::File(file), Some(metadata.len()), is_complete)
+            }
+        };
         let mut source = Source {
             path: path.to_owned(),
-            size: metadata.len(),
+            size,
             offset: 0,
             is_complete,
-            file: io::BufReader::with_capacity(64 << 10, file),
+            file: io::BufReader::with_capacity(64 << 10, Counted { from, bytes: 0 }),
             hasher: hash.then(Sha256::new),
         };
         source.expect_magic()?;
         Ok(source)
     }
 
-    /// Bytes that are still to be read.
+    /// Bytes that are still to be read, as far as is known.
     pub(super) fn remaining(&self) -> u64 {
-        self.size - self.offset
+        self.size.map_or(u64::MAX, |size| size.saturating_sub(self.offset))
     }
 
-    /// Appends the next `length` bytes, of which there must be as many.
-    pub(super) fn read(&mut self, length: u64, into: &mut Vec<u8>) -> Result<()> {
-        debug_assert!(length <= self.remaining());
+    /// Appends the next `length` bytes, of a file as many as remain at most, and returns their number: of a stream that
+    /// ends before, fewer. No more memory is taken than bytes come.
+    pub(super) fn read(&mut self, length: u64, into: &mut Vec<u8>) -> Result<u64> {
         let start = into.len();
         let read = (&mut self.file).take(length).read_to_end(into);
         let read = read.map_err(|error| self.io_error(error))? as u64;
-        if read < length {
+        if read < length && self.size.is_some() {
             return Err(self.io_error(io::Error::new(
                 ErrorKind::UnexpectedEof,
                 "the file became shorter while it was read",
@@ -71,19 +118,35 @@ impl Source {
         if let Some(hasher) = &mut self.hasher {
             hasher.update(&into[start..]);
         }
-        self.offset += length;
+        self.offset += read;
+        Ok(read)
+    }
+
+    /// Goes on at a later place; there is no hash of the file then.
+    pub(super) fn pass_to(&mut self, offset: u64) -> Result<()> {
+        let sought = self.file.seek(SeekFrom::Start(offset));
+        self.offset = sought.map_err(|error| self.io_error(error))?;
+        self.hasher = None;
         Ok(())
     }
 
-    /// Reads what is left and returns the SHA-256 of the file in lowercase hexadecimal.
-    pub(super) fn finish(mut self) -> Result<String> {
-        let mut piece = Vec::new();
-        while self.remaining() > 0 {
-            piece.clear();
-            self.read(self.remaining().min(PIECE as u64), &mut piece)?;
+    /// Bytes that were read of the file.
+    pub(super) fn bytes_read(&self) -> u64 {
+        self.file.get_ref().bytes
+    }
+
+    /// Reads what is left and returns the SHA-256 of the file in lowercase hexadecimal; of one that is not hashed,
+    /// nothing.
+    pub(super) fn finish(&mut self) -> Result<Option<String>> {
+        if self.hasher.is_none() {
+            return Ok(None);
         }
-        let digest = self.hasher.unwrap_or_default().finalize();
-        Ok(digest.iter().map(|byte| format!("{byte:02x}")).collect())
+        let mut piece = Vec::new();
+        while self.read(self.remaining().min(PIECE as u64), &mut piece)? > 0 {
+            piece.clear();
+        }
+        let digest = self.hasher.take().map(Sha256::finalize);
+        Ok(digest.map(|digest| digest.iter().map(|byte| format!("{byte:02x}")).collect()))
     }
 
     /// An error about what is at `offset`.
@@ -97,7 +160,7 @@ impl Source {
 
     fn expect_magic(&mut self) -> Result<()> {
         let mut start = Vec::new();
-        self.read(self.size.min(mcap::MAGIC.len() as u64), &mut start)?;
+        self.read(self.remaining().min(mcap::MAGIC.len() as u64), &mut start)?;
         if start == mcap::MAGIC {
             return Ok(());
         }
@@ -106,6 +169,13 @@ impl Source {
         let length = self.file.read(&mut more).unwrap_or(0);
         start.extend_from_slice(&more[..length]);
         Err(self.damage(0, not_a_recording(&start)))
+    }
+}
+
+fn open_stream(path: &Path) -> io::Result<From> {
+    match path == STANDARD_STREAM {
+        true => Ok(From::StandardInput(io::stdin())),
+        false => File::open(path).map(From::File),
     }
 }
 
@@ -165,23 +235,31 @@ fn ends_with_magic(file: &mut File, size: u64) -> io::Result<bool> {
     Ok(end == mcap::MAGIC)
 }
 
-fn not_a_file(path: &Path, is_folder: bool) -> Error {
-    let problem = match (is_folder, path.join("metadata.yaml").exists()) {
-        (true, true) => "is the folder of a rosbag2 recording; name the .mcap file in it",
-        (true, false) => "is a folder, not an MCAP recording",
-        (false, _) => "is not a regular file; a recording must be one",
+fn a_folder(path: &Path) -> Error {
+    let problem = match path.join("metadata.yaml").exists() {
+        true => {
+            "is the folder of a rosbag2 recording; `annotate` takes it as it is, other commands want an .mcap file in it"
+        }
+        false => "is a folder, not an MCAP recording",
     };
     Error::Recording { path: path.to_owned(), offset: 0, problem: problem.to_owned() }
 }
 
 /// What a file that starts with `start` is instead.
 fn not_a_recording(start: &[u8]) -> String {
-    const KINDS: [(&[u8], &str); 8] = [
-        (b"#ROSBAG", "a ROS 1 bag; convert it to MCAP first (`mcap convert`)"),
+    const PACKETS: &str = "a capture of network packets; play it through the sensor's ROS 2 driver (or \
+                           its maker's tools) and record the clouds: `ros2 bag record -s mcap -a`";
+    const KINDS: [(&[u8], &str); 12] = [
+        (b"#ROSBAG", "a ROS 1 bag; convert it to MCAP first (`mcap convert IN.bag OUT.mcap`)"),
         (
             b"SQLite format 3",
-            "a rosbag2 database (.db3); convert it to MCAP first (`ros2 bag convert`)",
+            "a rosbag2 database (.db3); convert it to MCAP first (`mcap convert IN.db3 OUT.mcap`, or `ros2 \
+             bag convert`)",
         ),
+        (b"\xd4\xc3\xb2\xa1", PACKETS),
+        (b"\xa1\xb2\xc3\xd4", PACKETS),
+        (b"\x4d\x3c\xb2\xa1", PACKETS),
+        (b"\x0a\x0d\x0d\x0a", PACKETS),
         (b"\x1f\x8b", "compressed with gzip; decompress it first"),
         (b"\x28\xb5\x2f\xfd", "compressed with zstd; decompress it first"),
         (b"\x04\x22\x4d\x18", "compressed with lz4; decompress it first"),

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use mcap::records::{
-    AttachmentIndex, Channel, ChunkIndex, DataEnd, Footer, MessageHeader, MetadataIndex,
-    Statistics, SummaryOffset, op,
+    AttachmentIndex, Channel, ChunkIndex, DataEnd, Footer, MetadataIndex, Statistics,
+    SummaryOffset, op,
 };
 
 use super::encode;
@@ -23,11 +23,11 @@ pub(super) struct Summary {
 }
 
 impl Summary {
-    /// Counts a message.
-    pub(super) fn count(&mut self, header: &MessageHeader) {
-        *self.message_counts.entry(header.channel_id).or_default() += 1;
-        let (start, end) = self.bounds.unwrap_or((header.log_time, header.log_time));
-        self.bounds = Some((start.min(header.log_time), end.max(header.log_time)));
+    /// Counts messages of a channel, logged from the first to the last time.
+    pub(super) fn count(&mut self, channel: u16, count: u64, (first, last): (u64, u64)) {
+        *self.message_counts.entry(channel).or_default() += count;
+        let (start, end) = self.bounds.unwrap_or((first, last));
+        self.bounds = Some((start.min(first), end.max(last)));
     }
 
     /// The records from the end of the data, which lies at `offset` bytes of the file and has the checksum

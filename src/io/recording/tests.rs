@@ -13,21 +13,21 @@ use super::*;
 use crate::error::{Error, Result};
 
 #[derive(Debug, Clone, Copy)]
-struct Shape {
-    compression: Option<mcap::Compression>,
-    is_chunked: bool,
-    has_summary: bool,
-    has_data_crc: bool,
+pub(super) struct Shape {
+    pub(super) compression: Option<mcap::Compression>,
+    pub(super) is_chunked: bool,
+    pub(super) has_summary: bool,
+    pub(super) has_data_crc: bool,
 }
 
-const CHUNKED: Shape = Shape {
+pub(super) const CHUNKED: Shape = Shape {
     compression: Some(mcap::Compression::Zstd),
     is_chunked: true,
     has_summary: true,
     has_data_crc: true,
 };
 
-fn shapes() -> Vec<Shape> {
+pub(super) fn shapes() -> Vec<Shape> {
     let mut shapes = Vec::new();
     for has_summary in [true, false] {
         for has_data_crc in [true, false] {
@@ -43,7 +43,7 @@ fn shapes() -> Vec<Shape> {
 /// A recording with two equal schemas, two equal channels, a channel without a schema and one
 /// without messages, log times out of order, an empty message, attachments, metadata and private
 /// records.
-fn recording(shape: Shape) -> Vec<u8> {
+pub(super) fn recording(shape: Shape) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
     let mut writer = mcap::WriteOptions::new()
         .compression(shape.compression)
@@ -110,18 +110,18 @@ fn attach<W: std::io::Write + std::io::Seek>(
         .unwrap();
 }
 
-struct Folder(tempfile::TempDir);
+pub(super) struct Folder(tempfile::TempDir);
 
 impl Folder {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Folder(tempfile::tempdir().unwrap())
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub(super) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
-    fn write(&self, name: &str, bytes: &[u8]) -> PathBuf {
+    pub(super) fn write(&self, name: &str, bytes: &[u8]) -> PathBuf {
         let path = self.path(name);
         fs::write(&path, bytes).unwrap();
         path
@@ -298,7 +298,7 @@ fn the_hash_is_that_of_the_file_however_much_was_read() {
         for _ in 0..count {
             reader.next_record().unwrap();
         }
-        assert_eq!(reader.finish().unwrap(), expected);
+        assert_eq!(reader.finish().unwrap().as_ref(), Some(&expected));
     }
 }
 
@@ -575,7 +575,9 @@ fn the_output_appears_only_when_it_is_whole() {
     let writer = RecordingWriter::create(&output, &WriteOptions::default()).unwrap();
     let names = folder.names();
     assert_eq!(names.len(), 1);
-    assert!(names[0].starts_with(".out.mcap.") && names[0].ends_with(".partial"));
+    assert_eq!(names, [".out.mcap.partial"]);
+    let second = RecordingWriter::create(&output, &WriteOptions::default()).map(drop);
+    assert!(second.unwrap_err().to_string().contains("being written by another run"));
     drop(writer);
     assert_eq!(folder.names(), Vec::<String>::new());
 
@@ -589,6 +591,8 @@ fn an_existing_file_is_replaced_only_when_asked() {
     let folder = Folder::new();
     let output = folder.path("out.mcap");
     let options = WriteOptions::default();
+    // What a run left that was killed is in nobody's way.
+    fs::write(PartialFile::name_for(&output), "half a recording").unwrap();
     let late = RecordingWriter::create(&output, &options).unwrap();
     fs::write(&output, "mine").unwrap();
     for error in [

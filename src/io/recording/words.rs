@@ -26,6 +26,11 @@ pub(super) fn record_name(opcode: u8) -> &'static str {
     }
 }
 
+/// The checksum that the format uses, CRC-32.
+pub fn checksum(bytes: &[u8]) -> u32 {
+    crc32fast::hash(bytes)
+}
+
 /// What a checksum says.
 pub(super) fn crc_mismatch(what: &str, stored: u32, computed: u32) -> String {
     format!("{what} CRC mismatch: stored {stored:08x}, computed {computed:08x}")

@@ -19,6 +19,7 @@ use super::pack::{OpenChunk, PackedChunk};
 use super::part::{Item, SourceChunk};
 use super::partial::{PartialFile, at};
 use super::record::{Record, Schema};
+use super::scan::STANDARD_STREAM;
 use super::summary::Summary;
 use crate::error::{Error, Result};
 use crate::stopwatch::Steps;
@@ -47,6 +48,12 @@ impl Compression {
             Compression::Lz4 => "lz4",
             Compression::Zstd => "zstd",
         }
+    }
+
+    /// The compression of a name in the format.
+    pub fn of_name(name: &str) -> Option<Self> {
+        let all = [Compression::None, Compression::Lz4, Compression::Zstd];
+        all.into_iter().find(|compression| compression.name() == name)
     }
 }
 
@@ -81,15 +88,13 @@ pub struct WriteTimes {
 }
 
 /// A recording being written. Until [`RecordingWriter::finish`] it has a temporary name in the
-/// output's folder (`.NAME.XXXXXX.partial`), and is removed if it is never finished.
+/// output's folder (`.NAME.partial`), and is removed if it is never finished.
 ///
 /// Records go into chunks as they come; a chunk that is full is compressed by the [`Workers`], and placed in
 /// the file when its turn has come. Which records share a chunk depends on their bytes and order alone, so the
 /// file does too, however many threads there are.
 pub struct RecordingWriter {
-    file: File,
-    // Behind the file, so that it is closed before it is removed.
-    partial: PartialFile,
+    sink: Sink,
     output: PathBuf,
     compression: Compression,
     workers: Workers,
@@ -103,7 +108,44 @@ pub struct RecordingWriter {
     summary: Summary,
     schemas: BTreeMap<u16, Schema>,
     channel_ids: BTreeSet<u16>,
+    /// Whether new ids are the highest that are free, else the one behind the highest that is taken.
+    ids_from_the_top: bool,
     times: WriteTimes,
+}
+
+/// Where the bytes go.
+enum Sink {
+    // The name behind the file, so that it is closed before it is removed.
+    File(File, PartialFile),
+    StandardOutput(io::Stdout),
+}
+
+impl Sink {
+    fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
+        match self {
+            Sink::File(file, _) => file.write_all(bytes),
+            Sink::StandardOutput(output) => output.write_all(bytes),
+        }
+    }
+
+    /// Makes sure that everything is where it belongs.
+    fn sync(&mut self) -> io::Result<()> {
+        match self {
+            Sink::File(file, _) => file.sync_all(),
+            Sink::StandardOutput(output) => output.flush(),
+        }
+    }
+
+    /// Gives a file its name.
+    fn close(self) -> Result<()> {
+        match self {
+            Sink::File(file, partial) => {
+                drop(file);
+                partial.put()
+            }
+            Sink::StandardOutput(_) => Ok(()),
+        }
+    }
 }
 
 /// Something with a place in the file.
@@ -125,21 +167,27 @@ impl Placement {
 }
 
 impl RecordingWriter {
-    /// Starts a recording that will be `output`.
+    /// Starts a recording that will be `output`, or goes to standard output as it is made
+    /// ([`super::STANDARD_STREAM`]).
     ///
     /// # Errors
     /// [`Error::Io`] if the folder cannot be written to, or if the output exists and may not be
     /// replaced.
     pub fn create(output: &Path, options: &WriteOptions) -> Result<Self> {
-        let (file, partial) = PartialFile::create(output, options.force)?;
+        let sink = match output == STANDARD_STREAM {
+            true => Sink::StandardOutput(io::stdout()),
+            false => {
+                let (file, partial) = PartialFile::create(output, options.force)?;
+                Sink::File(file, partial)
+            }
+        };
         let library = match options.recorded_by.as_str() {
             "" => concat!("divmerge ", env!("CARGO_PKG_VERSION")).to_owned(),
             by => format!("divmerge {} (recorded by {by})", env!("CARGO_PKG_VERSION")),
         };
         let header = Header { profile: options.profile.clone(), library };
         let mut writer = RecordingWriter {
-            file,
-            partial,
+            sink,
             output: output.to_owned(),
             compression: options.compression,
             workers: Workers::none(),
@@ -150,6 +198,7 @@ impl RecordingWriter {
             summary: Summary::default(),
             schemas: BTreeMap::new(),
             channel_ids: BTreeSet::new(),
+            ids_from_the_top: false,
             times: WriteTimes::default(),
         };
         writer.place(&[mcap::MAGIC, &encode::record(op::HEADER, &header)])?;
@@ -174,14 +223,23 @@ impl RecordingWriter {
         self.channel_ids.extend(overview.channels.keys());
     }
 
-    /// Writes a record of another recording as it is, ids and times included. Its header, damage and
-    /// truncation are left out.
+    /// Hands out the highest ids, which the recording to be copied is not likely to have: for one whose ids are not
+    /// known beforehand. Should it have one of them after all, that is an error when its turn comes.
+    pub fn reserve_all_but_the_highest(&mut self) {
+        self.ids_from_the_top = true;
+    }
+
+    /// Writes a record of another recording as it is, ids and times included. Its header, what tells of damage, and what
+    /// was passed over are left out.
     ///
     /// # Errors
     /// [`Error::Write`] for a record that contradicts one before it, [`Error::Io`].
     pub fn copy(&mut self, record: &Record) -> Result<()> {
         match record {
-            Record::Header { .. } | Record::Damaged { .. } | Record::Truncated { .. } => Ok(()),
+            Record::Header { .. }
+            | Record::Passed { .. }
+            | Record::Damaged { .. }
+            | Record::Truncated { .. } => Ok(()),
             Record::Schema(schema) => self.copy_schema(schema),
             Record::Channel(channel) => self.copy_channel(channel),
             Record::Message { header, data, .. } => self.write_message(header, data),
@@ -211,14 +269,22 @@ impl RecordingWriter {
             match item {
                 Item::Record(Record::Schema(schema)) => self.define_schema(schema).map(drop)?,
                 Item::Record(Record::Channel(channel)) => self.define_channel(channel).map(drop)?,
-                Item::Message { header, .. } => self.count(header)?,
-                Item::Record(_) => {}
+                Item::Message { .. } | Item::Record(_) => {}
             }
+        }
+        for (channel, count) in chunk.counts() {
+            self.require(channel, 0)?;
+            self.summary.count(channel, count, chunk.times());
         }
         self.times.verbatim_chunks += 1;
         let packed = chunk.verbatim();
         self.times.verbatim_bytes += (packed.start.len() + packed.data.len()) as u64;
         self.queue_behind_chunk(Placement::Verbatim(packed))
+    }
+
+    /// Compresses chunks that are closed from now on like this.
+    pub fn set_compression(&mut self, compression: Compression) {
+        self.compression = compression;
     }
 
     /// Adds a schema and returns its id: that of an equal one if there is one, else a new one.
@@ -232,10 +298,11 @@ impl RecordingWriter {
         };
         let id = match self.schemas.values().find(equal) {
             Some(schema) => schema.id,
-            None => free_id(self.schemas.last_key_value().map(|(&id, _)| id), |id| {
-                self.schemas.contains_key(&id)
-            })
-            .ok_or(Error::Write(McapError::TooManySchemas))?,
+            None => self
+                .free_id(self.schemas.last_key_value().map(|(&id, _)| id), |id| {
+                    self.schemas.contains_key(&id)
+                })
+                .ok_or(Error::Write(McapError::TooManySchemas))?,
         };
         self.copy_schema(&Schema {
             id,
@@ -266,7 +333,8 @@ impl RecordingWriter {
         message_encoding: &str,
         metadata: &BTreeMap<String, String>,
     ) -> Result<u16> {
-        let id = free_id(self.channel_ids.last().copied(), |id| self.channel_ids.contains(&id))
+        let id = self
+            .free_id(self.channel_ids.last().copied(), |id| self.channel_ids.contains(&id))
             .ok_or(Error::Write(McapError::TooManyChannels))?;
         self.copy_channel(&Channel {
             id,
@@ -283,7 +351,8 @@ impl RecordingWriter {
     /// # Errors
     /// [`Error::Write`] for an unknown channel, [`Error::Io`].
     pub fn write_message(&mut self, header: &MessageHeader, data: &[u8]) -> Result<()> {
-        self.count(header)?;
+        self.require(header.channel_id, header.sequence)?;
+        self.summary.count(header.channel_id, 1, (header.log_time, header.log_time));
         if self.open.len() > CHUNK_SIZE {
             self.close_chunk()?;
         }
@@ -319,6 +388,14 @@ impl RecordingWriter {
         self.copy(&Record::Attachment { header, data: data.into() })
     }
 
+    /// Leaves the half written file under its temporary name, which is returned, without what is not placed yet.
+    pub fn leave(self) -> PathBuf {
+        match self.sink {
+            Sink::File(_, partial) => partial.leave(),
+            Sink::StandardOutput(_) => self.output,
+        }
+    }
+
     /// Completes the recording, makes sure that it is on the disk, gives it its name, and returns
     /// its size in bytes.
     ///
@@ -340,12 +417,20 @@ impl RecordingWriter {
         let end = std::mem::take(&mut self.summary).close(self.offset, crc);
         self.place(&[&end])?;
         let started = Instant::now();
-        self.file.sync_all().map_err(at(&self.output))?;
+        self.sink.sync().map_err(at(&self.output))?;
         self.times.write.take_since(started, 0);
-        let RecordingWriter { file, partial, offset, times, .. } = self;
-        drop(file);
-        partial.put()?;
+        let RecordingWriter { sink, offset, times, .. } = self;
+        sink.close()?;
         Ok((offset, times))
+    }
+
+    /// The id behind the last, or else the first free one; or the highest free one.
+    fn free_id(&self, last: Option<u16>, is_taken: impl Fn(u16) -> bool) -> Option<u16> {
+        let is_free = |id: &u16| !is_taken(*id);
+        match self.ids_from_the_top {
+            true => (1..=u16::MAX).rev().find(is_free),
+            false => last.unwrap_or(0).checked_add(1).or_else(|| (1..=u16::MAX).find(is_free)),
+        }
     }
 
     fn copy_schema(&mut self, schema: &Schema) -> Result<()> {
@@ -395,13 +480,12 @@ impl RecordingWriter {
         Ok(true)
     }
 
-    fn count(&mut self, header: &MessageHeader) -> Result<()> {
-        if !self.summary.channels.contains_key(&header.channel_id) {
-            let unknown = McapError::UnknownChannel(header.sequence, header.channel_id);
-            return Err(Error::Write(unknown));
+    /// Refuses messages of a channel that has not been defined.
+    fn require(&self, channel: u16, sequence: u32) -> Result<()> {
+        match self.summary.channels.contains_key(&channel) {
+            true => Ok(()),
+            false => Err(Error::Write(McapError::UnknownChannel(sequence, channel))),
         }
-        self.summary.count(header);
-        Ok(())
     }
 
     fn close_chunk(&mut self) -> Result<()> {
@@ -484,18 +568,13 @@ impl RecordingWriter {
     fn place(&mut self, parts: &[&[u8]]) -> Result<()> {
         let (started, before) = (Instant::now(), self.offset);
         for part in parts {
-            self.file.write_all(part).map_err(at(&self.output))?;
+            self.sink.write_all(part).map_err(at(&self.output))?;
             self.crc.update(part);
             self.offset += part.len() as u64;
         }
         self.times.write.take_since(started, self.offset - before);
         Ok(())
     }
-}
-
-/// The id after the last, or else the first free one.
-fn free_id(last: Option<u16>, is_taken: impl Fn(u16) -> bool) -> Option<u16> {
-    last.unwrap_or(0).checked_add(1).or_else(|| (1..=u16::MAX).find(|&id| !is_taken(id)))
 }
 
 /// Writes a file of any kind in the same way: it appears under its name when it is complete.

@@ -1,13 +1,15 @@
 //! The records of a file one after the other, whole ones read ahead and chunks of them unpacked by threads.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::time::Instant;
 
 use mcap::records::op;
 
 use super::super::chunk;
+use super::super::part::SourceChunk;
 use super::super::scan::{HEAD_LEN, MAX_RECORD, Source};
+use super::super::wanted::{Closed, Gap, Plan};
 use super::super::words::record_name;
 use crate::error::{Error, Result};
 use crate::stopwatch::{Steps, ms_since};
@@ -50,6 +52,24 @@ pub(super) enum Next {
         left: u64,
         body: Vec<u8>,
     },
+    /// A chunk that is not opened, with the message indexes behind it.
+    Closed {
+        offset: u64,
+        end: u64,
+        head: Vec<u8>,
+        body: Arc<Vec<u8>>,
+        /// The records behind it.
+        indexes: Arc<Vec<u8>>,
+        /// Nothing if those do not fit the chunk.
+        chunk: Ticket<Option<SourceChunk>>,
+    },
+    /// A stretch that nobody wants anything of was passed over.
+    Passed {
+        /// Where it ends.
+        end: u64,
+        /// Messages in it of numbered channels.
+        counts: BTreeMap<u16, u64>,
+    },
     /// The file ends, or nearly, `left` bytes before where a record should be.
     RunOut {
         offset: u64,
@@ -57,10 +77,25 @@ pub(super) enum Next {
     },
 }
 
+impl Next {
+    /// Bytes that it counts for.
+    fn size(&self) -> u64 {
+        match self {
+            Next::Record(raw) => raw.size,
+            Next::Closed { offset, end, .. } => end - offset,
+            _ => 0,
+        }
+    }
+}
+
 /// Reads the records of a file.
 pub(super) struct Ahead {
     pub(super) source: Source,
     workers: Workers,
+    /// Stretches that are passed over, in the order of the file.
+    gaps: VecDeque<Gap>,
+    /// Chunks that are not opened, by where they begin.
+    closed: BTreeMap<u64, Closed>,
     queue: VecDeque<Result<Next>>,
     size: u64,
     /// Whether nothing more is to be read ahead: behind the footer, a cut or an error.
@@ -70,42 +105,56 @@ pub(super) struct Ahead {
 }
 
 impl Ahead {
-    pub(super) fn new(source: Source, workers: Workers) -> Self {
-        let queue = VecDeque::new();
-        Ahead { source, workers, queue, size: 0, is_over: false, steps: Steps::default() }
+    pub(super) fn new(source: Source, workers: Workers, plan: Plan) -> Self {
+        let (queue, Plan { gaps, closed, .. }) = (VecDeque::new(), plan);
+        Ahead {
+            source,
+            workers,
+            gaps,
+            closed,
+            queue,
+            size: 0,
+            is_over: false,
+            steps: Steps::default(),
+        }
     }
 
-    /// What comes next. Not to be called behind anything but a whole record that is no footer.
+    /// What comes next. Not to be called behind a footer, a cut or an error.
     pub(super) fn next(&mut self) -> Result<Next> {
         self.fill();
         let next = self.queue.pop_front().unwrap_or_else(|| self.read())?;
-        if let Next::Record(raw) = &next {
-            self.size -= raw.size;
-        }
+        self.size -= next.size();
         Ok(next)
     }
 
     fn fill(&mut self) {
-        let budget = match self.workers.is_parallel() {
+        // A stream is not read ahead: what it has given should not have to wait for what it has not.
+        let budget = match self.workers.is_parallel() && self.source.size.is_some() {
             true => MOST_AHEAD.min(AHEAD_PER_THREAD * self.workers.threads() as u64),
             false => 0,
         };
         while !self.is_over && (self.queue.is_empty() || self.size < budget) {
             let next = self.read();
-            match &next {
-                Ok(Next::Record(raw)) => {
-                    self.is_over = raw.opcode == op::FOOTER;
-                    self.size += raw.size;
-                }
-                _ => self.is_over = true,
-            }
+            self.size += next.as_ref().map_or(0, Next::size);
+            self.is_over = match &next {
+                Ok(Next::Record(raw)) => raw.opcode == op::FOOTER,
+                Ok(Next::Passed { .. } | Next::Closed { .. }) => false,
+                _ => true,
+            };
             self.queue.push_back(next);
         }
     }
 
     fn read(&mut self) -> Result<Next> {
+        if let Some(gap) = self.gaps.pop_front_if(|gap| gap.start == self.source.offset) {
+            self.source.pass_to(gap.end)?;
+            return Ok(Next::Passed { end: gap.end, counts: gap.counts });
+        }
         let (started, before) = (Instant::now(), self.source.offset);
-        let next = self.read_raw();
+        let next = match self.closed.remove(&before) {
+            Some(closed) => self.read_closed(closed),
+            None => self.read_raw(),
+        };
         self.steps.take_since(started, self.source.offset - before);
         let mut next = next?;
         if let Next::Record(raw) = &mut next
@@ -117,6 +166,33 @@ impl Ahead {
         Ok(next)
     }
 
+    fn read_closed(&mut self, closed: Closed) -> Result<Next> {
+        let source = &mut self.source;
+        let offset = source.offset;
+        let length = closed.end - offset;
+        let mut head = Vec::with_capacity(HEAD_LEN);
+        if length <= source.remaining().min(MAX_RECORD) {
+            source.read(HEAD_LEN as u64, &mut head)?;
+        }
+        let body_length = match chunk::split_head(&head) {
+            Some((op::CHUNK, body)) if body <= length - HEAD_LEN as u64 => body,
+            _ => {
+                let problem = "the index says that a chunk begins here, and none does";
+                return Err(source.damage(offset, problem));
+            }
+        };
+        let indexes_length = length - HEAD_LEN as u64 - body_length;
+        let [mut body, mut indexes] =
+            [body_length, indexes_length].map(|length| Vec::with_capacity(length as usize));
+        source.read(body_length, &mut body)?;
+        source.read(indexes_length, &mut indexes)?;
+        let (body, indexes) = (Arc::new(body), Arc::new(indexes));
+        let (of_chunk, of_indexes) = (Arc::clone(&body), Arc::clone(&indexes));
+        let chunk =
+            self.workers.run(move || SourceChunk::closed(&of_chunk, &of_indexes, closed.channels));
+        Ok(Next::Closed { offset, end: closed.end, head, body, indexes, chunk })
+    }
+
     fn read_raw(&mut self) -> Result<Next> {
         let source = &mut self.source;
         let offset = source.offset;
@@ -126,7 +202,10 @@ impl Ahead {
             return Ok(Next::RunOut { offset, left });
         }
         let mut head = Vec::with_capacity(HEAD_LEN);
-        source.read(HEAD_LEN as u64, &mut head)?;
+        let there = source.read(HEAD_LEN as u64, &mut head)?;
+        if there < HEAD_LEN as u64 {
+            return Ok(Next::RunOut { offset, left: there });
+        }
         let (opcode, length) = chunk::split_head(&head).unwrap_or_default();
         let left = left - HEAD_LEN as u64;
         if length > left && !source.is_complete {
@@ -139,9 +218,13 @@ impl Ahead {
         if length > left || length > MAX_RECORD {
             return Err(source.damage(offset, too_long(opcode, length, left)));
         }
-        // So many bytes are there.
-        let mut body = Vec::with_capacity(length as usize);
-        source.read(length, &mut body)?;
+        // Of a file so many bytes are there; of a stream they are still to come.
+        let capacity = source.size.map_or(0, |_| length as usize);
+        let mut body = Vec::with_capacity(capacity);
+        let there = source.read(length, &mut body)?;
+        if there < length {
+            return Ok(Next::Cut { offset, opcode, length, left: there, body });
+        }
         let size = length + chunk_size(opcode, &body);
         let (end, body) = (source.offset, Arc::new(body));
         Ok(Next::Record(Raw { offset, end, opcode, head, body, unpacked: None, size }))
@@ -152,8 +235,9 @@ impl Ahead {
         self.source.damage(offset, problem)
     }
 
-    /// Reads what is left and returns the SHA-256 of the file in lowercase hexadecimal.
-    pub(super) fn finish(self) -> Result<String> {
+    /// Reads what is left and returns the SHA-256 of the file in lowercase hexadecimal; nothing if not all of it was
+    /// read.
+    pub(super) fn finish(&mut self) -> Result<Option<String>> {
         self.source.finish()
     }
 }
@@ -172,9 +256,12 @@ fn chunk_size(opcode: u8, body: &[u8]) -> u64 {
 }
 
 fn too_long(opcode: u8, length: u64, left: u64) -> String {
+    let left = match left {
+        u64::MAX => String::new(),
+        left => format!("{left} are left in the file, and "),
+    };
     format!(
-        "{} claims {length} bytes; {left} are left in the file, and {MAX_RECORD} are the most that can be \
-         read here",
+        "{} claims {length} bytes; {left}{MAX_RECORD} are the most that can be read here",
         record_name(opcode)
     )
 }

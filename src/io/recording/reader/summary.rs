@@ -87,7 +87,9 @@ impl RecordingReader {
             ("attachments", statistics.attachment_count.into(), counted.attachments),
             ("metadata records", statistics.metadata_count.into(), counted.metadata),
         ];
-        for (what, said, found) in pairs.into_iter().filter(|(_, said, found)| said != found) {
+        // The messages of what was passed over have not been counted.
+        let pairs = pairs.into_iter().skip(usize::from(self.has_passed));
+        for (what, said, found) in pairs.filter(|(_, said, found)| said != found) {
             let problem = format!("the summary counts {said} {what}, the file has {found}");
             self.waiting.push_back(Record::Damaged { offset, problem });
         }
@@ -112,11 +114,17 @@ impl RecordingReader {
         let length = source.remaining().min(mcap::MAGIC.len() as u64);
         source.read(length, &mut end)?;
         self.offset = source.offset;
-        let more = source.remaining();
+        let more = match source.size {
+            Some(_) => source.remaining(),
+            // Whether there is more is seen by trying.
+            None => source.read(1, &mut Vec::new())?,
+        };
         let (offset, problem) = match (end == mcap::MAGIC, more) {
             (true, 0) => return Ok(()),
-            (true, _) => (self.offset, format!("{more} bytes behind the end of the recording")),
-            (false, 0) => {
+            (true, _) => {
+                (self.offset, "there are bytes behind the end of the recording".to_owned())
+            }
+            (false, 0) if end.len() < mcap::MAGIC.len() => {
                 let problem = "the file is cut off in the eight bytes that close a recording";
                 let problem = problem.to_owned();
                 self.waiting.push_back(Record::Truncated { offset, problem });

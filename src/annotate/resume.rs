@@ -1,0 +1,216 @@
+//! A run that was cut off, done again without clustering again what it had clustered.
+//!
+//! Beside the half written output lies a journal: what was asked for, and a line for each annotated cloud, with
+//! checksums of the cloud and of the two messages made of it, and with what the report needs. A run that continues goes
+//! through the input from its beginning and writes an output of its own, so that its bytes are those of a run that was
+//! never cut off; but where the journal has the next cloud, and its messages are found in the half written output, those
+//! are taken instead of being made again. Nothing of the old output is believed that its checksums do not cover, so it
+//! may be cut off anywhere.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::report::FrameReport;
+use crate::error::{Error, Result};
+use crate::io::{PartialFile, Record, RecordingReader, checksum};
+
+/// A line of the journal.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Note {
+    pub(super) topic: String,
+    pub(super) number: u64,
+    /// Checksums: of the cloud's message, and of those that annotate it.
+    pub(super) cloud: u32,
+    pub(super) instances: u32,
+    pub(super) objects: u32,
+    pub(super) report: FrameReport,
+}
+
+/// Where the journal of an output lies.
+pub fn journal_of(output: &Path) -> PathBuf {
+    PartialFile::name_for(output).with_extension("journal")
+}
+
+/// Where a half written file and its journal lie while they are being used up.
+fn old(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".old");
+    path.with_file_name(name)
+}
+
+/// The journal being written.
+pub(super) struct Journal {
+    path: PathBuf,
+    file: File,
+    is_kept: bool,
+}
+
+impl Journal {
+    /// Starts a journal with what was asked for.
+    pub(super) fn start(output: &Path, asked: &Value) -> Result<Self> {
+        let path = journal_of(output);
+        let file = File::create(&path).map_err(|source| io_error(&path, source))?;
+        let mut journal = Journal { path, file, is_kept: false };
+        journal.line(asked)?;
+        Ok(journal)
+    }
+
+    pub(super) fn note(&mut self, note: &Note) -> Result<()> {
+        self.line(note)
+    }
+
+    /// Leaves it for a run that continues.
+    pub(super) fn keep(&mut self) {
+        self.is_kept = true;
+    }
+
+    fn line(&mut self, value: &impl Serialize) -> Result<()> {
+        let line = serde_json::json!(value).to_string() + "\n";
+        self.file.write_all(line.as_bytes()).map_err(|source| io_error(&self.path, source))
+    }
+}
+
+impl Drop for Journal {
+    fn drop(&mut self) {
+        if !self.is_kept {
+            let _ = std::fs::remove_file(&self.path);
+        }
+    }
+}
+
+/// What a run that was cut off had done.
+pub(super) struct CutOff {
+    output: PathBuf,
+    journal: BufReader<File>,
+    recording: RecordingReader,
+    next: Option<Note>,
+}
+
+impl CutOff {
+    /// What is left of a run for this output, if anything is. It is moved aside, so that the output can be begun anew.
+    ///
+    /// # Errors
+    /// [`Error::Conflict`] if something else was asked for then, [`Error::Io`].
+    pub(super) fn find(output: &Path, asked: &Value) -> Result<Option<Self>> {
+        let (partial, journal) = (PartialFile::name_for(output), journal_of(output));
+        check(output, &journal, asked)?;
+        check(output, &old(&journal), asked)?;
+        set_aside(&partial, &journal)?;
+        let Ok(file) = File::open(old(&journal)) else {
+            return Ok(None);
+        };
+        let mut journal = BufReader::new(file);
+        let asked = journal.read_line(&mut String::new());
+        let recording = RecordingReader::open(&old(&partial));
+        let (Ok(_), Ok(recording)) = (asked, recording) else {
+            return Ok(None);
+        };
+        let mut found = CutOff { output: output.to_owned(), journal, recording, next: None };
+        found.advance();
+        Ok(Some(found))
+    }
+
+    /// The next cloud's report and messages, if the run had come to it.
+    ///
+    /// # Errors
+    /// [`Error::Conflict`] if it had another cloud there.
+    pub(super) fn take(
+        &mut self,
+        topic: &str,
+        number: u64,
+        cloud: &[u8],
+    ) -> Result<Option<(FrameReport, [Vec<u8>; 2])>> {
+        let is_next = |note: &&Note| note.topic == topic && note.number == number;
+        let Some(note) = self.next.as_ref().filter(is_next).cloned() else {
+            return Ok(None);
+        };
+        if note.cloud != checksum(cloud) {
+            let problem = format!(
+                "cloud {number} of {topic} is not the one that the run was cut off with; without \
+                 --resume the output is made anew"
+            );
+            return Err(Error::Conflict { path: self.output.clone(), problem });
+        }
+        self.advance();
+        let found = [self.message(note.instances), self.message(note.objects)];
+        match found {
+            [Some(instances), Some(objects)] => Ok(Some((note.report, [instances, objects]))),
+            _ => {
+                self.next = None;
+                Ok(None)
+            }
+        }
+    }
+
+    /// Reads the next line; one that is cut off is none.
+    fn advance(&mut self) {
+        let mut line = String::new();
+        let read = self.journal.read_line(&mut line);
+        self.next = read.ok().and_then(|_| serde_json::from_str(&line).ok());
+    }
+
+    /// The next message with a checksum, as far as the half written output can be read.
+    fn message(&mut self, wanted: u32) -> Option<Vec<u8>> {
+        while let Ok(Some(record)) = self.recording.next_record() {
+            if let Record::Message { data, .. } = record
+                && checksum(&data) == wanted
+            {
+                return Some(data.into_owned());
+            }
+        }
+        None
+    }
+}
+
+/// Removes what is left of a run that was continued.
+pub(super) fn clean_up(output: &Path) {
+    for path in [PartialFile::name_for(output), journal_of(output)] {
+        let _ = std::fs::remove_file(old(&path));
+    }
+}
+
+/// Refuses a journal of something else.
+fn check(output: &Path, journal: &Path, asked: &Value) -> Result<()> {
+    let Ok(file) = File::open(journal) else {
+        return Ok(());
+    };
+    let mut line = String::new();
+    let read = BufReader::new(file).read_line(&mut line);
+    let Some(then) = read.ok().and_then(|_| serde_json::from_str::<Value>(&line).ok()) else {
+        return Ok(());
+    };
+    if &then == asked {
+        return Ok(());
+    }
+    let differs = |key: &&String| then.get(key) != asked.get(key);
+    let keys = asked.as_object().into_iter().flat_map(|asked| asked.keys());
+    let keys: Vec<&str> = keys.filter(differs).map(String::as_str).collect();
+    let problem = format!(
+        "the run that was cut off had another {}; without --resume the output is made anew",
+        keys.join(", ")
+    );
+    Err(Error::Conflict { path: output.to_owned(), problem })
+}
+
+/// Moves a half written output and its journal aside, unless those that are there already go farther: then a run that
+/// continued was itself cut off.
+fn set_aside(partial: &Path, journal: &Path) -> Result<()> {
+    let length = |path: &Path| path.metadata().map_or(0, |metadata| metadata.len());
+    let is_farther = length(journal) > length(&old(journal));
+    if !partial.exists() || !journal.exists() || !is_farther {
+        return Ok(());
+    }
+    PartialFile::refuse_busy(partial)?;
+    for path in [partial, journal] {
+        std::fs::rename(path, old(path)).map_err(|source| io_error(path, source))?;
+    }
+    Ok(())
+}
+
+fn io_error(path: &Path, source: std::io::Error) -> Error {
+    Error::Io { path: path.to_owned(), source }
+}

@@ -1,0 +1,251 @@
+//! Points in time on the command line, and the log times that they stand for.
+
+use std::path::Path;
+
+use anyhow::{Result, bail};
+use divmerge::annotate::choose;
+use divmerge::io::{Overview, Which, cloud_message_at};
+
+use crate::arguments::number;
+
+/// What is said where a moment cannot be read.
+const FORMS: &str = "use seconds from the start (12.5), a time since 1970 (@1317384506.4), a date \
+                     (2011-09-30T12:28:26Z) or a frame (frame:100)";
+
+const NS_PER_S: u64 = 1_000_000_000;
+
+/// A point in time of a recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Moment {
+    /// Seconds after the first message.
+    FromStart(f64),
+    /// Log time in nanoseconds since 1970.
+    Absolute(u64),
+    /// When the cloud of that number was logged, from 0.
+    Frame(u64),
+}
+
+impl Moment {
+    /// The log time in nanoseconds; a frame's on the first of the topics that are chosen (none: of all).
+    ///
+    /// # Errors
+    /// If there is no such frame; those of reading the recording.
+    pub fn log_time(self, overview: &Overview, topics: &[String]) -> Result<u64> {
+        let start = overview.start_ns.unwrap_or(0);
+        Ok(match self {
+            Moment::FromStart(seconds) => start.saturating_add((seconds * 1e9).round() as u64),
+            Moment::Absolute(nanoseconds) => nanoseconds,
+            Moment::Frame(number) => {
+                let topic = first_topic(overview, topics)?;
+                cloud_message_at(&overview.path, Some(&topic), Which::Frame(number))?.log_time
+            }
+        })
+    }
+
+    /// As [`Moment::log_time`], and nothing for the frame behind the last, which ends what has no end.
+    fn end(self, overview: &Overview, topics: &[String]) -> Result<Option<u64>> {
+        if let Moment::Frame(number) = self {
+            let topic = first_topic(overview, topics)?;
+            let counts = overview
+                .channels_of(&topic)
+                .filter_map(|channel| overview.message_counts.get(&channel.id));
+            if number == counts.sum::<u64>() {
+                return Ok(None);
+            }
+        }
+        self.log_time(overview, topics).map(Some)
+    }
+}
+
+/// The first topic whose clouds are looked at.
+fn first_topic(overview: &Overview, topics: &[String]) -> Result<String> {
+    if let Some(topic) = topics.first() {
+        return Ok(topic.clone());
+    }
+    let clouds = choose(overview, topics)?;
+    Ok(clouds.into_values().next().unwrap_or_default())
+}
+
+/// The log times in nanoseconds that two moments of a recording stand for; the topics are those whose clouds are looked
+/// at, none for all.
+pub fn window(
+    input: &Path,
+    (from, to): (Option<Moment>, Option<Moment>),
+    topics: &[String],
+) -> Result<(Option<u64>, Option<u64>)> {
+    if from.is_none() && to.is_none() {
+        return Ok((None, None));
+    }
+    let overview = Overview::read(input)?;
+    let from = from.map(|from| from.log_time(&overview, topics)).transpose()?;
+    let to = to.map(|to| to.end(&overview, topics)).transpose()?.flatten();
+    if let (Some(from), Some(to)) = (from, to)
+        && from >= to
+    {
+        bail!("--from must lie before --to");
+    }
+    Ok((from, to))
+}
+
+/// The log times of moments that need no recording to be known, as of a stream.
+pub fn absolute(
+    (from, to): (Option<Moment>, Option<Moment>),
+) -> Result<(Option<u64>, Option<u64>)> {
+    let time = |moment| match moment {
+        None => Ok(None),
+        Some(Moment::Absolute(nanoseconds)) => Ok(Some(nanoseconds)),
+        Some(_) => {
+            bail!("of a stream, --from and --to are times since 1970 (@1317384506.4) or dates")
+        }
+    };
+    Ok((time(from)?, time(to)?))
+}
+
+/// Reads `12.5` as seconds from the start, `@1317384506.4` as seconds since 1970, `2011-09-30T12:28:26Z` as a date and
+/// `frame:100` as a cloud.
+pub fn moment(text: &str) -> Result<Moment, String> {
+    if let Some(frame) = text.strip_prefix("frame:") {
+        return frame.parse().map(Moment::Frame).map_err(|_| FORMS.to_owned());
+    }
+    if let Some(digits) = text.strip_prefix('@') {
+        return since_1970(digits).map(Moment::Absolute);
+    }
+    if text.contains(['T', 't']) {
+        return date(text).map(Moment::Absolute).ok_or_else(|| FORMS.to_owned());
+    }
+    let seconds = number(text.strip_suffix('s').unwrap_or(text)).map_err(|_| FORMS.to_owned())?;
+    match seconds < 0.0 {
+        true => Err("must not be negative".into()),
+        false => Ok(Moment::FromStart(seconds)),
+    }
+}
+
+/// Reads seconds since 1970, with a fraction or without, as nanoseconds.
+pub fn since_1970(text: &str) -> Result<u64, String> {
+    // Through text: a double does not hold nanoseconds since 1970.
+    let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
+    match (digits(whole), fraction_ns(fraction)) {
+        (Some(whole), Some(nanoseconds)) => whole
+            .checked_mul(NS_PER_S)
+            .and_then(|whole| whole.checked_add(nanoseconds))
+            .ok_or_else(|| "too far in the future".to_owned()),
+        _ => Err("use seconds since 1970, as in 1317384506.4".into()),
+    }
+}
+
+/// A number of digits alone.
+fn digits(text: &str) -> Option<u64> {
+    text.bytes().all(|byte| byte.is_ascii_digit()).then(|| text.parse().ok())?
+}
+
+/// The digits behind a decimal point, of seconds, as nanoseconds.
+fn fraction_ns(text: &str) -> Option<u64> {
+    let nine: String = text.chars().chain("000000000".chars()).take(9).collect();
+    digits(text.get(..text.len().min(9))?).or(text.is_empty().then_some(0))?;
+    digits(&nine)
+}
+
+/// Nanoseconds since 1970 of a date and time as RFC 3339 has them, with `Z` or an offset.
+fn date(text: &str) -> Option<u64> {
+    let text = text.to_ascii_uppercase();
+    let (day, time) = text.split_once('T')?;
+    let (time, offset_s) = zone(time)?;
+    let (time, fraction) = time.split_once('.').unwrap_or((time, ""));
+    let [year, month, day] = numbers(day, '-', [4, 2, 2])?;
+    let [hour, minute, second] = numbers(time, ':', [2, 2, 2])?;
+    let is_date = (1..=12).contains(&month) && (1..=days_in(year, month)).contains(&day);
+    if !is_date || hour > 23 || minute > 59 || second > 60 {
+        return None;
+    }
+    let days = days_since_1970(year, month, day);
+    let seconds = days * 86_400 + hour * 3600 + minute * 60 + second - offset_s;
+    u64::try_from(seconds).ok()?.checked_mul(NS_PER_S)?.checked_add(fraction_ns(fraction)?)
+}
+
+/// The time without its zone, and the seconds that the zone is ahead.
+fn zone(time: &str) -> Option<(&str, i64)> {
+    if let Some(time) = time.strip_suffix('Z') {
+        return Some((time, 0));
+    }
+    let at = time.rfind(['+', '-'])?;
+    let (time, zone) = time.split_at(at);
+    let [hours, minutes] = numbers(&zone[1..], ':', [2, 2])?;
+    let ahead = hours * 3600 + minutes * 60;
+    (hours < 24 && minutes < 60)
+        .then_some((time, if zone.starts_with('-') { -ahead } else { ahead }))
+}
+
+/// Numbers of so many digits each.
+fn numbers<const N: usize>(text: &str, between: char, lengths: [usize; N]) -> Option<[i64; N]> {
+    let mut parts = text.split(between);
+    let mut numbers = [0; N];
+    for (number, length) in numbers.iter_mut().zip(lengths) {
+        let part = parts.next().filter(|part| part.len() == length)?;
+        *number = i64::try_from(digits(part)?).ok()?;
+    }
+    parts.next().is_none().then_some(numbers)
+}
+
+fn is_leap(year: i64) -> bool {
+    year % 4 == 0 && (year % 100 != 0 || year % 400 == 0)
+}
+
+fn days_in(year: i64, month: i64) -> i64 {
+    match month {
+        2 => 28 + i64::from(is_leap(year)),
+        4 | 6 | 9 | 11 => 30,
+        _ => 31,
+    }
+}
+
+fn days_since_1970(year: i64, month: i64, day: i64) -> i64 {
+    // Leap days before the year, by the Gregorian rule.
+    let leap_days = |year: i64| (year - 1) / 4 - (year - 1) / 100 + (year - 1) / 400;
+    let years = (year - 1970) * 365 + leap_days(year) - leap_days(1970);
+    years + (1..month).map(|month| days_in(year, month)).sum::<i64>() + day - 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_form() {
+        assert_eq!(moment("12.5"), Ok(Moment::FromStart(12.5)));
+        assert_eq!(moment("12.5s"), Ok(Moment::FromStart(12.5)));
+        assert_eq!(moment("@1317384506.4"), Ok(Moment::Absolute(1_317_384_506_400_000_000)));
+        assert_eq!(moment("@7"), Ok(Moment::Absolute(7_000_000_000)));
+        assert_eq!(moment("@1.1234567899"), Ok(Moment::Absolute(1_123_456_789)));
+        assert_eq!(moment("frame:100"), Ok(Moment::Frame(100)));
+        for wrong in ["-1", "noon", "@1e3", "@", "frame:", "frame:-1", "frame:1.5", "@1.x", "@+1"] {
+            assert!(moment(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn dates() {
+        let at = |text: &str| date(text).map(|ns| (ns / NS_PER_S, ns % NS_PER_S));
+        assert_eq!(at("1970-01-01T00:00:00Z"), Some((0, 0)));
+        // `date -u -d ... +%s` says so.
+        assert_eq!(at("2011-09-30T12:28:26Z"), Some((1_317_385_706, 0)));
+        assert_eq!(at("2011-09-30t14:28:26.25+02:00"), Some((1_317_385_706, 250_000_000)));
+        assert_eq!(at("2011-09-30T08:58:26-03:30"), Some((1_317_385_706, 0)));
+        assert_eq!(at("2000-02-29T00:00:00Z"), Some((951_782_400, 0)));
+        assert_eq!(at("2024-12-31T23:59:59Z"), Some((1_735_689_599, 0)));
+        assert_eq!(at("2100-03-01T00:00:00Z"), Some((4_107_542_400, 0)));
+        for wrong in [
+            "2011-09-30T12:28:26",
+            "2011-09-31T12:28:26Z",
+            "2011-02-29T12:28:26Z",
+            "2011-13-01T12:28:26Z",
+            "2011-09-30T24:28:26Z",
+            "2011-9-30T12:28:26Z",
+            "2011-09-30T12:28Z",
+            "1969-12-31T23:59:59Z",
+            "2011-09-30T12:28:26.Z5",
+            "T",
+        ] {
+            assert_eq!(date(wrong), None, "{wrong}");
+        }
+    }
+}

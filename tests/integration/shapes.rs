@@ -1,0 +1,492 @@
+//! Recordings of every shape that the format allows, made at random and annotated: by the format's own reader, the
+//! input's records are a subsequence of the output's, byte for byte, and the output's index says what is in it.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::Write as _;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use divmerge::annotate::{Event, Options, annotate};
+use divmerge::io::drive::cloud_message;
+use divmerge::io::{Compression, POINT_CLOUD2};
+use divmerge::simulate::{Drive, Scene, Sensor};
+use mcap::records::op;
+use mcap::sans_io::{LinearReadEvent, LinearReader};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// A record: opcode and content.
+type Raw = (u8, Vec<u8>);
+
+fn text(text: &str) -> Vec<u8> {
+    [&(text.len() as u32).to_le_bytes(), text.as_bytes()].concat()
+}
+
+fn framed((opcode, content): &Raw) -> Vec<u8> {
+    let length = (content.len() as u64).to_le_bytes();
+    [&[*opcode], length.as_slice(), content].concat()
+}
+
+fn schema(id: u16, name: &str, data: &[u8]) -> Raw {
+    let length = (data.len() as u32).to_le_bytes();
+    (
+        op::SCHEMA,
+        [&id.to_le_bytes(), text(name).as_slice(), &text("ros2msg"), &length, data].concat(),
+    )
+}
+
+fn channel(id: u16, schema: u16, topic: &str, encoding: &str) -> Raw {
+    let key = [text("offered_qos_profiles"), text("- depth: 1")].concat();
+    let map = [(key.len() as u32).to_le_bytes().to_vec(), key].concat();
+    let ids = [id.to_le_bytes(), schema.to_le_bytes()].concat();
+    (op::CHANNEL, [ids, text(topic), text(encoding), map].concat())
+}
+
+fn message(channel: u16, sequence: u32, times: [u64; 2], data: &[u8]) -> Raw {
+    let ids = [&channel.to_le_bytes(), sequence.to_le_bytes().as_slice()].concat();
+    let times = times.map(u64::to_le_bytes).concat();
+    (op::MESSAGE, [ids.as_slice(), &times, data].concat())
+}
+
+fn attachment(name: &str, data: &[u8], has_crc: bool) -> Raw {
+    let length = (data.len() as u64).to_le_bytes();
+    let times = [5_u64, 6].map(u64::to_le_bytes).concat();
+    let content = [times.as_slice(), &text(name), &text("text/plain"), &length, data].concat();
+    let crc = if has_crc { crc32fast::hash(&content) } else { 0 };
+    (op::ATTACHMENT, [content.as_slice(), &crc.to_le_bytes()].concat())
+}
+
+fn metadata(name: &str) -> Raw {
+    let map = [text("key"), text("value")].concat();
+    (op::METADATA, [text(name), (map.len() as u32).to_le_bytes().to_vec(), map].concat())
+}
+
+fn u16_at(bytes: &[u8], at: usize) -> u16 {
+    u16::from_le_bytes(bytes[at..at + 2].try_into().expect("two bytes"))
+}
+
+fn u64_at(bytes: &[u8], at: usize) -> u64 {
+    u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes"))
+}
+
+/// What a file has besides its records.
+#[derive(Debug, Clone, Copy)]
+struct Shape {
+    /// Share of the records that stand in chunks.
+    chunked: f64,
+    has_message_indexes: bool,
+    has_crcs: bool,
+    has_summary: bool,
+    has_statistics: bool,
+    has_chunk_indexes: bool,
+    repeats_definitions: bool,
+    /// Compression of all chunks; else each has its own.
+    compression: Option<&'static str>,
+    seed: u64,
+}
+
+impl Shape {
+    fn new(seed: u64) -> Self {
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let compressions = [Some(""), Some("lz4"), Some("zstd"), None];
+        Shape {
+            chunked: [0.0, 0.9, 1.0, 1.0][random.random_range(0..4)],
+            has_message_indexes: random.random_bool(0.7),
+            has_crcs: random.random_bool(0.7),
+            has_summary: random.random_bool(0.7),
+            has_statistics: random.random_bool(0.8),
+            has_chunk_indexes: random.random_bool(0.8),
+            repeats_definitions: random.random_bool(0.5),
+            compression: compressions[random.random_range(0..4)],
+            seed,
+        }
+    }
+}
+
+/// A file that is being put together.
+struct Recorder {
+    shape: Shape,
+    random: Pcg64Mcg,
+    file: Vec<u8>,
+    open: Vec<Raw>,
+    definitions: Vec<Raw>,
+    chunk_indexes: Vec<Raw>,
+    counts: BTreeMap<u16, u64>,
+    others: [u32; 2],
+    chunks: u32,
+}
+
+impl Recorder {
+    fn new(shape: Shape) -> Self {
+        let header = (op::HEADER, [text("ros2"), text("a recorder")].concat());
+        Recorder {
+            shape,
+            random: Pcg64Mcg::seed_from_u64(shape.seed ^ 0xabc),
+            file: [mcap::MAGIC, &framed(&header)].concat(),
+            open: Vec::new(),
+            definitions: Vec::new(),
+            chunk_indexes: Vec::new(),
+            counts: BTreeMap::new(),
+            others: [0; 2],
+            chunks: 0,
+        }
+    }
+
+    fn define(&mut self, record: Raw) {
+        self.definitions.push(record.clone());
+        self.put(record);
+    }
+
+    /// Puts a record into the open chunk or beside it.
+    fn put(&mut self, record: Raw) {
+        if record.0 == op::MESSAGE {
+            *self.counts.entry(u16_at(&record.1, 0)).or_default() += 1;
+        }
+        match self.random.random_bool(self.shape.chunked) {
+            true => self.open.push(record),
+            false => self.bare(&record),
+        }
+    }
+
+    /// Puts a record beside chunks, behind the one that is open.
+    fn bare(&mut self, record: &Raw) {
+        self.close_chunk();
+        self.others[0] += u32::from(record.0 == op::ATTACHMENT);
+        self.others[1] += u32::from(record.0 == op::METADATA);
+        self.file.extend(framed(record));
+    }
+
+    fn close_chunk(&mut self) {
+        if self.open.is_empty() {
+            return;
+        }
+        let (shape, records) = (self.shape, std::mem::take(&mut self.open));
+        let (mut content, mut indexes) = (Vec::new(), BTreeMap::<u16, Vec<[u64; 2]>>::new());
+        for record in &records {
+            if record.0 == op::MESSAGE {
+                let entry = [u64_at(&record.1, 6), content.len() as u64];
+                indexes.entry(u16_at(&record.1, 0)).or_default().push(entry);
+            }
+            content.extend(framed(record));
+        }
+        let times = indexes.values().flatten().map(|entry| entry[0]);
+        let times = [times.clone().min().unwrap_or(0), times.max().unwrap_or(0)];
+        let any = ["", "lz4", "zstd"][self.random.random_range(0..3)];
+        let compression = shape.compression.unwrap_or(any);
+        let data = compressed(&content, compression);
+        let crc = if shape.has_crcs { crc32fast::hash(&content) } else { 0 };
+        let sizes = (content.len() as u64).to_le_bytes();
+        let header = [times.map(u64::to_le_bytes).concat(), sizes.to_vec()].concat();
+        let lengths = (data.len() as u64).to_le_bytes();
+        let body = [header.as_slice(), &crc.to_le_bytes(), &text(compression), &lengths, &data];
+        let chunk = framed(&(op::CHUNK, body.concat()));
+        let start = self.file.len() as u64;
+        self.file.extend(&chunk);
+        let mut offsets = Vec::new();
+        let behind = self.file.len();
+        for (channel, entries) in indexes.into_iter().filter(|_| shape.has_message_indexes) {
+            offsets.extend(
+                [&channel.to_le_bytes(), (self.file.len() as u64).to_le_bytes().as_slice()]
+                    .concat(),
+            );
+            let entries: Vec<u8> =
+                entries.as_flattened().iter().flat_map(|n| n.to_le_bytes()).collect();
+            let length = (entries.len() as u32).to_le_bytes();
+            let index = [channel.to_le_bytes().as_slice(), &length, &entries].concat();
+            self.file.extend(framed(&(op::MESSAGE_INDEX, index)));
+        }
+        let index = [
+            [times[0], times[1], start, chunk.len() as u64].map(u64::to_le_bytes).concat(),
+            (offsets.len() as u32).to_le_bytes().to_vec(),
+            offsets,
+            ((self.file.len() - behind) as u64).to_le_bytes().to_vec(),
+            text(compression),
+            [data.len() as u64, content.len() as u64].map(u64::to_le_bytes).concat(),
+        ];
+        self.chunk_indexes.push((op::CHUNK_INDEX, index.concat()));
+        self.chunks += 1;
+    }
+
+    fn statistics(&self, times: [u64; 2]) -> Raw {
+        let definitions = |opcode| self.definitions.iter().filter(|d| d.0 == opcode).count();
+        let counts: Vec<u8> = self
+            .counts
+            .iter()
+            .flat_map(|(id, count)| [id.to_le_bytes().as_slice(), &count.to_le_bytes()].concat())
+            .collect();
+        let content = [
+            self.counts.values().sum::<u64>().to_le_bytes().to_vec(),
+            (definitions(op::SCHEMA) as u16).to_le_bytes().to_vec(),
+            [definitions(op::CHANNEL) as u32, self.others[0], self.others[1], self.chunks]
+                .map(u32::to_le_bytes)
+                .concat(),
+            times.map(u64::to_le_bytes).concat(),
+            (counts.len() as u32).to_le_bytes().to_vec(),
+            counts,
+        ];
+        (op::STATISTICS, content.concat())
+    }
+
+    fn finish(mut self, times: [u64; 2]) -> Vec<u8> {
+        self.close_chunk();
+        let shape = self.shape;
+        let crc = if shape.has_crcs { crc32fast::hash(&self.file) } else { 0 };
+        self.file.extend(framed(&(op::DATA_END, crc.to_le_bytes().to_vec())));
+        let start = self.file.len();
+        if shape.has_summary {
+            let statistics = self.statistics(times);
+            let statistics = shape.has_statistics.then_some(&statistics);
+            let indexes = self.chunk_indexes.iter().filter(|_| shape.has_chunk_indexes);
+            for record in self.definitions.iter().chain(statistics).chain(indexes) {
+                self.file.extend(framed(record));
+            }
+        }
+        let summary = if self.file.len() > start { start as u64 } else { 0 };
+        let footer = [summary, 0].map(u64::to_le_bytes).concat();
+        let mut covered = self.file[start..].to_vec();
+        covered.extend(framed(&(op::FOOTER, [footer.as_slice(), &[0; 4]].concat())));
+        covered.truncate(covered.len() - 4);
+        let crc = if shape.has_crcs { crc32fast::hash(&covered) } else { 0 };
+        self.file.extend(framed(&(op::FOOTER, [footer.as_slice(), &crc.to_le_bytes()].concat())));
+        self.file.extend(mcap::MAGIC);
+        self.file
+    }
+}
+
+fn compressed(content: &[u8], compression: &str) -> Vec<u8> {
+    match compression {
+        "lz4" => {
+            let mut encoder = lz4::EncoderBuilder::new()
+                .block_checksum(lz4::liblz4::BlockChecksum::NoBlockChecksum)
+                .build(Vec::new())
+                .expect("an encoder");
+            encoder.write_all(content).expect("memory");
+            encoder.finish().0
+        }
+        "zstd" => zstd::bulk::compress(content, 1).expect("memory"),
+        _ => content.to_vec(),
+    }
+}
+
+/// Small clouds.
+fn clouds() -> Vec<Vec<u8>> {
+    let drive = Drive::new(Sensor::Vlp16, Scene::Parking, 1);
+    let cloud = |number| {
+        let mut frame = drive.frame(number);
+        let keep = 400;
+        let cloud = &mut frame.cloud;
+        (cloud.height, cloud.width) = (1, keep);
+        for column in [&mut cloud.x, &mut cloud.y, &mut cloud.z] {
+            column.truncate(keep);
+        }
+        for column in [&mut cloud.ring, &mut cloud.class] {
+            column.as_mut().expect("a column").truncate(keep);
+        }
+        frame.intensity.truncate(keep);
+        frame.time_offset_ns.truncate(keep);
+        frame.true_instance.truncate(keep);
+        let mut message = Vec::new();
+        cloud_message(&frame, &mut message).expect("a message");
+        message
+    };
+    (0..3).map(cloud).collect()
+}
+
+/// A recording of a shape: two cloud topics, one of them of two channels, a topic without a schema, one without messages,
+/// two schemas that are equal; log times out of order.
+fn recording(shape: Shape, clouds: &[Vec<u8>]) -> Vec<u8> {
+    let mut recorder = Recorder::new(shape);
+    let mut random = Pcg64Mcg::seed_from_u64(shape.seed ^ 0x77);
+    for id in [3, 900] {
+        recorder.define(schema(id, POINT_CLOUD2.name, &POINT_CLOUD2.data));
+    }
+    recorder.define(schema(4, "std_msgs/msg/String", b"string data"));
+    let channels = [
+        channel(7, 3, "/front", "cdr"),
+        channel(9, 900, "/rear", "cdr"),
+        channel(600, 3, "/front", "cdr"),
+        channel(0, 0, "/bare", "json"),
+        channel(65_000, 4, "/silent", "cdr"),
+        channel(11, 4, "/words", "cdr"),
+    ];
+    channels.iter().for_each(|channel| recorder.define(channel.clone()));
+    let mut times = [u64::MAX, 0];
+    for i in 0..random.random_range(20..60_u32) {
+        let id = [7, 9, 600, 0, 0, 11, 11, 11][random.random_range(0..8)];
+        let log_time = 1_000_000 + u64::from(i) * 100 - random.random_range(0..500);
+        let noise: Vec<u8> =
+            (0..random.random_range(0..300)).map(|_| random.random_range(0..=255)).collect();
+        let data = if [7, 9, 600].contains(&id) { &clouds[i as usize % 3] } else { &noise };
+        times = [times[0].min(log_time), times[1].max(log_time)];
+        recorder.put(message(id, i, [log_time, log_time / 2], data));
+        match random.random_range(0..30) {
+            0 => recorder.bare(&attachment("notes.txt", &noise, shape.has_crcs)),
+            1 => recorder.bare(&metadata("rosbag2")),
+            2 => recorder.put((0x80, noise.clone())),
+            3 => recorder.bare(&(0xff, noise.clone())),
+            4 if shape.repeats_definitions => {
+                for definition in recorder.definitions.clone() {
+                    recorder.put(definition);
+                }
+            }
+            5..12 => recorder.close_chunk(),
+            _ => {}
+        }
+    }
+    recorder.finish(times)
+}
+
+/// What a file holds by the format's own reader, but for its bookkeeping; repeated definitions once.
+fn content(file: &[u8]) -> Vec<Raw> {
+    let (mut reader, mut rest) = (LinearReader::new(), file);
+    let (mut records, mut defined) = (Vec::new(), BTreeSet::new());
+    while let Some(event) = reader.next_event() {
+        match event.expect("a recording that can be read") {
+            LinearReadEvent::ReadRequest(wanted) => {
+                let (piece, behind) = rest.split_at(wanted.min(rest.len()));
+                reader.insert(piece.len()).copy_from_slice(piece);
+                reader.notify_read(piece.len());
+                rest = behind;
+            }
+            LinearReadEvent::Record { opcode, data } => {
+                let record = (opcode, data.to_vec());
+                let is_kept = match opcode {
+                    op::SCHEMA | op::CHANNEL => defined.insert(record.clone()),
+                    op::MESSAGE | op::ATTACHMENT | op::METADATA | 0x80.. => true,
+                    _ => false,
+                };
+                records.extend(is_kept.then_some(record));
+            }
+        }
+    }
+    records
+}
+
+/// Attachments are given a checksum where they have none.
+fn without_checksum((opcode, mut content): Raw) -> Raw {
+    if opcode == op::ATTACHMENT {
+        content.truncate(content.len() - 4);
+    }
+    (opcode, content)
+}
+
+fn assert_subsequence(input: &[u8], output: &[u8], is_ordered: bool, what: &str) {
+    let [before, after] = [input, output]
+        .map(|file| content(file).into_iter().map(without_checksum).collect::<Vec<Raw>>());
+    let is_definition = |record: &&Raw| matches!(record.0, op::SCHEMA | op::CHANNEL);
+    let mut rest = after.iter();
+    for record in before.iter().filter(|record| is_ordered || !is_definition(record)) {
+        let is_there = rest.any(|other| other == record);
+        assert!(is_there, "{what}: a record {} is missing or out of order", record.0);
+    }
+    for record in before.iter().filter(is_definition) {
+        assert!(after.contains(record), "{what}: a definition is missing");
+    }
+}
+
+/// The summary says what is in the file.
+fn assert_truthful(file: &[u8], what: &str) {
+    let summary = mcap::Summary::read(file).expect("a summary").expect("a summary");
+    let statistics = summary.stats.clone().expect("statistics");
+    let records = content(file);
+    let of = |opcode: u8| records.iter().filter(move |record| record.0 == opcode);
+    let mut counts = BTreeMap::<u16, u64>::new();
+    of(op::MESSAGE).for_each(|record| *counts.entry(u16_at(&record.1, 0)).or_default() += 1);
+    assert_eq!(statistics.channel_message_counts, counts, "{what}");
+    assert_eq!(statistics.message_count, counts.values().sum::<u64>(), "{what}");
+    let times = of(op::MESSAGE).map(|record| u64_at(&record.1, 6));
+    assert_eq!(statistics.message_start_time, times.clone().min().unwrap_or(0), "{what}");
+    assert_eq!(statistics.message_end_time, times.max().unwrap_or(0), "{what}");
+    assert_eq!(statistics.schema_count as usize, of(op::SCHEMA).count(), "{what}");
+    assert_eq!(statistics.channel_count as usize, of(op::CHANNEL).count(), "{what}");
+    assert_eq!(statistics.chunk_count as usize, summary.chunk_indexes.len(), "{what}");
+    let mut indexed = 0;
+    for chunk in &summary.chunk_indexes {
+        let indexes = summary.read_message_indexes(file, chunk).expect("indexes");
+        for entry in indexes.values().flatten() {
+            let message = summary.seek_message(file, chunk, entry).expect("a message");
+            assert_eq!(message.log_time, entry.log_time, "{what}");
+            assert!(
+                (chunk.message_start_time..=chunk.message_end_time).contains(&message.log_time)
+            );
+            indexed += 1;
+        }
+    }
+    assert_eq!(indexed, statistics.message_count, "{what}");
+    assert_eq!(statistics.attachment_count as usize, of(op::ATTACHMENT).count(), "{what}");
+    for index in &summary.attachment_indexes {
+        let found = mcap::read::attachment(file, index).expect("an attachment");
+        assert_eq!(found.name, index.name, "{what}");
+    }
+    assert_eq!(statistics.metadata_count as usize, of(op::METADATA).count(), "{what}");
+    for index in &summary.metadata_indexes {
+        assert_eq!(mcap::read::metadata(file, index).expect("metadata").name, index.name);
+    }
+}
+
+fn run(input: &Path, options: &Options) -> Vec<u8> {
+    let output = input.with_extension("out.mcap");
+    annotate(input, &output, options, &mut |_: Event| ControlFlow::Continue(()))
+        .expect("annotated");
+    std::fs::read(output).expect("the output")
+}
+
+fn each_shape(check: impl Fn(Shape, &Path, &[u8])) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path: PathBuf = folder.path().join("in.mcap");
+    let clouds = clouds();
+    for seed in 0..60 {
+        let shape = Shape::new(seed);
+        let bytes = recording(shape, &clouds);
+        std::fs::write(&path, &bytes).expect("written");
+        check(shape, &path, &bytes);
+        assert!(std::fs::read(&path).expect("the input") == bytes, "the input was touched");
+    }
+}
+
+#[test]
+fn the_input_is_a_subsequence_of_the_output() {
+    each_shape(|shape, path, bytes| {
+        let compressions =
+            [None, Some(Compression::None), Some(Compression::Lz4), Some(Compression::Zstd)];
+        for (compression, unchecked) in
+            compressions.into_iter().flat_map(|c| [(c, false), (c, true)])
+        {
+            let what = format!("{shape:?} {compression:?} {unchecked}");
+            let options = |threads| Options {
+                compression,
+                unchecked,
+                threads,
+                force: true,
+                ..Options::default()
+            };
+            let output = run(path, &options(1));
+            assert_subsequence(bytes, &output, !unchecked, &what);
+            assert_truthful(&output, &what);
+            assert!(run(path, &options(3)) == output, "{what}: threads change the bytes");
+        }
+    });
+}
+
+#[cfg(unix)]
+#[test]
+fn the_same_through_a_pipe() {
+    each_shape(|shape, path, bytes| {
+        let pipe = path.with_extension("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status().expect("mkfifo");
+        assert!(made.success());
+        let options = Options { threads: 2, force: true, ..Options::default() };
+        let output = std::thread::scope(|scope| {
+            scope.spawn(|| std::fs::write(&pipe, bytes).expect("written"));
+            run(&pipe, &options)
+        });
+        std::fs::remove_file(&pipe).expect("removed");
+        let what = format!("{shape:?} through a pipe");
+        assert_subsequence(bytes, &output, true, &what);
+        assert_truthful(&output, &what);
+        let messages = |file: &[u8]| {
+            content(file).into_iter().filter(|record| record.0 == op::MESSAGE).count()
+        };
+        assert_eq!(messages(&output), messages(&run(path, &options)), "{what}");
+    });
+}
