@@ -63,7 +63,7 @@ fn first_topic(overview: &Overview, topics: &[String]) -> Result<String> {
         return Ok(topic.clone());
     }
     let clouds = choose(overview, topics)?;
-    Ok(clouds.into_values().next().unwrap_or_default())
+    Ok(clouds.into_values().next().map(|cloud| cloud.topic).unwrap_or_default())
 }
 
 /// The log times in nanoseconds that two moments of a recording stand for; the topics are those whose clouds are looked
