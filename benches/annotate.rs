@@ -21,8 +21,9 @@ use std::time::Instant;
 use divmerge::annotate::{Annotated, Event, Method, Options, Profile, annotate, annotate_message};
 use divmerge::io::drive::{CLOUD_TOPIC, cloud_message};
 use divmerge::io::{
-    CloudNumber, Compression, Item, MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA, MessageHeader, Overview, POINT_CLOUD2_NAME,
-    POINT_CLOUD2_SCHEMA, Part, Record, RecordingReader, RecordingWriter, Wanted, WriteOptions,
+    CloudNumber, Compression, Item, MARKER_ARRAY_NAME, MARKER_ARRAY_SCHEMA, MessageHeader,
+    Overview, POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA, Part, Record, RecordingReader,
+    RecordingWriter, Wanted, WriteOptions,
 };
 use divmerge::simulate::{Drive, Scene, Sensor};
 use divmerge::workers::Workers;
@@ -368,7 +369,8 @@ impl Copies<'_> {
         let mut writer = RecordingWriter::create(&self.output, &options).expect("a writer");
         let workers = Workers::start(threads);
         writer.compress_on(&workers);
-        let mut reader = RecordingReader::open_wanted(&overview, wanted, &workers).expect("a drive");
+        let mut reader =
+            RecordingReader::open_wanted(&overview, wanted, &workers).expect("a drive");
         let mut number = 0;
         while let Some(part) = reader.next_part().expect("whole") {
             take(&mut writer, &part);
