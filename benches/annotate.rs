@@ -106,7 +106,8 @@ impl Messages {
         let mut writer = options.create(file).expect("a writer");
         let mut random = Pcg64Mcg::seed_from_u64(1);
         let none = BTreeMap::new();
-        let schema = writer.add_type(&POINT_CLOUD2).expect("a schema");
+        let (name, text) = (POINT_CLOUD2.name, &POINT_CLOUD2.data);
+        let schema = writer.add_schema(name, "ros2msg", text).expect("a schema");
         let clouds = writer.add_channel(schema, CLOUD_TOPIC, "cdr", &none).expect("a channel");
         let image = "sensor_msgs/msg/CompressedImage";
         let schema = writer.add_schema(image, "ros2msg", b"uint8[] data").expect("a schema");

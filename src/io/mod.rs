@@ -2,7 +2,7 @@
 //!
 //! Nothing here knows of clustering. A recording is read record by record ([`recording`]), a cloud
 //! message becomes a [`crate::PointCloud`] ([`clouds`]), and results become messages
-//! ([`annotation`], [`objects`]).
+//! ([`annotation`], [`objects`]). [`bag`] knows the folders that rosbag2 makes of recordings.
 
 pub mod annotation;
 pub mod bag;

@@ -401,7 +401,8 @@ fn assert_truthful(file: &[u8], what: &str) {
     assert_eq!(statistics.channel_count as usize, of(op::CHANNEL).count(), "{what}");
     assert_eq!(statistics.chunk_count as usize, summary.chunk_indexes.len(), "{what}");
     let mut indexed = 0;
-    for chunk in &summary.chunk_indexes {
+    // The format's reader takes a chunk without message indexes for an error; one without messages has none.
+    for chunk in summary.chunk_indexes.iter().filter(|c| !c.message_index_offsets.is_empty()) {
         let indexes = summary.read_message_indexes(file, chunk).expect("indexes");
         for entry in indexes.values().flatten() {
             let message = summary.seek_message(file, chunk, entry).expect("a message");

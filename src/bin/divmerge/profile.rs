@@ -39,7 +39,7 @@ pub fn text(report: &Report) -> String {
     if let Some(bytes) = peak_memory() {
         lines.push(format!("memory at its peak: {:.0} MB", bytes as f64 / 1e6));
     }
-    lines.push(format!("slowest frames:"));
+    lines.push("slowest frames:".to_owned());
     for frame in &profile.slowest {
         let (topic, number, log_time) = (&frame.topic, frame.number, frame.log_time_ns);
         lines.push(format!(
