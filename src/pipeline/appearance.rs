@@ -100,7 +100,8 @@ impl GroundHeights {
     fn at(&self, [x, y, _]: [f64; 3]) -> Option<f64> {
         let [column, row] = place(x, y);
         (0..=FARTHEST).find_map(|ring| {
-            let steps = move |i: i32| (-ring..=ring).map(move |j| [column + i, row + j]);
+            let step = |from: i32, by: i32| from.saturating_add(by);
+            let steps = move |i: i32| (-ring..=ring).map(move |j| [step(column, i), step(row, j)]);
             let around = (-ring..=ring).flat_map(steps).filter_map(|cell| self.cells.get(&cell));
             let (sum, count) = around.fold((0.0, 0), |all, cell| (all.0 + cell.0, all.1 + cell.1));
             (count > 0).then(|| sum / f64::from(count))

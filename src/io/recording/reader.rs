@@ -436,7 +436,7 @@ impl RecordingReader {
         );
         if (self.section, opcode) == (Section::Data, op::CHUNK) && left <= MAX_RECORD {
             let mut records = Vec::new();
-            chunk::salvage(&body, length, &mut records);
+            chunk::salvage(&body, &mut records);
             self.open_batch(offset, true, records);
             problem += "; its messages up to there are kept, unchecked";
         }
