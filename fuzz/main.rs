@@ -135,7 +135,7 @@ fn work(target: &Target, arguments: &Arguments) -> Result<Found> {
     watch::listen();
     let mut mutator = Mutator::new(arguments.seed ^ crc32fast::hash(target.name.as_bytes()) as u64);
     let mut corpus = (target.seeds)();
-    let mut endings: HashSet<String> = HashSet::new();
+    let (mut endings, mut failures) = (HashSet::new(), HashSet::new());
     let mut found = Found::default();
     for number in 0..arguments.executions {
         let input = next_input(target, number, &corpus, &mut mutator);
@@ -150,6 +150,7 @@ fn work(target: &Target, arguments: &Arguments) -> Result<Found> {
         let is_new = endings.len() < MOST_KEPT && endings.insert(without_numbers(&outcome.words));
         if let Some(failure) = outcome.failure.or(slow) {
             found.failed += 1;
+            let is_new = failures.insert(without_numbers(&failure));
             if is_new && found.failures.len() < MOST_FAILURES {
                 let path = keep(target, arguments.seed, number, &input)?;
                 found.failures.push(format!("{}: {failure}", path.display()));

@@ -37,6 +37,6 @@ pub use point_cloud2::{Datatype, PointCloud2, PointField};
 pub use recording::{
     AttachmentHeader, Channel, Compression, Item, MessageHeader, Metadata, Overview, Part,
     PartialFile, Position, ReadTimes, Record, RecordingReader, RecordingWriter, Schema,
-    SharedBytes, SourceChunk, WriteOptions, WriteTimes, write_file,
+    SharedBytes, SourceChunk, WriteOptions, WriteTimes, abandon_partial_files, write_file,
 };
 pub use ros::{ByteOrder, Layout};

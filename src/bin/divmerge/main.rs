@@ -42,7 +42,7 @@ use clap::{Parser, Subcommand};
     name = "divmerge",
     version,
     after_help = "Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but some clouds could not be \
-                  read or the input is cut off (each named on stderr).\n\nStart with `divmerge demo`."
+                  read or the input is cut off (each named on stderr); 130 interrupted, nothing written.\n\nStart with `divmerge demo`."
 )]
 struct Cli {
     #[command(subcommand)]
@@ -117,8 +117,17 @@ fn main() -> ExitCode {
         Ok(Outcome::Incomplete) => ExitCode::from(INCOMPLETE),
         Err(error) => {
             eprintln!("error: {}", told(&error));
-            ExitCode::from(if error.is::<NotBuilt>() { WRONG_USAGE } else { FAILED })
+            ExitCode::from(code(&error))
         }
+    }
+}
+
+/// The exit code of an error.
+fn code(error: &anyhow::Error) -> u8 {
+    match error.downcast_ref() {
+        _ if error.is::<NotBuilt>() => WRONG_USAGE,
+        Some(divmerge::Error::Interrupted { .. }) => interrupt::ENDED,
+        _ => FAILED,
     }
 }
 

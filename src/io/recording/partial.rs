@@ -1,9 +1,11 @@
 //! A file being written beside its final name, and put there when it is whole.
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::TempPath;
 
@@ -15,6 +17,55 @@ pub struct PartialFile {
     partial: TempPath,
     output: PathBuf,
     force: bool,
+    listed: Listed,
+}
+
+/// The partial files of this process, for who must end it without waiting for those who write them.
+static UNFINISHED: Mutex<Unfinished> =
+    Mutex::new(Unfinished { outputs: BTreeMap::new(), is_over: false });
+
+struct Unfinished {
+    /// By the path of the partial file what it should become.
+    outputs: BTreeMap<PathBuf, PathBuf>,
+    /// Whether no file may come to its place any more.
+    is_over: bool,
+}
+
+fn unfinished() -> MutexGuard<'static, Unfinished> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes every partial file of this process, and returns the outputs that they should have become. None can come
+/// to its place afterwards, so this is for a process that is about to end, as on a signal.
+pub fn abandon_partial_files() -> Vec<PathBuf> {
+    let mut unfinished = unfinished();
+    unfinished.is_over = true;
+    let outputs = std::mem::take(&mut unfinished.outputs);
+    for partial in outputs.keys() {
+        // Whoever writes it may be removing it at this moment.
+        let _ = std::fs::remove_file(partial);
+    }
+    outputs.into_values().collect()
+}
+
+/// A place in the list of partial files.
+struct Listed(PathBuf);
+
+impl Listed {
+    fn new(partial: &Path, output: &Path) -> Result<Self> {
+        let mut unfinished = unfinished();
+        if unfinished.is_over {
+            return Err(Error::Interrupted { path: output.to_owned() });
+        }
+        unfinished.outputs.insert(partial.to_owned(), output.to_owned());
+        Ok(Listed(partial.to_owned()))
+    }
+}
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        unfinished().outputs.remove(&self.0);
+    }
 }
 
 impl PartialFile {
@@ -30,7 +81,8 @@ impl PartialFile {
             return Err(exists(output));
         }
         let (file, partial) = create_partial(output).map_err(at(output))?;
-        Ok((file, PartialFile { partial, output: output.to_owned(), force }))
+        let listed = Listed::new(&partial, output)?;
+        Ok((file, PartialFile { partial, output: output.to_owned(), force, listed }))
     }
 
     /// Gives the file its name. It should be closed by then.
@@ -38,7 +90,16 @@ impl PartialFile {
     /// # Errors
     /// [`Error::Io`] if that name is taken by now.
     pub fn put(self) -> Result<()> {
-        put(self.partial, &self.output, self.force)
+        let PartialFile { partial, output, force, listed } = self;
+        let unfinished = unfinished();
+        let put = match unfinished.is_over {
+            true => Err(Error::Interrupted { path: output }),
+            false => put(partial, &output, force),
+        };
+        // The list must be open for the file to leave it.
+        drop(unfinished);
+        drop(listed);
+        put
     }
 }
 

@@ -18,6 +18,7 @@ use self::batch::{Batch, Found};
 use self::summary::Summary;
 use super::chunk;
 use super::index;
+use super::parse::parse_record;
 use super::part::{Item, Part, SharedBytes, SourceChunk};
 use super::record::{Record, Schema};
 use super::scan::{MAX_RECORD, Source};
@@ -453,7 +454,7 @@ impl RecordingReader {
     }
 
     fn parse(&self, offset: u64, opcode: u8) -> Result<records::Record<'_>> {
-        mcap::parse_record(opcode, &self.body).map_err(|_| self.unreadable(offset, opcode))
+        parse_record(opcode, &self.body).ok_or_else(|| self.unreadable(offset, opcode))
     }
 
     fn unreadable(&self, offset: u64, opcode: u8) -> Error {

@@ -32,11 +32,13 @@ impl Source {
     /// Opens a recording and reads the magic that it starts with.
     pub(super) fn open(path: &Path, hash: bool) -> Result<Self> {
         let at = |source| Error::Io { path: path.to_owned(), source };
+        // Asked before opening, which waits for ever at a pipe that nobody writes to.
+        let kind = std::fs::metadata(path).map_err(at)?;
+        if !kind.is_file() {
+            return Err(not_a_file(path, kind.is_dir()));
+        }
         let mut file = File::open(path).map_err(at)?;
         let metadata = file.metadata().map_err(at)?;
-        if !metadata.is_file() {
-            return Err(not_a_file(path, metadata.is_dir()));
-        }
         let is_complete = ends_with_magic(&mut file, metadata.len()).map_err(at)?;
         file.seek(SeekFrom::Start(0)).map_err(at)?;
         let mut source = Source {
