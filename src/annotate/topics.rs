@@ -37,7 +37,9 @@ pub fn choose(overview: &Overview, topics: &[String]) -> Result<BTreeMap<u16, St
         .collect();
     let no_cloud = |problem: String| Error::NoCloud { path: overview.path.clone(), problem };
     if readable.is_empty() {
-        return Err(no_cloud(format!("no cloud topic that can be read; {}", list(overview))));
+        let damage = overview.problems.first().map(|problem| format!("; {problem}"));
+        let (topics, damage) = (list(overview), damage.unwrap_or_default());
+        return Err(no_cloud(format!("no cloud topic that can be read; {topics}{damage}")));
     }
     if let Some(missing) = topics.iter().find(|&topic| !readable.values().any(|have| have == topic))
     {
