@@ -118,6 +118,15 @@ mod tests {
     use super::*;
 
     #[test]
+    fn no_ground_is_beyond_the_last_cell() {
+        let cloud = PointCloud::new(vec![1.0], vec![1.0], vec![-2.0]).unwrap();
+        let heights = GroundHeights::new(&cloud, &[Reason::Ground]);
+        for far in [1e30, 4_294_967_296.0, -1e30] {
+            assert_eq!(heights.at([far, far, 0.0]), None);
+        }
+    }
+
+    #[test]
     fn ground_is_that_of_the_nearest_cells() {
         let cloud =
             PointCloud::new(vec![1.0, 1.5, 9.0, 1.0], vec![1.0; 4], vec![-2.0, -1.0, 4.0, 9.0]);

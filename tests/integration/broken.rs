@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use divmerge::annotate::{Event, Method, Options, Report, Semantics, annotate, annotate_message};
 use divmerge::io::{
@@ -18,6 +19,8 @@ use tempfile::TempDir;
 
 use crate::recorded::{Plain, Shape, file, put, records};
 use crate::recordings::assert_passed_through;
+
+const BINARY: &str = env!("CARGO_BIN_EXE_divmerge");
 
 /// Two points of x, y, z as FLOAT32, to be made wrong.
 fn two_points(data: &[u8]) -> PointCloud2<'_> {
@@ -235,14 +238,26 @@ fn first_error(path: &Path) -> String {
     }
 }
 
+/// What the binary says of a recording that it cannot read, with a gigabyte of memory to do so.
+fn error_in_a_gigabyte(path: &Path) -> String {
+    let command = format!("ulimit -v 1000000; exec '{}' info '{}'", BINARY, path.display());
+    let output = Command::new("sh").args(["-c", &command]).output().expect("a shell");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    said
+}
+
 #[test]
 fn a_chunk_that_claims_100_gb_is_not_believed() {
     let packed = [("", b"x".to_vec()), ("zstd", zstd_of(b"x")), ("lz4", lz4_of(b"x"))];
     for (compression, data) in packed {
-        let (_folder, path) = with_chunk(&chunk(compression, 100_000_000_000, &data));
-        let error = first_error(&path);
-        assert!(error.contains("claims 100000000000 bytes") && error.contains("byte "), "{error}");
-        assert!(annotate_all(&path).is_err());
+        for claimed in [100_000_000_000, 2_000_000_000] {
+            let (_folder, path) = with_chunk(&chunk(compression, claimed, &data));
+            let error = error_in_a_gigabyte(&path);
+            assert!(error.contains(&format!("claims {claimed} bytes")), "{error}");
+            assert!(error.contains("lying.mcap") && error.contains("byte "), "{error}");
+            assert!(annotate_all(&path).is_err());
+        }
     }
 }
 
@@ -275,7 +290,7 @@ fn a_small_chunk_that_truly_inflates_to_a_lot_is_not_unpacked() {
     // It may say so, or not.
     for claimed in [size, 1000, 200 << 20] {
         let (_folder, path) = with_chunk(&chunk("zstd", claimed, &data));
-        let error = first_error(&path);
+        let error = error_in_a_gigabyte(&path);
         assert!(error.contains(&format!("claims {claimed} bytes")), "{error}");
     }
 }
@@ -331,8 +346,11 @@ fn a_name_that_claims_four_gigabytes_is_not_made_room_for() {
         }
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("lying.mcap");
-        std::fs::write(&path, file(&lying, SHAPE, |_, _| ())).expect("written");
-        assert!(first_error(&path).contains("cannot be parsed"));
+        // Without a summary all of it is read.
+        let shape = Shape { has_summary: false, ..SHAPE };
+        std::fs::write(&path, file(&lying, shape, |_, _| ())).expect("written");
+        let error = error_in_a_gigabyte(&path);
+        assert!(error.contains("cannot be parsed") && error.contains("byte "), "{error}");
     }
 }
 
@@ -341,19 +359,6 @@ fn a_cloud_of_a_billion_rows_of_nothing_is_empty() {
     let mut cloud = two_points(&[]);
     (cloud.height, cloud.width, cloud.row_step) = (1_000_000_000, 0, 0);
     annotated(&encoded(&cloud)).expect("annotated");
-}
-
-#[test]
-fn ground_as_far_as_integers_go_is_looked_up() {
-    // Two tall walls beyond the last cell of two metres that 32 bits can number, and level ground below.
-    let point = |i: i32, z: f32| [4e9 + 300.0 * (i % 40) as f32, 300.0 * (i / 40) as f32, z];
-    let ground = (0..800).map(|i| point(i, -2.0)).chain((0..800).map(|i| point(i, 50.0)));
-    let points: Vec<[f32; 3]> = ground.collect();
-    let column = |axis: usize| points.iter().map(|point| point[axis]).collect();
-    let cloud = PointCloud::new(column(0), column(1), column(2)).expect("equally long");
-    let params = GroundParams::default();
-    let stages = pipeline::run(&cloud, MaskSource::NotGround(&params), &Config::default());
-    assert_eq!(stages.labels.reason.len(), cloud.len());
 }
 
 /// Clouds at the edge of what numbers can be.

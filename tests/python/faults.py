@@ -20,6 +20,7 @@ import random
 import resource
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -28,6 +29,8 @@ import time
 from collections import Counter
 from pathlib import Path
 
+import lz4.frame
+import zstandard
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 from rosbags.typesys import Stores, get_typestore
@@ -579,6 +582,37 @@ def stalled(bench, rng, runs, tally):
         tally.take(verdict, f"(run {run})")
 
 
+def bombs(bench, rng, runs, tally):
+    """Chunks that claim 100 GB, or truly hold 400 MB of zeros and say so or not; 1 GB of memory is all there is."""
+    del rng, runs
+    size = 400 << 20
+    head = struct.pack("<BQ", 0x90, size - 9)
+    zstd, packer = zstandard.ZstdCompressor(1).compressobj(), lz4.frame.LZ4FrameCompressor()
+    packed = {"zstd": zstd.compress(head), "lz4": packer.begin() + packer.compress(head)}
+    for _ in range(0, size - 9, 1 << 20):
+        zeros = bytes(min(1 << 20, size - 9))
+        packed["zstd"] += zstd.compress(zeros)
+        packed["lz4"] += packer.compress(zeros)
+    packed = {"zstd": packed["zstd"] + zstd.flush(), "lz4": packed["lz4"] + packer.flush(), "": b"few"}
+
+    def record(opcode, body):
+        return struct.pack("<BQ", opcode, len(body)) + body
+
+    def limit():
+        resource.setrlimit(resource.RLIMIT_AS, (1 << 30, 1 << 30))
+
+    magic = b"\x89MCAP0\r\n"
+    for name, data in packed.items():
+        for claimed in (size, 1000, 200 << 20, 100_000_000_000):
+            place, source, output = bench.fresh()
+            body = struct.pack("<QQQII", 0, 0, claimed, 0, len(name)) + name.encode()
+            body += struct.pack("<Q", len(data)) + data
+            ends = record(15, bytes(4)) + record(2, bytes(20)) + magic
+            source.write_bytes(magic + record(1, bytes(8)) + record(6, body) + ends)
+            done = bench.annotate(source, output, preexec_fn=limit)
+            tally.take(bench.verdict(done, place, source, output), f"({name} {claimed})")
+
+
 VARIANTS = {
     "zstd, checksums": {"compression": CompressionType.ZSTD, "crcs": True},
     "zstd, none": {"compression": CompressionType.ZSTD, "crcs": False},
@@ -599,7 +633,9 @@ FAULTS = {
     "vanish": (vanishing, 40, "long", "input removed or cut while it is read"),
     "odd": (odd_outputs, 1, "small", "output is a folder, a link, the input, there already"),
     "stall": (stalled, 10, "small", "input is a pipe that stalls"),
-    "flip": (flipped, 1000, "variants", "one bit flipped"),
+    "bomb": (bombs, 1, "small", "chunk that claims or holds far more than it should"),
+    # Of each of the six variants.
+    "flip": (flipped, 170, "variants", "one bit flipped"),
 }
 
 
