@@ -98,9 +98,9 @@ impl PointCloud {
         self.x.is_empty()
     }
 
-    /// Whether the cloud has rows and columns of its own.
+    /// Whether the cloud has rows and columns of its own. One without points has none, whatever height it claims.
     pub fn is_organised(&self) -> bool {
-        self.height > 1
+        self.height > 1 && self.width > 0
     }
 
     /// Position of point `index` in metres.

@@ -49,7 +49,9 @@ pub fn choose(overview: &Overview, topics: &[String]) -> Result<BTreeMap<u16, Cl
         .collect();
     let no_cloud = |problem: String| Error::NoCloud { path: overview.path.clone(), problem };
     if readable.is_empty() {
-        return Err(no_cloud(format!("no cloud topic that can be read; {}", list(overview))));
+        let damage = overview.problems.first().map(|problem| format!("; {problem}"));
+        let (topics, damage) = (list(overview), damage.unwrap_or_default());
+        return Err(no_cloud(format!("no cloud topic that can be read; {topics}{damage}")));
     }
     let has = |topic: &String| readable.values().any(|have| have.topic == *topic);
     if let Some(missing) = topics.iter().find(|topic| !has(topic)) {

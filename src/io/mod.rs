@@ -37,7 +37,7 @@ pub use objects::{ObjectBox, ObjectEncoding, ObjectKind};
 pub use recording::{
     AttachmentHeader, Channel, Compression, FrameRange, Item, MessageHeader, Metadata, Overview,
     Part, PartialFile, Position, ReadTimes, Record, RecordingReader, RecordingWriter,
-    STANDARD_STREAM, Schema, SharedBytes, SourceChunk, Wanted, WriteOptions, WriteTimes, checksum,
-    is_stream, write_file,
+    STANDARD_STREAM, Schema, SharedBytes, SourceChunk, Wanted, WriteOptions, WriteTimes,
+    abandon_partial_files, checksum, is_stream, write_file,
 };
 pub use ros::{ByteOrder, Layout};

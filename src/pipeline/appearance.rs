@@ -100,7 +100,8 @@ impl GroundHeights {
     fn at(&self, [x, y, _]: [f64; 3]) -> Option<f64> {
         let [column, row] = place(x, y);
         (0..=FARTHEST).find_map(|ring| {
-            let steps = move |i: i32| (-ring..=ring).map(move |j| [column + i, row + j]);
+            let step = |from: i32, by: i32| from.saturating_add(by);
+            let steps = move |i: i32| (-ring..=ring).map(move |j| [step(column, i), step(row, j)]);
             let around = (-ring..=ring).flat_map(steps).filter_map(|cell| self.cells.get(&cell));
             let (sum, count) = around.fold((0.0, 0), |all, cell| (all.0 + cell.0, all.1 + cell.1));
             (count > 0).then(|| sum / f64::from(count))
@@ -115,6 +116,15 @@ fn place(x: f64, y: f64) -> [i32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_ground_is_beyond_the_last_cell() {
+        let cloud = PointCloud::new(vec![1.0], vec![1.0], vec![-2.0]).unwrap();
+        let heights = GroundHeights::new(&cloud, &[Reason::Ground]);
+        for far in [1e30, 4_294_967_296.0, -1e30] {
+            assert_eq!(heights.at([far, far, 0.0]), None);
+        }
+    }
 
     #[test]
     fn ground_is_that_of_the_nearest_cells() {

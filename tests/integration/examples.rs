@@ -86,3 +86,23 @@ fn triage() {
     assert!(text.contains("## `best`: 32 frames") && text.contains("## `paper`"), "{text}");
     assert!(text.contains("| could be one |") && text.contains("| drive 04 |"), "{text}");
 }
+
+/// A few thousand executions of every fuzz target; docs/reliability.md has ten million.
+#[test]
+fn fuzz() {
+    let output = example("fuzz", &["--executions", "20000", "--processes", "2"]);
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{text}");
+    assert!(text.contains("executions, 0 failed"), "{text}");
+}
+
+#[test]
+fn a_long_recording_is_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("long.mcap");
+    let output = example("11_long_recording", &["20"]);
+    assert!(output.status.success(), "{output:?}");
+    std::fs::write(&path, output.stdout).expect("written");
+    let overview = divmerge::io::Overview::read(&path).expect("a recording");
+    assert!(overview.is_complete && overview.from_summary && overview.message_count > 4);
+}

@@ -1,6 +1,7 @@
 //! One binary for all integration tests.
 
 mod boxes;
+mod broken;
 mod cli;
 mod compare;
 mod convert;
@@ -25,3 +26,11 @@ mod unopened;
 #[cfg(feature = "rerun")]
 mod viewer;
 mod without_classes;
+
+// Recordings of every shape, from the fuzz harness.
+#[allow(dead_code)]
+#[path = "../../fuzz/mutate.rs"]
+mod mutate;
+#[allow(dead_code)]
+#[path = "../../fuzz/recordings.rs"]
+mod recorded;

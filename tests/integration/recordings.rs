@@ -274,6 +274,15 @@ fn truncated_in_the_middle_of_a_chunk() {
     assert_passed_through_cut(&input, &output);
 }
 
+#[test]
+fn an_input_cut_off_before_its_first_topic_is_said_to_be() {
+    let (_folder, input) = drive(1);
+    let whole = std::fs::read(&input).expect("bytes");
+    std::fs::write(&input, &whole[..100]).expect("written");
+    let error = run(&input, &options(Semantics::Auto)).expect_err("no topic").to_string();
+    assert!(error.contains("no topic at all") && error.contains("cut off"), "{error}");
+}
+
 /// What could be read of a cut-off input is in a whole output.
 fn assert_passed_through_cut(input: &Path, output: &Path) {
     let overview = Overview::read(output).expect("a whole recording");

@@ -7,11 +7,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use divmerge::annotate::resume::journal_of;
-use divmerge::io::PartialFile;
+use divmerge::io::{PartialFile, abandon_partial_files};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Outputs under way.
+/// Outputs under way that can be gone on with.
 static OUTPUTS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// Exit code of a process ended by Ctrl-C.
@@ -34,14 +34,15 @@ pub fn listen() {
     });
 }
 
-/// Notes what is being written, so that it can be named.
+/// Notes what is being written and can be gone on with, so that it is left and named.
 pub fn is_writing(output: &Path) {
     OUTPUTS.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(output.to_owned());
 }
 
-/// What a run that is ended leaves behind.
+/// What a run that is ended leaves behind; what nobody can go on with is removed.
 fn left() -> String {
     let outputs = OUTPUTS.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    abandon_partial_files(&outputs);
     let written =
         outputs.iter().flat_map(|output| [PartialFile::name_for(output), journal_of(output)]);
     let left: Vec<String> =

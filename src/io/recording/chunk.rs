@@ -1,13 +1,16 @@
 //! A chunk: compressed records, and the checksum over them.
 
-use mcap::records::op;
-use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use std::io::{self, Read};
 
-use super::scan::{Fields, HEAD_LEN, MAX_RECORD, head};
-use super::words::{chunk_problem, crc_mismatch, record_name};
+use super::scan::{Fields, HEAD_LEN, MAX_RECORD};
+use super::words::{crc_mismatch, record_name};
 
-/// Bytes handed to the decompressor at a time.
-const PIECE: usize = 1 << 20;
+/// Bytes of records that a chunk may hold however few it has in the file: many times a usual chunk, and more than
+/// the largest message that compresses to nothing, such as an empty map.
+const ALWAYS: u64 = 256 << 20;
+
+/// How many times smaller than its records a chunk may be beyond that. Points compress to a half, images to a tenth.
+const MOST_TIMES_SMALLER: u64 = 64;
 
 struct Header<'a> {
     /// Earliest and latest log time.
@@ -73,109 +76,99 @@ pub(super) fn unpack(body: &[u8], records: &mut Vec<u8>) -> Result<(), String> {
             header.data.len()
         ));
     };
-    if header.uncompressed_size > MAX_RECORD {
+    let most = most_records(data.len());
+    if header.uncompressed_size > most {
         return Err(format!(
-            "the chunk claims {} bytes of records, more than the {MAX_RECORD} that can be read here",
-            header.uncompressed_size
+            "the chunk claims {} bytes of records in {} bytes, more than the {most} that are believed",
+            header.uncompressed_size,
+            data.len()
         ));
     }
     if quick(&header, data, records) {
         return Ok(());
     }
-    if !header.compression.is_empty() {
-        return decompress(body, body.len() as u64, header.uncompressed_size, records);
+    inflate(&header, data, records).and_then(|()| header.check(records)).inspect_err(|_| {
+        records.clear();
+    })
+}
+
+/// The most bytes of records that are unpacked from so many bytes: a chunk can claim anything, and a small one can
+/// truly hold a thousand times its size of zeros.
+fn most_records(compressed: usize) -> u64 {
+    (compressed as u64).saturating_mul(MOST_TIMES_SMALLER).max(ALWAYS).min(MAX_RECORD)
+}
+
+impl Header<'_> {
+    /// Whether records are what the header says, and whole.
+    fn check(&self, records: &[u8]) -> Result<(), String> {
+        if records.len() as u64 != self.uncompressed_size {
+            let (found, claimed) = (records.len() as u64, self.uncompressed_size);
+            let more = if found > claimed { " or more" } else { "" };
+            return Err(format!(
+                "the chunk claims {claimed} bytes of records and has {found}{more}"
+            ));
+        }
+        let (stored, computed) = (self.uncompressed_crc, crc32fast::hash(records));
+        if stored != 0 && stored != computed {
+            return Err(crc_mismatch("chunk", stored, computed));
+        }
+        let whole = whole_records(records);
+        match records.get(whole) {
+            None => Ok(()),
+            Some(&opcode) => {
+                Err(format!("the chunk ends in the middle of {}", record_name(opcode)))
+            }
+        }
     }
-    if header.uncompressed_size != header.compressed_size {
-        return Err(format!(
-            "the chunk is not compressed but claims {} bytes in {}",
-            header.uncompressed_size, header.compressed_size
-        ));
-    }
-    let (stored, computed) = (header.uncompressed_crc, crc32fast::hash(data));
-    if stored != 0 && stored != computed {
-        return Err(crc_mismatch("chunk", stored, computed));
-    }
-    let whole = whole_records(data);
-    if whole < data.len() {
-        let name = data.get(whole).map_or("", |&opcode| record_name(opcode));
-        return Err(format!("the chunk ends in the middle of {name}"));
-    }
-    records.extend_from_slice(data);
-    Ok(())
 }
 
 /// Unpacks a chunk of one Zstandard frame at once, which takes half the time of doing it piece by piece. Whether
 /// that could be done and nothing is wrong; `records` are as they were otherwise. Claims far beyond what points
 /// compress to are not believed.
 fn quick(header: &Header, data: &[u8], records: &mut Vec<u8>) -> bool {
-    const MOST_TIMES_SMALLER: u64 = 64;
     let size = header.uncompressed_size;
     if header.compression != "zstd" || size / MOST_TIMES_SMALLER > data.len() as u64 {
         return false;
     }
-    let is_sound = |records: &[u8]| {
-        let crc = header.uncompressed_crc;
-        records.len() as u64 == size
-            && (crc == 0 || crc == crc32fast::hash(records))
-            && whole_records(records) == records.len()
-    };
     match zstd::bulk::decompress(data, clamp(size)) {
-        Ok(unpacked) if is_sound(&unpacked) => *records = unpacked,
+        Ok(unpacked) if header.check(&unpacked).is_ok() => *records = unpacked,
         _ => return false,
     }
     true
 }
 
-/// Puts what records are still whole of a chunk that was cut off into `records`. There is no
-/// checksum to check them with. `length` is what the chunk's body should have been.
-pub(super) fn salvage(body: &[u8], length: u64, records: &mut Vec<u8>) {
-    records.clear();
-    let Some(header) = Header::parse(body) else {
-        return;
+/// Appends what `data` holds to `records`, a byte beyond what the header says at most. Memory grows with what has
+/// come out, not with what is claimed. What came before an error is there.
+fn inflate(header: &Header, data: &[u8], records: &mut Vec<u8>) -> Result<(), String> {
+    let most = header.uncompressed_size.saturating_add(1);
+    let mut take = |source: &mut dyn Read| source.take(most).read_to_end(records).map(drop);
+    let inflated = match header.compression {
+        "" => take(&mut &*data),
+        "zstd" => {
+            zstd::stream::read::Decoder::with_buffer(data).and_then(|mut zstd| take(&mut zstd))
+        }
+        "lz4" => lz4::Decoder::new(data).and_then(|mut lz4| take(&mut lz4)),
+        other => {
+            return Err(format!(
+                "the chunk is compressed with `{other}`, which cannot be read here"
+            ));
+        }
     };
-    if header.compression.is_empty() {
-        let size = header.data.len().min(clamp(header.compressed_size));
-        let data = &header.data[..size];
-        records.extend_from_slice(&data[..whole_records(data)]);
-    } else {
-        // Ends in an error at the cut; what came before it is whole.
-        let size = header.uncompressed_size.min(MAX_RECORD);
-        let _ = decompress(body, length, size, records);
-    }
+    inflated.map_err(|error: io::Error| format!("the chunk cannot be decompressed: {error}"))
 }
 
-fn decompress(
-    body: &[u8],
-    length: u64,
-    uncompressed_size: u64,
-    records: &mut Vec<u8>,
-) -> Result<(), String> {
-    let limit = clamp(uncompressed_size.max(body.len() as u64).min(MAX_RECORD));
-    let mut reader = LinearReader::new_with_options(
-        LinearReaderOptions::default()
-            .with_skip_start_magic(true)
-            .with_skip_end_magic(true)
-            .with_validate_chunk_crcs(true)
-            .with_record_length_limit(limit),
-    );
-    let head = head(op::CHUNK, length);
-    let mut unread: [&[u8]; 2] = [&head, body];
-    while let Some(event) = reader.next_event() {
-        match event.map_err(chunk_problem)? {
-            LinearReadEvent::Record { opcode, data } => {
-                records.extend_from_slice(&self::head(opcode, data.len() as u64));
-                records.extend_from_slice(data);
-            }
-            LinearReadEvent::ReadRequest(wanted) => {
-                let source = if unread[0].is_empty() { &mut unread[1] } else { &mut unread[0] };
-                let (piece, rest) = source.split_at(wanted.min(PIECE).min(source.len()));
-                reader.insert(piece.len()).copy_from_slice(piece);
-                reader.notify_read(piece.len());
-                *source = rest;
-            }
-        }
-    }
-    Ok(())
+/// Puts what records are still whole of a chunk that was cut off into `records`. There is no
+/// checksum to check them with.
+pub(super) fn salvage(body: &[u8], records: &mut Vec<u8>) {
+    records.clear();
+    let Some(mut header) = Header::parse(body) else {
+        return;
+    };
+    let data = &header.data[..header.data.len().min(clamp(header.compressed_size))];
+    header.uncompressed_size = header.uncompressed_size.min(most_records(data.len()));
+    // Ends in an error at the cut; what came before it is whole.
+    let _ = inflate(&header, data, records);
+    records.truncate(whole_records(records));
 }
 
 /// Length of the part of `data` that is whole records.

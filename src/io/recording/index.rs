@@ -8,6 +8,7 @@ use std::path::Path;
 use mcap::records::{self, op};
 
 use super::chunk::split_head;
+use super::parse::parse_record;
 use super::scan::HEAD_LEN;
 
 /// The footer's record: head, two offsets and a checksum.
@@ -125,7 +126,7 @@ pub(super) fn visit_summary(
     if magic != mcap::MAGIC || split_head(head)? != (op::FOOTER, body.len() as u64) {
         return None;
     }
-    let Ok(records::Record::Footer(places)) = mcap::parse_record(op::FOOTER, body) else {
+    let Some(records::Record::Footer(places)) = parse_record(op::FOOTER, body) else {
         return None;
     };
     let mut left = match places.summary_start {
@@ -146,7 +147,7 @@ pub(super) fn visit_summary(
         crc.update(&record);
         let body = record.get(HEAD_LEN..).filter(|body| body.len() as u64 == length)?;
         if let op::SCHEMA | op::CHANNEL | op::STATISTICS | op::CHUNK_INDEX = opcode {
-            visit(mcap::parse_record(opcode, body).ok()?);
+            visit(parse_record(opcode, body)?);
         }
     }
     crc.update(&footer[..HEAD_LEN + 16]);

@@ -1,9 +1,11 @@
 //! A file being written beside its final name, and put there when it is whole.
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs::{File, TryLockError};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::TempPath;
 
@@ -15,6 +17,55 @@ pub struct PartialFile {
     partial: TempPath,
     output: PathBuf,
     force: bool,
+    listed: Listed,
+}
+
+/// The partial files of this process, for who must end it without waiting for those who write them.
+static UNFINISHED: Mutex<Unfinished> =
+    Mutex::new(Unfinished { outputs: BTreeMap::new(), is_over: false });
+
+struct Unfinished {
+    /// By the path of the partial file what it should become.
+    outputs: BTreeMap<PathBuf, PathBuf>,
+    /// Whether no file may come to its place any more.
+    is_over: bool,
+}
+
+fn unfinished() -> MutexGuard<'static, Unfinished> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes the partial files of this process but for those of some outputs. None can come to its place afterwards, so
+/// this is for a process that is about to end, as on a signal.
+pub fn abandon_partial_files(but: &[PathBuf]) {
+    let mut unfinished = unfinished();
+    unfinished.is_over = true;
+    for (partial, output) in std::mem::take(&mut unfinished.outputs) {
+        if !but.contains(&output) {
+            // Whoever writes it may be removing it at this moment.
+            let _ = std::fs::remove_file(partial);
+        }
+    }
+}
+
+/// A place in the list of partial files.
+struct Listed(PathBuf);
+
+impl Listed {
+    fn new(partial: &Path, output: &Path) -> Result<Self> {
+        let mut unfinished = unfinished();
+        if unfinished.is_over {
+            return Err(Error::Interrupted { path: output.to_owned() });
+        }
+        unfinished.outputs.insert(partial.to_owned(), output.to_owned());
+        Ok(Listed(partial.to_owned()))
+    }
+}
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        unfinished().outputs.remove(&self.0);
+    }
 }
 
 impl PartialFile {
@@ -38,7 +89,8 @@ impl PartialFile {
             return Err(exists(output));
         }
         let (file, partial) = create_partial(output).map_err(at(output))?;
-        Ok((file, PartialFile { partial, output: output.to_owned(), force }))
+        let listed = Listed::new(&partial, output)?;
+        Ok((file, PartialFile { partial, output: output.to_owned(), force, listed }))
     }
 
     /// Leaves the file under its temporary name, which is returned.
@@ -60,7 +112,16 @@ impl PartialFile {
     /// # Errors
     /// [`Error::Io`] if that name is taken by now.
     pub fn put(self) -> Result<()> {
-        put(self.partial, &self.output, self.force)
+        let PartialFile { partial, output, force, listed } = self;
+        let unfinished = unfinished();
+        let put = match unfinished.is_over {
+            true => Err(Error::Interrupted { path: output }),
+            false => put(partial, &output, force),
+        };
+        // The list must be open for the file to leave it.
+        drop(unfinished);
+        drop(listed);
+        put
     }
 }
 

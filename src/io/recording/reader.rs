@@ -19,6 +19,7 @@ use self::summary::Summary;
 use super::chunk;
 use super::index;
 use super::overview::Overview;
+use super::parse::parse_record;
 use super::part::{Item, Part, SharedBytes, SourceChunk};
 use super::record::{Record, Schema};
 use super::scan::{MAX_RECORD, Source};
@@ -530,7 +531,7 @@ impl RecordingReader {
         );
         if (self.section, opcode) == (Section::Data, op::CHUNK) && left <= MAX_RECORD {
             let mut records = Vec::new();
-            chunk::salvage(&body, length, &mut records);
+            chunk::salvage(&body, &mut records);
             self.open_batch(offset, true, records);
             problem += "; its messages up to there are kept, unchecked";
         }
@@ -547,7 +548,7 @@ impl RecordingReader {
     }
 
     fn parse(&self, offset: u64, opcode: u8) -> Result<records::Record<'_>> {
-        mcap::parse_record(opcode, &self.body).map_err(|_| self.unreadable(offset, opcode))
+        parse_record(opcode, &self.body).ok_or_else(|| self.unreadable(offset, opcode))
     }
 
     fn unreadable(&self, offset: u64, opcode: u8) -> Error {

@@ -1,6 +1,5 @@
 //! Damage in plain words.
 
-use mcap::McapError;
 use mcap::records::op;
 
 /// Name of a record with its article.
@@ -34,25 +33,4 @@ pub fn checksum(bytes: &[u8]) -> u32 {
 /// What a checksum says.
 pub(super) fn crc_mismatch(what: &str, stored: u32, computed: u32) -> String {
     format!("{what} CRC mismatch: stored {stored:08x}, computed {computed:08x}")
-}
-
-/// What the format's own library says about the content of a chunk.
-pub(super) fn chunk_problem(error: McapError) -> String {
-    match error {
-        McapError::BadChunkCrc { saved, calculated } => crc_mismatch("chunk", saved, calculated),
-        McapError::UnexpectedEof | McapError::UnexpectedEoc => {
-            "the chunk ends in the middle of a record".to_owned()
-        }
-        McapError::UnsupportedCompression(name) => {
-            format!("the chunk is compressed with `{name}`, which cannot be read here")
-        }
-        McapError::DecompressionError(problem) => {
-            format!("the chunk cannot be decompressed: {problem}")
-        }
-        McapError::RecordTooLarge { opcode, len } => format!(
-            "{} in the chunk claims {len} bytes, more than the chunk holds",
-            record_name(opcode)
-        ),
-        error => format!("the chunk cannot be read: {error}"),
-    }
 }

@@ -8,6 +8,7 @@ use mcap::records::{self, AttachmentHeader, Channel, MessageHeader, op};
 
 use super::super::chunk;
 use super::super::encode::MESSAGE_HEADER_LEN;
+use super::super::parse::parse_record;
 use super::super::record::{Position, Record, Schema};
 use super::super::scan::{Fields, HEAD_LEN};
 use super::super::words::{crc_mismatch, record_name};
@@ -64,8 +65,8 @@ impl RecordingReader {
             }
             op::METADATA if !self.batch.in_chunk => {
                 self.counts.metadata += 1;
-                match mcap::parse_record(opcode, body) {
-                    Ok(records::Record::Metadata(metadata)) => {
+                match parse_record(opcode, body) {
+                    Some(records::Record::Metadata(metadata)) => {
                         Ok(Some(Found::Owned(Record::Metadata(metadata))))
                     }
                     _ => Err(self.unreadable(offset, opcode)),
@@ -107,8 +108,8 @@ impl RecordingReader {
 
     fn found_definition(&mut self, opcode: u8, place: Range<usize>) -> Result<Option<Found>> {
         let offset = self.batch.offset;
-        match mcap::parse_record(opcode, &self.batch.bytes[place]) {
-            Ok(records::Record::Schema { header, data }) => {
+        match parse_record(opcode, &self.batch.bytes[place]) {
+            Some(records::Record::Schema { header, data }) => {
                 let schema = owned_schema(header, &data);
                 if !self.is_new_schema(offset, &schema)? {
                     return Ok(None);
@@ -116,7 +117,7 @@ impl RecordingReader {
                 self.schemas.insert(schema.id, schema.clone());
                 Ok(Some(Found::Owned(Record::Schema(schema))))
             }
-            Ok(records::Record::Channel(channel)) => {
+            Some(records::Record::Channel(channel)) => {
                 if !self.is_new_channel(offset, &channel)? {
                     return Ok(None);
                 }

@@ -1,0 +1,77 @@
+//! Records taken apart by the format's own library, once their lengths have been seen to fit.
+//!
+//! The library makes room for as many bytes as a length claims before it reads them: four gigabytes for a name in a
+//! record of twenty bytes.
+
+use mcap::records::{Record, op};
+
+use super::scan::Fields;
+
+/// The record, or nothing if it is not what its opcode says.
+pub(super) fn parse_record(opcode: u8, body: &[u8]) -> Option<Record<'_>> {
+    fit(opcode, Fields(body))?;
+    mcap::parse_record(opcode, body).ok()
+}
+
+/// Goes over everything in the record that has a length of its own.
+fn fit(opcode: u8, mut fields: Fields) -> Option<()> {
+    match opcode {
+        op::HEADER => strings(&mut fields, 2),
+        op::SCHEMA => {
+            fields.take::<2>()?;
+            strings(&mut fields, 2)?;
+            block(&mut fields).map(drop)
+        }
+        op::CHANNEL => {
+            fields.take::<4>()?;
+            strings(&mut fields, 2)?;
+            map(&mut fields)
+        }
+        op::MESSAGE_INDEX => {
+            fields.take::<2>()?;
+            block(&mut fields).map(drop)
+        }
+        op::CHUNK_INDEX => {
+            fields.take::<{ 4 * 8 }>()?;
+            block(&mut fields)?;
+            fields.take::<8>()?;
+            strings(&mut fields, 1)
+        }
+        op::ATTACHMENT_INDEX => {
+            fields.take::<{ 5 * 8 }>()?;
+            strings(&mut fields, 2)
+        }
+        op::STATISTICS => {
+            fields.take::<{ 8 + 2 + 4 * 4 + 2 * 8 }>()?;
+            block(&mut fields).map(drop)
+        }
+        op::METADATA => {
+            strings(&mut fields, 1)?;
+            map(&mut fields)
+        }
+        op::METADATA_INDEX => {
+            fields.take::<{ 2 * 8 }>()?;
+            strings(&mut fields, 1)
+        }
+        _ => Some(()),
+    }
+}
+
+/// Bytes behind their length of 32 bits.
+fn block<'a>(fields: &mut Fields<'a>) -> Option<&'a [u8]> {
+    let length = fields.u32()?;
+    fields.bytes(length.into())
+}
+
+fn strings(fields: &mut Fields, count: usize) -> Option<()> {
+    (0..count).try_for_each(|_| block(fields).map(drop))
+}
+
+/// A block of pairs of strings.
+fn map(fields: &mut Fields) -> Option<()> {
+    let mut pairs = Fields(block(fields)?);
+    while !pairs.0.is_empty() {
+        strings(&mut pairs, 2)?;
+    }
+    Some(())
+}
