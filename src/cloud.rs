@@ -18,6 +18,8 @@ pub struct PointCloud {
     pub ring: Option<Vec<u16>>,
     /// Semantic class per point in the recording's own ids.
     pub class: Option<Vec<u16>>,
+    /// Sensor per point of a cloud merged of several, as the recording numbers them.
+    pub source: Option<Vec<u16>>,
     /// Rows of an organised cloud, else 1.
     pub height: usize,
     /// Columns of an organised cloud, else N.
@@ -30,7 +32,7 @@ impl PointCloud {
     /// # Errors
     /// [`Error::ColumnLength`] if the columns differ in length.
     pub fn new(x: Vec<f32>, y: Vec<f32>, z: Vec<f32>) -> Result<Self> {
-        let cloud = PointCloud { height: 1, width: x.len(), x, y, z, ring: None, class: None };
+        let cloud = PointCloud { height: 1, width: x.len(), x, y, z, ..PointCloud::default() };
         cloud.check()?;
         Ok(cloud)
     }
@@ -76,6 +78,7 @@ impl PointCloud {
             ("z", Some(self.z.len())),
             ("ring", self.ring.as_ref().map(Vec::len)),
             ("class", self.class.as_ref().map(Vec::len)),
+            ("source", self.source.as_ref().map(Vec::len)),
         ];
         for (column, found) in columns {
             if let Some(found) = found.filter(|&found| found != expected) {
