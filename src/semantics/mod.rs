@@ -84,13 +84,36 @@ pub fn object_mask(
             mask
         }
         MaskSource::NotGround(params) => {
-            let found = ground::ground(cloud, image, params);
+            let found = match image.is_plain() {
+                true => ground::ground(cloud, image, params),
+                false => ground_by_sensor(cloud, image, params),
+            };
             let mask = without_classes(cloud, |point| found.is_ground[point]);
             ObjectMask { ground: Some(found.confidence), ..mask }
         }
         MaskSource::All => without_classes(cloud, |_| false),
         MaskSource::Marked(is_object) => without_classes(cloud, |point| !is_object[point]),
     }
+}
+
+/// The ground as each sensor of a cloud sees it, from where it stands.
+fn ground_by_sensor(
+    cloud: &PointCloud,
+    image: &RangeImage,
+    params: &GroundParams,
+) -> ground::Ground {
+    let mut all = ground::Ground {
+        is_ground: vec![false; cloud.len()],
+        confidence: vec![0.0; cloud.len()],
+    };
+    for view in image.views(cloud) {
+        let found = ground::ground(&view.cloud, &view.image, params);
+        for (own, &point) in view.points.iter().enumerate() {
+            all.is_ground[point as usize] = found.is_ground[own];
+            all.confidence[point as usize] = found.confidence[own];
+        }
+    }
+    all
 }
 
 fn by_class(cloud: &PointCloud, image: &RangeImage, taxonomy: &Taxonomy) -> ObjectMask {
