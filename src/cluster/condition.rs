@@ -147,7 +147,8 @@ mod tests {
             let mut nominal = ClusterParams::paper().condition;
             nominal.rays = Rays::Nominal { row_step: 0.3_f64.to_radians() };
             for (columns, along) in [(1200, Along::Row), (7, Along::Column)] {
-                let holds = Judge::new(&nominal, TAU / columns as f64).is_connected(p, q, 1, along, None);
+                let holds =
+                    Judge::new(&nominal, TAU / columns as f64).is_connected(p, q, 1, along, None);
                 assert_eq!(holds, paper(d1, 10.0, 0.3));
             }
         }

@@ -1,6 +1,5 @@
 //! Pairs of neighbouring pixels, and the angle beta that decided on each (ALGORITHM section 3).
 
-
 use serde::Serialize;
 
 use super::facts::{Place, place_of_object};

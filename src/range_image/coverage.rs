@@ -65,7 +65,10 @@ mod tests {
     use super::*;
 
     fn degrees(range: Range<i32>) -> impl Iterator<Item = f32> {
-        range.map(|degree| ((degree as f32 + 0.2).to_radians() + 3.0 * PI as f32).rem_euclid(TAU as f32) - PI as f32)
+        range.map(|degree| {
+            ((degree as f32 + 0.2).to_radians() + 3.0 * PI as f32).rem_euclid(TAU as f32)
+                - PI as f32
+        })
     }
 
     #[test]

@@ -83,9 +83,8 @@ fn multiple_returns(cloud: &PointCloud, image: &RangeImage) -> usize {
         let pixel = image.pixel_of_point[point] as usize;
         let band = image.band_of(pixel);
         let leader = image.point_of_pixel.values()[pixel] as usize;
-        let [a, b] = [point, leader].map(|p| {
-            nalgebra::Vector3::from(band.in_sensor(cloud.position(p))).normalize()
-        });
+        let [a, b] = [point, leader]
+            .map(|p| nalgebra::Vector3::from(band.in_sensor(cloud.position(p))).normalize());
         if (a - b).norm() < ONE_RAY {
             behind += 1;
             is_leader[leader] = true;

@@ -45,7 +45,16 @@ pub(super) fn one_sensor(cloud: &PointCloud, params: &ProjectionParams) -> Range
         let sweep = Sweep::new(&seen);
         return image(&sweep, Rings::of(&sweep, ring), sensor, params);
     }
-    image(&sweep, rings.map(|(_, rings)| rings), Isometry3::identity(), params)
+    let found = image(&sweep, rings.map(|(_, rings)| rings), Isometry3::identity(), params);
+    match found.projection {
+        Projection::UniformElevation if params.rows_from == RowsFrom::Best => {
+            let sensor = viewpoint::over_ground(cloud);
+            sensor.map_or(found, |sensor| {
+                image(&Sweep::new(&seen_from(cloud, &sensor)), None, sensor, params)
+            })
+        }
+        _ => found,
+    }
 }
 
 /// The cloud in the frame of a sensor in it.

@@ -1,14 +1,17 @@
 //! A spherical image for clouds without beams: as fine as the points lie.
 //!
 //! Scanners that never repeat a curve, and merged clouds that do not say whose a point is, have neither rows nor
-//! columns. What is left is how densely the returns cover the sphere around the sensor: the side of a pixel is
-//! that of the square that one return has for itself, so that a surface is seen without holes and few returns
-//! share a pixel.
+//! columns. What is left is how densely the returns cover the sphere around the sensor: a pixel has half the area
+//! that one return has for itself, so that few returns share one (a fifth, if they fall at random) and the next
+//! one is at most a pixel or two away.
 
 use std::f64::consts::{PI, TAU};
 
 use super::elevation;
 use super::sweep::Sweep;
+
+/// Area of a pixel as a share of that of a return.
+const SHARE: f64 = 0.5;
 
 /// Rows and columns of the full circle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,12 +29,9 @@ pub(super) fn resolution(sweep: &Sweep, (upper, lower): (f64, f64)) -> Option<Re
     if count < FEWEST_RETURNS {
         return None;
     }
-    let side = (covered(sweep) / count as f64).sqrt();
+    let side = (SHARE * covered(sweep) / count as f64).sqrt();
     let of = |angle: f64, (least, most): (f64, f64)| (angle / side).round().clamp(least, most);
-    Some(Resolution {
-        rows: of(upper - lower, ROWS) as usize,
-        columns: of(TAU, COLUMNS) as usize,
-    })
+    Some(Resolution { rows: of(upper - lower, ROWS) as usize, columns: of(TAU, COLUMNS) as usize })
 }
 
 /// Solid angle of the patches of two degrees that have a return, steradians.

@@ -9,11 +9,15 @@ use nalgebra::{Isometry3, Matrix5, Point3, Translation3, UnitQuaternion, Vector3
 
 use super::median;
 use super::sweep::Sweep;
+use crate::cloud::PointCloud;
 
 /// Returns that are looked at.
 const MOST_RETURNS: usize = 4000;
 /// Beams agree with a cone within this, radians: a tenth of a degree.
 const AGREEMENT: f64 = 0.0018;
+/// No sensor stands farther from the origin of the frame it reports in, metres: the length of a lorry. (Seen from
+/// far enough anything agrees.)
+const FARTHEST: f64 = 20.0;
 
 /// The pose of the sensor in the cloud's frame, z its axis; `None` unless the rings say it clearly.
 pub(super) fn of_rings(sweep: &Sweep, ring: &[u16]) -> Option<Isometry3<f64>> {
@@ -44,7 +48,33 @@ pub(super) fn of_rings(sweep: &Sweep, ring: &[u16]) -> Option<Isometry3<f64>> {
         Some((cost, view))
     });
     let (cost, view) = found.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    (cost < AGREEMENT).then(|| view.pose())
+    (cost < AGREEMENT && view.origin.norm() < FARTHEST).then(|| view.pose())
+}
+
+/// Where a sensor may stand that reports in a frame which lies on the ground, as those of vehicles do; `None` where the
+/// frame hangs above the ground, as a sensor's own does.
+///
+/// Nothing but the ground says so: of most square metres around the origin the lowest return lies at the height of
+/// the origin, where no sensor could see it. The height is that of a car's roof, for want of better.
+pub(super) fn over_ground(cloud: &PointCloud) -> Option<Isometry3<f64>> {
+    const AROUND: f32 = 16.0;
+    const SIDE: usize = 32;
+    const FEWEST_CELLS: usize = 32;
+    const ON_GROUND: f64 = 0.3;
+    const ROOF: f64 = 1.8;
+    let mut lowest = [f64::INFINITY; SIDE * SIDE];
+    for point in (0..cloud.len()).filter(|&point| cloud.is_return(point)) {
+        let [x, y, z] = cloud.position(point);
+        if x.abs() < AROUND && y.abs() < AROUND {
+            let [row, column] = [x, y].map(|along| (along + AROUND) as usize);
+            let lowest = &mut lowest[row * SIDE + column];
+            *lowest = lowest.min(f64::from(z));
+        }
+    }
+    let mut heights: Vec<f64> = lowest.into_iter().filter(|z| z.is_finite()).collect();
+    let is_on_ground = heights.len() >= FEWEST_CELLS
+        && median(&mut heights).is_some_and(|height| height.abs() < ON_GROUND);
+    is_on_ground.then(|| Isometry3::translation(0.0, 0.0, ROOF))
 }
 
 /// Some returns and their rings.
@@ -112,8 +142,7 @@ impl Residuals {
             let by_origin = (ray * sine - view.axis) / range;
             let by_axis = across.map(|across| across.dot(&ray));
             of_ring[*ring].push(sine);
-            let slope =
-                Vector5::new(by_origin.x, by_origin.y, by_origin.z, by_axis[0], by_axis[1]);
+            let slope = Vector5::new(by_origin.x, by_origin.y, by_origin.z, by_axis[0], by_axis[1]);
             rows.push((sine, slope, *ring));
         }
         let medians: Vec<f64> =
@@ -171,14 +200,8 @@ mod tests {
 
     #[test]
     fn finds_a_sensor_by_its_rings() {
-        let corner = Mount {
-            ahead: 2.0,
-            left: 0.9,
-            yaw: 0.8,
-            pitch: 0.05,
-            roll: -0.1,
-            ..Mount::level(1.0)
-        };
+        let corner =
+            Mount { ahead: 2.0, left: 0.9, yaw: 0.8, pitch: 0.05, roll: -0.1, ..Mount::level(1.0) };
         for sensor in [Sensor::Vlp16, Sensor::Hdl32e, Sensor::Vls128] {
             for mount in [Mount { ahead: 0.3, ..Mount::level(2.0) }, corner] {
                 let cloud = swept(sensor, mount);

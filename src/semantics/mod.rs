@@ -102,10 +102,8 @@ fn ground_by_sensor(
     image: &RangeImage,
     params: &GroundParams,
 ) -> ground::Ground {
-    let mut all = ground::Ground {
-        is_ground: vec![false; cloud.len()],
-        confidence: vec![0.0; cloud.len()],
-    };
+    let mut all =
+        ground::Ground { is_ground: vec![false; cloud.len()], confidence: vec![0.0; cloud.len()] };
     for view in image.views(cloud) {
         let found = ground::ground(&view.cloud, &view.image, params);
         for (own, &point) in view.points.iter().enumerate() {

@@ -60,7 +60,7 @@ pub enum Sensor {
     /// A Livox HAP-like solid state: 120 x 25 degrees, 45,000 shots on a curve that never repeats; no ring.
     Hap,
     /// A Livox Mid-360-like: all round, -7 to +52 degrees, 20,000 shots on curves of four lines that never
-    /// repeat; no ring.
+    /// repeat; no ring. It rides low, as on a delivery robot.
     Mid360,
 }
 
@@ -165,6 +165,7 @@ impl Sensor {
     pub fn height(self) -> f64 {
         match self {
             Sensor::Hdl64e => 1.73,
+            Sensor::Mid360 => 0.6,
             _ => 1.80,
         }
     }
