@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::time::Instant;
 
+use nalgebra::UnitQuaternion;
+
 use super::report::FrameTimes;
 use crate::cloud::PointCloud;
 use crate::error::Result;
@@ -14,6 +16,7 @@ use crate::io::{
 };
 use crate::pipeline::{self, Config, Stages};
 use crate::semantics::{GroundParams, MaskSource};
+use crate::sensor_frame::{SensorFrame, Transforms};
 use crate::taxonomy::Taxonomy;
 
 /// Where the object mask of a recording's clouds comes from.
@@ -41,14 +44,18 @@ pub struct Method {
     pub ground: GroundParams,
     /// Projection and clustering.
     pub config: Config,
-    /// What a detector found in each cloud, for methods that want to know.
+    /// What a detector found in each cloud, for methods that want to know. Clouds with boxes are not turned.
     pub boxes: FrameBoxes,
+    /// How the frames of the clouds stand.
+    pub sensor_frame: SensorFrame,
+    /// What the recording says of that.
+    pub transforms: Transforms,
 }
 
 /// A cloud as the method sees it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decoded<'a> {
-    /// The cloud, with classes if they are asked for.
+    /// The cloud, with classes if they are asked for, turned so that z is up ([`SensorFrame`]).
     pub cloud: PointCloud,
     /// Where its object mask comes from.
     pub mask: MaskSource<'a>,
@@ -78,18 +85,21 @@ impl Method {
         Ok(self.boxes.of(&asked)?.detections)
     }
 
-    /// The cloud in a message, and where its object mask comes from.
+    /// The cloud in a message, upright, and where its object mask comes from.
     ///
     /// # Errors
-    /// Those of [`PointCloud2::to_cloud`]; [`crate::Error::MissingField`] if the field that should hold the
-    /// classes is not there.
+    /// Those of [`PointCloud2::to_cloud`] and [`SensorFrame::turn`]; [`crate::Error::MissingField`] if the field that
+    /// should hold the classes is not there.
     pub fn decode(&self, wire: &PointCloud2) -> Result<Decoded<'_>> {
         let field = match &self.semantics {
             Semantics::Auto => wire.semantic_field(),
             Semantics::Field(name) => Some(name.as_str()),
             Semantics::Ground | Semantics::All => None,
         };
-        let cloud = wire.to_cloud(field)?;
+        let mut cloud = wire.to_cloud(field)?;
+        if self.boxes == FrameBoxes::Nothing {
+            cloud.turn(self.sensor_frame.turn(&wire.frame_id, &self.transforms)?);
+        }
         let semantics = match (&self.semantics, field) {
             (Semantics::All, _) => "all".to_owned(),
             (_, Some(field)) => format!("field:{field}"),
@@ -174,7 +184,8 @@ pub fn annotate_message(
         ground: ground.as_deref(),
     };
     io::annotated_cloud(&wire, &annotation, &mut annotated.cloud)?;
-    let boxes: Vec<MarkerBox> = stages.instances.iter().map(marker).collect();
+    let boxes = stages.instances.iter().map(|instance| marker(instance, &clustered.cloud));
+    let boxes: Vec<MarkerBox> = boxes.collect();
     let (seconds, nanoseconds) = (wire.stamp_sec, wire.stamp_nanosec);
     let frame = &wire.frame_id;
     io::marker_array(wire.layout, seconds, nanoseconds, frame, &boxes, &mut annotated.objects);
@@ -194,11 +205,15 @@ fn bytes(shares: &[f32]) -> Vec<u8> {
     shares.iter().map(|share| (share * 255.0).round() as u8).collect()
 }
 
-fn marker(instance: &Instance) -> MarkerBox {
+/// The box of an instance in the frame of the recording.
+fn marker(instance: &Instance, cloud: &PointCloud) -> MarkerBox {
+    let upright = io::upright_pose(instance.bounds.centre, instance.bounds.yaw);
     MarkerBox {
         id: instance.id,
-        centre: instance.bounds.centre,
-        yaw: instance.bounds.yaw,
+        pose: match cloud.turned == UnitQuaternion::identity() {
+            true => upright,
+            false => cloud.turned.inverse() * upright,
+        },
         size: instance.bounds.size,
         text: instance.title(),
     }

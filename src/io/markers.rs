@@ -1,5 +1,7 @@
 //! `visualization_msgs/msg/MarkerArray`: a box and a number for each instance.
 
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
 use super::ros::{Layout, RosWriter};
 use crate::palette::instance_colour;
 
@@ -20,14 +22,26 @@ const DELETE_ALL: i32 = 3;
 pub struct MarkerBox {
     /// Instance, which gives the marker its id and its colour.
     pub id: u32,
-    /// Centre in metres.
-    pub centre: [f64; 3],
-    /// Rotation about the vertical in radians.
-    pub yaw: f64,
+    /// Its centre and its axes in the message's frame, metres; z is upwards in the world.
+    pub pose: Isometry3<f64>,
     /// Length, width and height in metres.
     pub size: [f64; 3],
     /// What is written above the box.
     pub text: String,
+}
+
+impl MarkerBox {
+    /// A box that stands upright in the message's frame: its centre (metres) and the direction of its length
+    /// (radians from the x axis).
+    pub fn upright(id: u32, centre: [f64; 3], yaw: f64, size: [f64; 3], text: String) -> Self {
+        MarkerBox { id, pose: upright_pose(centre, yaw), size, text }
+    }
+}
+
+/// The pose of an upright box.
+pub fn upright_pose(centre: [f64; 3], yaw: f64) -> Isometry3<f64> {
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw);
+    Isometry3::from_parts(Translation3::from(centre), turn)
 }
 
 /// Writes a MarkerArray message, replacing what is in `out`: first a marker that deletes those of
@@ -56,8 +70,7 @@ struct Marker<'a> {
     id: i32,
     kind: i32,
     action: i32,
-    position: [f64; 3],
-    yaw: f64,
+    pose: Isometry3<f64>,
     scale: [f64; 3],
     colour: [f32; 4],
     text: &'a str,
@@ -70,8 +83,7 @@ impl<'a> Marker<'a> {
             id: 0,
             kind: 0,
             action: DELETE_ALL,
-            position: [0.0; 3],
-            yaw: 0.0,
+            pose: Isometry3::identity(),
             scale: [0.0; 3],
             colour: [0.0; 4],
             text: "",
@@ -85,8 +97,7 @@ impl<'a> Marker<'a> {
             id: boxed.id as i32,
             kind: CUBE,
             action: ADD,
-            position: boxed.centre,
-            yaw: boxed.yaw,
+            pose: boxed.pose,
             scale: boxed.size.map(|side| side.max(SHORTEST_SIDE)),
             colour: [red, green, blue, BOX_ALPHA],
             text: "",
@@ -94,14 +105,14 @@ impl<'a> Marker<'a> {
     }
 
     fn label(boxed: &'a MarkerBox) -> Self {
-        let [x, y, z] = boxed.centre;
+        let up = boxed.pose.rotation * Vector3::z();
+        let above = boxed.pose.translation.vector + up * (boxed.size[2] / 2.0) + up * TEXT_HEIGHT;
         Marker {
             namespace: "ids",
             id: boxed.id as i32,
             kind: TEXT_VIEW_FACING,
             action: ADD,
-            position: [x, y, z + boxed.size[2] / 2.0 + TEXT_HEIGHT],
-            yaw: 0.0,
+            pose: Translation3::from(above).into(),
             scale: [0.0, 0.0, TEXT_HEIGHT],
             colour: [1.0; 4],
             text: &boxed.text,
@@ -115,10 +126,9 @@ fn write_marker(writer: &mut RosWriter, header: (i32, u32, &str), marker: &Marke
     writer.i32(marker.id);
     writer.i32(marker.kind);
     writer.i32(marker.action);
-    let (sin, cos) = (marker.yaw / 2.0).sin_cos();
-    let orientation = [0.0, 0.0, sin, cos];
-    for value in marker.position.into_iter().chain(orientation) {
-        writer.f64(value);
+    let Isometry3 { rotation, translation } = &marker.pose;
+    for value in translation.vector.iter().chain(rotation.coords.iter()) {
+        writer.f64(value + 0.0); // never -0
     }
     marker.scale.into_iter().for_each(|value| writer.f64(value));
     marker.colour.into_iter().for_each(|value| writer.f32(value));
@@ -178,13 +188,9 @@ mod tests {
 
     #[test]
     fn a_box_and_a_text_for_each_instance() {
-        let boxes = [MarkerBox {
-            id: 12,
-            centre: [1.0, 2.0, 3.0],
-            yaw: std::f64::consts::FRAC_PI_2,
-            size: [4.0, 0.0, 1.0],
-            text: "12 car".to_owned(),
-        }];
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let text = "12 car".to_owned();
+        let boxes = [MarkerBox::upright(12, [1.0, 2.0, 3.0], quarter, [4.0, 0.0, 1.0], text)];
         for byte_order in [ByteOrder::Little, ByteOrder::Big] {
             let mut cdr = Vec::new();
             marker_array(Layout::Cdr(byte_order), -3, 4, "lidar", &boxes, &mut cdr);

@@ -20,6 +20,7 @@ pub mod recording;
 pub mod ros;
 pub mod scans;
 pub mod semantic_kitti;
+pub mod transforms;
 
 pub use annotation::{PointAnnotation, annotated_cloud};
 pub use boxes::{BoxSource, FrameBoxes, FrameDetections};
@@ -32,7 +33,7 @@ pub use frames::{CloudMessage, CloudMessages, CloudNumber, Which, cloud_message_
 pub use labelled::{
     LabelledFrame, LabelledFrames, LabelledOptions, SeenClasses, Truth, TruthSource,
 };
-pub use markers::{MarkerBox, marker_array};
+pub use markers::{MarkerBox, marker_array, upright_pose};
 pub use point_cloud2::{Datatype, PointCloud2, PointField};
 pub use recording::{
     AttachmentHeader, Channel, Compression, Item, MessageHeader, Metadata, Overview, Part,
@@ -40,3 +41,4 @@ pub use recording::{
     SharedBytes, SourceChunk, WriteOptions, WriteTimes, write_file,
 };
 pub use ros::{ByteOrder, Layout};
+pub use transforms::static_transforms;

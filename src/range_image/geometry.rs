@@ -2,14 +2,14 @@
 
 use serde::Serialize;
 
-use super::{Band, RangeImage, azimuth::azimuths, coverage, elevation_of, median};
+use super::{Band, Projection, RangeImage, azimuth::azimuths, coverage, elevation_of, median};
 use crate::cloud::PointCloud;
 
 /// What a cloud looks like from its sensors.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Geometry {
-    /// How the image was made, in words.
-    pub projection: &'static str,
+    /// How the image was made.
+    pub projection: Projection,
     /// Rows of the image.
     pub rows: usize,
     /// Columns of the image.
@@ -35,8 +35,8 @@ pub struct Geometry {
 pub struct BandGeometry {
     /// Its number in the cloud.
     pub source: Option<u16>,
-    /// How its rows were found, in words.
-    pub projection: &'static str,
+    /// How its rows were found.
+    pub projection: Projection,
     /// Rows with a return.
     pub beams: usize,
     /// Least and most angle between neighbouring rows, degrees; `None` of fewer than two.
@@ -59,7 +59,7 @@ impl Geometry {
     pub fn new(cloud: &PointCloud, image: &RangeImage) -> Self {
         let returns = image.pixel_of_point.iter().filter(|&&pixel| pixel != super::NOWHERE).count();
         Geometry {
-            projection: image.projection.describe(),
+            projection: image.projection,
             rows: image.rows(),
             columns: image.columns(),
             wraps: image.wraps,
@@ -109,7 +109,7 @@ impl BandGeometry {
         let lean = (band.sensor * nalgebra::Vector3::z()).angle(&nalgebra::Vector3::z());
         BandGeometry {
             source: band.source,
-            projection: band.projection.describe(),
+            projection: band.projection,
             beams: elevations.len(),
             beam_spacing_degrees: spacing.map(|limits| limits.map(f64::to_degrees)),
             column_degrees: band.column_step.to_degrees(),

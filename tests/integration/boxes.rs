@@ -176,8 +176,7 @@ fn boxes_in_another_frame_end_the_run() {
     let schema = MARKER_ARRAY_SCHEMA.as_bytes();
     let schema = writer.add_schema(MARKER_ARRAY_NAME, "ros2msg", schema).expect("schema");
     let channel_id = writer.add_channel(BOXES, schema, "cdr", &BTreeMap::new()).expect("channel");
-    let boxed =
-        MarkerBox { id: 1, centre: [5.0; 3], yaw: 0.0, size: [1.0; 3], text: "1 car".into() };
+    let boxed = MarkerBox::upright(1, [5.0; 3], 0.0, [1.0; 3], "1 car".into());
     let mut message = Vec::new();
     marker_array(
         Layout::Cdr(ByteOrder::Little),

@@ -86,3 +86,14 @@ fn triage() {
     assert!(text.contains("## `best`: 32 frames") && text.contains("## `paper`"), "{text}");
     assert!(text.contains("| could be one |") && text.contains("| drive 04 |"), "{text}");
 }
+
+#[test]
+fn sensors() {
+    assert!(!example("10_sensors", &["a-seed"]).status.success());
+    let output = example("10_sensors", &["1", "os1-64"]);
+    assert!(output.status.success(), "{output:?}");
+    let text = String::from_utf8_lossy(&output.stdout);
+    let rows: Vec<&str> = text.lines().skip(2).collect();
+    assert_eq!(rows.len(), 2, "{text}");
+    assert!(rows.iter().all(|row| row.contains("| organised cloud | 64 x 1024 | yes |")), "{text}");
+}

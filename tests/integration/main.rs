@@ -13,6 +13,7 @@ mod layers;
 mod oracle;
 mod partition;
 mod recordings;
+mod sensors;
 mod shared_data;
 mod simulated;
 mod threads;

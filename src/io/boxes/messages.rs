@@ -266,7 +266,7 @@ mod tests {
     }
 
     fn boxed(id: u32, yaw: f64, size: [f64; 3], text: &str) -> MarkerBox {
-        MarkerBox { id, centre: [1.0, 2.0, 3.0], yaw, size, text: text.to_owned() }
+        MarkerBox::upright(id, [1.0, 2.0, 3.0], yaw, size, text.to_owned())
     }
 
     #[test]
