@@ -85,6 +85,17 @@ impl Method {
         Ok(self.boxes.of(&asked)?.detections)
     }
 
+    /// Turns a cloud as its frame stands, unless boxes in that frame are asked for.
+    ///
+    /// # Errors
+    /// Those of [`SensorFrame::turn`].
+    pub fn turn(&self, cloud: &mut PointCloud, frame_id: &str) -> Result<()> {
+        if self.boxes == FrameBoxes::Nothing {
+            cloud.turn(self.sensor_frame.turn(frame_id, &self.transforms)?);
+        }
+        Ok(())
+    }
+
     /// The cloud in a message, upright, and where its object mask comes from.
     ///
     /// # Errors
@@ -97,9 +108,7 @@ impl Method {
             Semantics::Ground | Semantics::All => None,
         };
         let mut cloud = wire.to_cloud(field)?;
-        if self.boxes == FrameBoxes::Nothing {
-            cloud.turn(self.sensor_frame.turn(&wire.frame_id, &self.transforms)?);
-        }
+        self.turn(&mut cloud, &wire.frame_id)?;
         let semantics = match (&self.semantics, field) {
             (Semantics::All, _) => "all".to_owned(),
             (_, Some(field)) => format!("field:{field}"),

@@ -166,19 +166,37 @@ fn column_step(layout: &Layout) -> Option<f64> {
 /// By how many columns each row is turned to the right so that all columns look one way; all 0 where they do so
 /// already, and where the scan does not close (`step` is the azimuth step of one that does, radians).
 ///
-/// A row's place is the circular mean of the azimuths of its returns less those that their columns stand for.
 /// Rounding in the driver leaves up to half a column either way, so only what differs by
-/// [`LEAST_STAGGER`] columns is taken for a stagger.
+/// [`LEAST_STAGGER`] columns is taken for a stagger; a few columns tell whether there is one.
 fn shifts(layout: &Layout, step: Option<f64>) -> Vec<usize> {
-    const EVERY: usize = 4;
-    const FEWEST_RETURNS: usize = 16;
+    const FEW: usize = 32;
     let none = vec![0; layout.rows];
     let Some(step) = step else {
         return none;
     };
     let per_column = TAU.copysign(step) / layout.columns as f64;
+    let every = layout.columns.div_ceil(FEW);
+    let is_staggered = |places: &[Option<f64>]| {
+        limits(places).is_some_and(|[least, most]| most - least >= LEAST_STAGGER)
+    };
+    if !is_staggered(&places(layout, per_column, every)) {
+        return none;
+    }
+    let places = places(layout, per_column, 1);
+    let Some([least, most]) = limits(&places).filter(|_| is_staggered(&places)) else {
+        return none;
+    };
+    let middle = (least + most) / 2.0;
+    let shift = |place: Option<f64>| place.map_or(0, |place| (place - middle).round() as i64);
+    places.into_iter().map(|p| shift(p).rem_euclid(layout.columns as i64) as usize).collect()
+}
+
+/// By how many columns each row is turned to the right against the first one that has returns: circular means of the
+/// azimuths of its returns, one column in so many, less those that their columns stand for. `None` of too few.
+fn places(layout: &Layout, per_column: f64, every: usize) -> Vec<Option<f64>> {
+    const FEWEST_RETURNS: usize = 6;
     let place = |row: usize| {
-        let returns = layout.azimuths(row, EVERY);
+        let returns = layout.azimuths(row, every);
         let (n, sin, cos) = returns.fold((0, 0.0, 0.0), |(n, sin, cos), (column, azimuth)| {
             let (s, c) = (azimuth - column as f64 * per_column).sin_cos();
             (n + 1, sin + s, cos + c)
@@ -186,18 +204,17 @@ fn shifts(layout: &Layout, step: Option<f64>) -> Vec<usize> {
         (n >= FEWEST_RETURNS).then(|| f64::atan2(sin, cos))
     };
     let places: Vec<Option<f64>> = (0..layout.rows).map(place).collect();
-    let Some(&first) = places.iter().flatten().next() else {
-        return none;
-    };
+    let first = places.iter().flatten().next().copied().unwrap_or(0.0);
     let turned = |place: f64| ((place - first + PI).rem_euclid(TAU) - PI) / per_column;
-    let turned: Vec<Option<f64>> = places.into_iter().map(|place| place.map(turned)).collect();
-    let known = || turned.iter().flatten().copied();
-    let (least, most) = (known().fold(0.0, f64::min), known().fold(0.0, f64::max));
-    if most - least < LEAST_STAGGER {
-        return none;
-    }
-    let shift = |turned: Option<f64>| (turned.unwrap_or(0.0) - (least + most) / 2.0).round() as i64;
-    turned.into_iter().map(|t| shift(t).rem_euclid(layout.columns as i64) as usize).collect()
+    places.into_iter().map(|place| place.map(turned)).collect()
+}
+
+/// The least and the most of some places, if there is any.
+fn limits(places: &[Option<f64>]) -> Option<[f64; 2]> {
+    places.iter().flatten().fold(None, |limits, &place| match limits {
+        None => Some([place; 2]),
+        Some([least, most]) => Some([f64::min(least, place), f64::max(most, place)]),
+    })
 }
 
 /// Rows that differ by less, in columns, stand in line.
