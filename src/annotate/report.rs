@@ -9,6 +9,7 @@ use super::message::{Annotated, Clustered, Method};
 use super::profile::Profile;
 use crate::instances::Reason;
 use crate::pipeline::{StageTimes, Stages};
+use crate::sensor_frame::SensorFrame;
 use crate::taxonomy::Taxonomy;
 
 /// Name of the metadata record that says how a recording was annotated.
@@ -176,6 +177,9 @@ pub(super) fn metadata(report: &Report, method: &Method) -> BTreeMap<String, Str
         ("parameters".to_owned(), json(serde_json::json!(method.config))),
         ("ground".to_owned(), json(serde_json::json!(method.ground))),
     ]);
+    if method.sensor_frame != SensorFrame::Auto {
+        metadata.insert("sensor_frame".to_owned(), method.sensor_frame.to_string());
+    }
     if let Some(boxes) = method.boxes.describe() {
         metadata.insert("boxes".to_owned(), boxes);
     }

@@ -49,6 +49,9 @@ pub(super) fn project(cloud: &PointCloud, params: &ProjectionParams) -> Option<R
         return None;
     }
     let layout = layout(cloud);
+    if leaps(&layout) {
+        return None;
+    }
     let step = column_step(&layout);
     if step.is_some_and(|step| step.abs() * layout.columns as f64 > MOST_TURNS * TAU) {
         return None;
@@ -58,6 +61,25 @@ pub(super) fn project(cloud: &PointCloud, params: &ProjectionParams) -> Option<R
     });
     let shifts = shifts(&layout, step.filter(|_| closes));
     Some(image(&layout, params, step, closes, &shifts))
+}
+
+/// Whether returns that follow each other in a row leap in elevation, as those in the order of firing do.
+fn leaps(layout: &Layout) -> bool {
+    const CALM: f64 = 1.5 * PI / 180.0;
+    const ROWS: usize = 16;
+    const PAIRS: usize = 64;
+    const FEWEST_PAIRS: usize = 64;
+    let mut changes = Vec::new();
+    for row in (0..layout.rows).step_by(layout.rows.div_ceil(ROWS).max(1)) {
+        for column in (1..layout.columns).step_by(layout.columns.div_ceil(PAIRS).max(1)) {
+            let pair = [layout.point(row, column - 1), layout.point(row, column)];
+            if pair.iter().all(|&point| layout.cloud.is_return(point)) {
+                let [before, after] = pair.map(|point| elevation(layout.cloud, point));
+                changes.push((after - before).abs());
+            }
+        }
+    }
+    changes.len() >= FEWEST_PAIRS && median(&mut changes).is_some_and(|change| change > CALM)
 }
 
 /// Rows that go round more often than that are no sweeps.
