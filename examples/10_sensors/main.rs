@@ -27,7 +27,7 @@ fn main() {
     };
     let wanted = arguments.get(1).map_or("", String::as_str);
     println!(
-        "| cloud | geometry found | rows x columns | closes | shadowed | PQ | ground F1 | found whole |"
+        "| cloud | geometry found | rows x columns | wraps | shadowed | PQ | ground F1 | found whole |"
     );
     println!("| --- | --- | ---: | --- | ---: | ---: | ---: | ---: |");
     for case in cases::all().into_iter().filter(|case| case.name.contains(wanted)) {

@@ -156,9 +156,9 @@ pub fn remarks(clustered: &Clustered, taxonomy: &Taxonomy) -> Vec<(&'static str,
         remarks.push(("with unknown classes", problem));
     }
     if stages.mask.ground_is_overhead {
-        let problem = "the ground lies above the sensor: z points down in the cloud's frame. Boxes stand on their \
-                       heads, and the ground is taken for a ceiling in places; `--sensor-frame frd` turns a frame \
-                       whose y is to the right and z down, `--sensor-frame 180,0,0` a sensor that hangs upside down";
+        let problem = "the largest level surface lies above the sensor. If that is the ground, z points down in the \
+                       cloud's frame: `--sensor-frame frd` turns a frame whose y is to the right and z down, \
+                       `--sensor-frame 180,0,0` a sensor that hangs upside down";
         remarks.push(("with the ground overhead", problem.to_owned()));
     }
     remarks.extend(clustered.missing_boxes.clone().map(|problem| ("without boxes", problem)));

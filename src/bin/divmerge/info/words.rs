@@ -106,8 +106,8 @@ fn ground(look: &Look) -> String {
     match look.ground {
         None => "no ground is found around the sensor: which way is up cannot be told".to_owned(),
         Some(lie) if lie.is_overhead => {
-            "warning: the ground lies above the sensor, z points down; --sensor-frame frd (y right, z down) or \
-             --sensor-frame 180,0,0 (hung upside down) turns it"
+            "warning: the largest level surface lies above the sensor; if it is the ground, z points down, and \
+             --sensor-frame frd (y right, z down) or --sensor-frame 180,0,0 (hung upside down) turns it"
                 .to_owned()
         }
         Some(lie) if lie.lean_degrees > 10.0 => format!(
