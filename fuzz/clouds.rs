@@ -39,6 +39,8 @@ pub fn wild(bytes: &[u8]) -> PointCloud {
         z: column(2),
         ring: (head[0] & 1 != 0).then(|| word(3).collect()),
         class: (head[0] & 2 != 0).then(|| word(5).map(|class| class % 300).collect()),
+        source: (head[0] & 8 != 0).then(|| word(5).map(|source| source % 3).collect()),
+        ..PointCloud::default()
     }
 }
 

@@ -1,5 +1,7 @@
 //! A point cloud: columns of equal length, metres, sensor frame.
 
+use nalgebra::{Point3, UnitQuaternion};
+
 use crate::error::{Error, Result};
 
 /// N points of one sweep in the sensor's own frame (x forward, y left, z up for most drivers).
@@ -18,6 +20,11 @@ pub struct PointCloud {
     pub ring: Option<Vec<u16>>,
     /// Semantic class per point in the recording's own ids.
     pub class: Option<Vec<u16>>,
+    /// Sensor per point of a cloud merged of several, as the recording numbers them.
+    pub source: Option<Vec<u16>>,
+    /// By what the points were turned from the recording's frame to one with z up; the identity unless
+    /// [`turn`](Self::turn) was called.
+    pub turned: UnitQuaternion<f64>,
     /// Rows of an organised cloud, else 1.
     pub height: usize,
     /// Columns of an organised cloud, else N.
@@ -30,7 +37,7 @@ impl PointCloud {
     /// # Errors
     /// [`Error::ColumnLength`] if the columns differ in length.
     pub fn new(x: Vec<f32>, y: Vec<f32>, z: Vec<f32>) -> Result<Self> {
-        let cloud = PointCloud { height: 1, width: x.len(), x, y, z, ring: None, class: None };
+        let cloud = PointCloud { height: 1, width: x.len(), x, y, z, ..PointCloud::default() };
         cloud.check()?;
         Ok(cloud)
     }
@@ -76,6 +83,7 @@ impl PointCloud {
             ("z", Some(self.z.len())),
             ("ring", self.ring.as_ref().map(Vec::len)),
             ("class", self.class.as_ref().map(Vec::len)),
+            ("source", self.source.as_ref().map(Vec::len)),
         ];
         for (column, found) in columns {
             if let Some(found) = found.filter(|&found| found != expected) {
@@ -86,6 +94,34 @@ impl PointCloud {
             return Err(Error::Shape { height: self.height, width: self.width, points: expected });
         }
         Ok(())
+    }
+
+    /// Turns all returns about the origin.
+    pub fn turn(&mut self, by: UnitQuaternion<f64>) {
+        if by == UnitQuaternion::identity() {
+            return;
+        }
+        for point in (0..self.len()).filter(|&point| self.is_return(point)).collect::<Vec<_>>() {
+            let at = by * Point3::from(wide(self.position(point)));
+            (self.x[point], self.y[point], self.z[point]) = (at.x as f32, at.y as f32, at.z as f32);
+        }
+        self.turned = by * self.turned;
+    }
+
+    /// A position of this cloud in the recording's frame, metres.
+    pub fn recorded(&self, position: [f64; 3]) -> [f64; 3] {
+        if self.turned == UnitQuaternion::identity() {
+            return position;
+        }
+        self.turned.inverse_transform_point(&Point3::from(position)).into()
+    }
+
+    /// A position in the recording's frame as this cloud has it, metres.
+    pub fn from_recorded(&self, position: [f64; 3]) -> [f64; 3] {
+        if self.turned == UnitQuaternion::identity() {
+            return position;
+        }
+        (self.turned * Point3::from(position)).into()
     }
 
     /// Number of points N.

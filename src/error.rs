@@ -55,6 +55,17 @@ pub enum Error {
         present: String,
     },
 
+    /// Recorded transforms were asked for that are not there.
+    #[error(
+        "no static transform leads from frame `{frame}` to one of the vehicle (base_link, base_footprint, ...); recorded: {present}"
+    )]
+    MissingTransform {
+        /// The cloud's frame.
+        frame: String,
+        /// The transforms that are there, comma separated.
+        present: String,
+    },
+
     /// A taxonomy file that cannot be used.
     #[error("taxonomy {}: {problem}", path.display())]
     Taxonomy {

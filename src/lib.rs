@@ -46,6 +46,7 @@ pub mod pipeline;
 pub mod range_image;
 pub mod replay;
 pub mod semantics;
+pub mod sensor_frame;
 pub mod simulate;
 pub mod stopwatch;
 pub mod taxonomy;

@@ -32,7 +32,8 @@ pub fn tables(real: &[Frame], figures: Option<&Path>, seed: u64) -> Result<()> {
 }
 
 fn simulations() -> Vec<Frame> {
-    let each = |scene| Sensor::ALL.map(|sensor| [1, 2].map(|seed| simulated(scene, sensor, seed)));
+    let each =
+        |scene| Sensor::USUAL.map(|sensor| [1, 2].map(|seed| simulated(scene, sensor, seed)));
     Scene::ALL.map(each).into_iter().flatten().flatten().collect()
 }
 

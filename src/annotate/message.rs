@@ -17,6 +17,7 @@ use crate::io::{
 };
 use crate::pipeline::{self, Config, Stages};
 use crate::semantics::{GroundParams, MaskSource};
+use crate::sensor_frame::{SensorFrame, Transforms};
 use crate::taxonomy::Taxonomy;
 
 /// Where the object mask of a recording's clouds comes from.
@@ -44,14 +45,18 @@ pub struct Method {
     pub ground: GroundParams,
     /// Projection and clustering.
     pub config: Config,
-    /// What a detector found in each cloud, for methods that want to know.
+    /// What a detector found in each cloud, for methods that want to know. Clouds with boxes are not turned.
     pub boxes: FrameBoxes,
+    /// How the frames of the clouds stand.
+    pub sensor_frame: SensorFrame,
+    /// What the recording says of that.
+    pub transforms: Transforms,
 }
 
 /// A cloud as the method sees it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decoded<'a> {
-    /// The cloud, with classes if they are asked for.
+    /// The cloud, with classes if they are asked for, turned so that z is up ([`SensorFrame`]).
     pub cloud: PointCloud,
     /// Where its object mask comes from.
     pub mask: MaskSource<'a>,
@@ -81,18 +86,30 @@ impl Method {
         Ok(self.boxes.of(&asked)?.detections)
     }
 
-    /// The cloud in a message, and where its object mask comes from.
+    /// Turns a cloud as its frame stands, unless boxes in that frame are asked for.
     ///
     /// # Errors
-    /// Those of [`PackedCloud::to_cloud`]; [`crate::Error::MissingField`] if the field that should hold the
-    /// classes is not there.
+    /// Those of [`SensorFrame::turn`].
+    pub fn turn(&self, cloud: &mut PointCloud, frame_id: &str) -> Result<()> {
+        if self.boxes == FrameBoxes::Nothing {
+            cloud.turn(self.sensor_frame.turn(frame_id, &self.transforms)?);
+        }
+        Ok(())
+    }
+
+    /// The cloud in a message, upright, and where its object mask comes from.
+    ///
+    /// # Errors
+    /// Those of [`PackedCloud::to_cloud`] and [`SensorFrame::turn`]; [`crate::Error::MissingField`] if the field that
+    /// should hold the classes is not there.
     pub fn decode(&self, wire: &PackedCloud) -> Result<Decoded<'_>> {
         let field = match &self.semantics {
             Semantics::Auto => wire.semantic_field(),
             Semantics::Field(name) => Some(name.as_str()),
             Semantics::Ground | Semantics::All => None,
         };
-        let cloud = wire.to_cloud(field)?;
+        let mut cloud = wire.to_cloud(field)?;
+        self.turn(&mut cloud, &wire.frame_id)?;
         let semantics = match (&self.semantics, field) {
             (Semantics::All, _) => "all".to_owned(),
             (_, Some(field)) => format!("field:{field}"),
@@ -194,7 +211,7 @@ pub fn annotate_message(
         ground: ground.as_deref(),
     };
     io::annotated_cloud(&written, &annotation, &mut annotated.cloud)?;
-    types.write_objects(&written, &stages.instances, &mut annotated.objects)?;
+    types.write_objects(&written, &clustered, &mut annotated.objects)?;
     annotated.frame_id.clone_from(&wire.frame_id);
     annotated.stamp_ns = wire.stamp_ns();
     annotated.semantics.clone_from(&clustered.semantics);

@@ -10,6 +10,7 @@ use super::profile::Profile;
 use crate::instances::Reason;
 use crate::io::CloudFormat;
 use crate::pipeline::{StageTimes, Stages};
+use crate::sensor_frame::SensorFrame;
 use crate::taxonomy::Taxonomy;
 
 /// Name of the metadata record that says how a recording was annotated.
@@ -213,6 +214,12 @@ pub fn remarks(clustered: &Clustered, taxonomy: &Taxonomy) -> Vec<(&'static str,
         let problem = format!("several fields are named `{name}`: the first of them is read");
         remarks.push(("with a field name that comes again", problem));
     }
+    if stages.mask.ground_is_overhead {
+        let problem = "the largest level surface lies above the sensor. If that is the ground, z points down in the \
+                       cloud's frame: `--sensor-frame frd` turns a frame whose y is to the right and z down, \
+                       `--sensor-frame 180,0,0` a sensor that hangs upside down";
+        remarks.push(("with the ground overhead", problem.to_owned()));
+    }
     remarks.extend(clustered.missing_boxes.clone().map(|problem| ("without boxes", problem)));
     remarks
 }
@@ -234,6 +241,9 @@ pub(super) fn asked(method: &Method) -> BTreeMap<String, String> {
         ("parameters".to_owned(), json(serde_json::json!(method.config))),
         ("ground".to_owned(), json(serde_json::json!(method.ground))),
     ]);
+    if method.sensor_frame != SensorFrame::Auto {
+        asked.insert("sensor_frame".to_owned(), method.sensor_frame.to_string());
+    }
     asked.extend(method.boxes.describe().map(|boxes| ("boxes".to_owned(), boxes)));
     asked
 }

@@ -1,8 +1,8 @@
 //! In which messages an annotation is written.
 
 use super::Form;
+use super::message::Clustered;
 use crate::error::{Error, Result};
-use crate::instances::Instance;
 use crate::io::{
     ByteOrder, CloudFormat, Layout, MessageSchema, ObjectBox, ObjectEncoding, ObjectKind, Overview,
     PackedCloud,
@@ -52,12 +52,14 @@ impl MessageTypes {
     pub(super) fn write_objects(
         &self,
         cloud: &PackedCloud,
-        instances: &[Instance],
+        clustered: &Clustered,
         out: &mut Vec<u8>,
     ) -> Result<()> {
-        let frame = cloud.isometry();
+        // What was found in the cloud turned upright is turned back.
+        let frame = cloud.isometry() * clustered.cloud.turned.inverse();
+        let instances = clustered.stages.instances.iter();
         let boxes: Vec<ObjectBox> =
-            instances.iter().map(|instance| ObjectBox::of(instance, &frame)).collect();
+            instances.map(|instance| ObjectBox::of(instance, &frame)).collect();
         let encoding = encoding(cloud.format, cloud.byte_order);
         let header = (cloud.stamp_sec as i32, cloud.stamp_nanosec, cloud.frame_id.as_str());
         self.object_kind(encoding).write(encoding, header, &boxes, out)

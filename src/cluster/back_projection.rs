@@ -47,11 +47,14 @@ fn nearest_object(
     let own = image.pixel_of(point)?;
     let columns = image.columns();
     let (row, column) = (own / columns, own % columns);
-    let rows = row.saturating_sub(window.rows)..(row + window.rows + 1).min(image.rows());
+    let band = image.band_of(own);
+    let highest = row.saturating_sub(window.rows).max(band.rows.start);
+    let rows = highest..(row + window.rows + 1).min(band.rows.end);
     let position = cloud.position(point);
+    let seen = band.from_sensor(wide(position));
     let mut best: Option<(f64, usize)> = None;
     for offset in 0..=window.columns.min((columns - 1) / 2) {
-        let bound = best.map_or(0.0, |_| least_distance(position, offset, columns, window.nearest));
+        let bound = best.map_or(0.0, |_| least_distance(seen, offset, columns, window.nearest));
         for column in sides(column, offset, columns, image.wraps).into_iter().flatten() {
             if best.is_some_and(|(least, _)| least < bound) {
                 return best.map(|(distance, object)| (object, distance));
@@ -85,14 +88,15 @@ fn sides(column: usize, offset: usize, columns: usize, wraps: bool) -> [Option<u
     }
 }
 
-/// No point so many columns away, or farther, is nearer than this: its ray leaves in another direction.
-fn least_distance(position: [f32; 3], offset: usize, columns: usize, nearest: Nearest) -> f64 {
+/// No point so many columns away, or farther, is nearer than this: its ray leaves in another direction
+/// than that of the point `seen` from where the sensor stands.
+fn least_distance(seen: [f64; 3], offset: usize, columns: usize, nearest: Nearest) -> f64 {
     if nearest == Nearest::Range {
         return 0.0;
     }
     let between = offset.saturating_sub(1) as f64;
     let angle = (between * std::f64::consts::TAU / columns as f64).min(1.5);
-    let [x, y, _] = wide(position);
+    let [x, y, _] = seen;
     (x * x + y * y) * angle.sin().powi(2)
 }
 

@@ -1,7 +1,5 @@
 //! Condition(a, b): do two neighbouring pixels belong together (ALGORITHM section 3)?
 
-use std::f64::consts::TAU;
-
 use super::params::{Condition, Gate, Rays};
 use crate::taxonomy::ClassSize;
 
@@ -25,9 +23,15 @@ pub enum Along {
 }
 
 impl<'a> Judge<'a> {
-    /// The condition on an image of so many columns.
-    pub fn new(condition: &'a Condition, columns: usize) -> Self {
-        Judge { condition, tangent: condition.angle.tan(), column_step: TAU / columns as f64 }
+    /// The condition on an image whose columns are so many radians apart.
+    pub fn new(condition: &'a Condition, column_step: f64) -> Self {
+        Judge { condition, tangent: condition.angle.tan(), column_step }
+    }
+
+    /// The same on an image whose columns are so many radians apart.
+    #[inline]
+    pub fn with_columns(self, column_step: f64) -> Self {
+        Judge { column_step, ..self }
     }
 
     /// Whether two points belong together. Symmetric in them.
@@ -101,6 +105,8 @@ fn norm(a: [f64; 3]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
     use crate::cluster::params::ClusterParams;
 
@@ -113,7 +119,7 @@ mod tests {
     fn paper(d1: f64, d2: f64, degrees: f64) -> bool {
         let (p, q) = pair(d1, d2, degrees);
         let condition = ClusterParams::paper().condition;
-        let judge = Judge::new(&condition, 1800);
+        let judge = Judge::new(&condition, TAU / 1800.0);
         let both = [(p, q), (q, p)].map(|(p, q)| judge.is_connected(p, q, 1, Along::Row, None));
         assert_eq!(both[0], both[1], "not symmetric");
         both[0]
@@ -141,7 +147,8 @@ mod tests {
             let mut nominal = ClusterParams::paper().condition;
             nominal.rays = Rays::Nominal { row_step: 0.3_f64.to_radians() };
             for (columns, along) in [(1200, Along::Row), (7, Along::Column)] {
-                let holds = Judge::new(&nominal, columns).is_connected(p, q, 1, along, None);
+                let holds =
+                    Judge::new(&nominal, TAU / columns as f64).is_connected(p, q, 1, along, None);
                 assert_eq!(holds, paper(d1, 10.0, 0.3));
             }
         }
@@ -153,7 +160,7 @@ mod tests {
         let holds = |d1: f64, d2: f64, degrees: f64, apart: usize| {
             let (p, q) = pair(d1, d2, degrees);
             let columns = (360.0 * apart as f64 / degrees).round() as usize;
-            Judge::new(&condition, columns).is_connected(p, q, apart, Along::Row, None)
+            Judge::new(&condition, TAU / columns as f64).is_connected(p, q, apart, Along::Row, None)
         };
         assert!(holds(20.0, 20.0, 0.5, 3));
         assert!(!holds(20.0, 20.0, 0.5, 4), "beyond 15 m at most 3 pixels");

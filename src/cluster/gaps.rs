@@ -41,15 +41,16 @@ pub fn reaches(
     params: &GapMerge,
 ) -> Vec<[f32; 2]> {
     let columns = image.columns();
-    let column_step = std::f64::consts::TAU / columns as f64;
     let row_steps = image.row_steps(cloud);
     let reach = |(&pixel, position): (&u32, &[f32; 3])| {
-        let range = position.iter().map(|&x| f64::from(x).powi(2)).sum::<f64>().sqrt();
+        let band = image.band_of(pixel as usize);
+        let from_sensor = band.from_sensor(position.map(f64::from));
+        let range = from_sensor.iter().map(|x| x.powi(2)).sum::<f64>().sqrt();
         let within = |step: f64, least: f64| {
             (params.steps * step * range).min(params.at_most).max(least) as f32
         };
         let row_step = row_steps[pixel as usize / columns];
-        [within(column_step, params.across), within(row_step, params.upright)]
+        [within(band.column_step, params.across), within(row_step, params.upright)]
     };
     objects.pixel.iter().zip(&objects.position).map(reach).collect()
 }

@@ -63,9 +63,8 @@ impl ObjectPixels {
         };
         let reach =
             Reach { columns: params.gap_columns, rows: params.gap_rows, wraps: image.wraps };
-        let one_group = vec![0; objects.pixel.len()];
-        let group = if params.same_class_neighbours { &objects.family } else { &one_group };
-        objects.neighbours = neighbours(&objects.set, &objects.pixel, group, reach);
+        let group = groups(&objects, image, mask, params.same_class_neighbours);
+        objects.neighbours = neighbours(&objects.set, &objects.pixel, &group, reach);
         if let Some(gaps) = params.gaps.filter(|_| !mask.has_classes()) {
             objects.reach = gaps::reaches(&objects, cloud, image, &gaps);
         }
@@ -90,6 +89,25 @@ impl ObjectPixels {
     }
 }
 
+/// Of which group each object pixel is: only pixels of one sensor and, where classes matter, of one family are
+/// neighbours.
+fn groups(
+    objects: &ObjectPixels,
+    image: &RangeImage,
+    mask: &ObjectMask,
+    by_class: bool,
+) -> Vec<u16> {
+    let families = if by_class { mask.families.len() } else { 1 };
+    let family = |object: usize| if by_class { objects.family[object] } else { 0 };
+    let band = |object: usize| {
+        image.band_of_row(objects.pixel[object] as usize / image.columns()) * families
+    };
+    match image.bands.len() {
+        1 => (0..objects.len()).map(family).collect(),
+        _ => (0..objects.len()).map(|object| band(object) as u16 + family(object)).collect(),
+    }
+}
+
 /// The condition is symmetric, and so are neighbours: judged towards the right and downwards, copied to
 /// the left and upwards.
 fn connected(
@@ -100,9 +118,11 @@ fn connected(
 ) -> Vec<[bool; NEIGHBOURS]> {
     const FORWARD: [(usize, usize, Along); 2] = [(1, 0, Along::Row), (3, 2, Along::Column)];
     let columns = image.columns();
-    let judge = Judge::new(&params.condition, columns);
+    let judge = Judge::new(&params.condition, image.bands[0].column_step);
     let mut connected = vec![[false; NEIGHBOURS]; objects.len()];
     for from in 0..objects.len() {
+        let band = image.band_of(objects.pixel[from] as usize);
+        let judge = judge.with_columns(band.column_step);
         for (forward, backward, along) in FORWARD {
             let to = objects.neighbours[from][forward];
             if to == NO_NEIGHBOUR {
@@ -110,7 +130,7 @@ fn connected(
             }
             let to = to as usize;
             let apart = pixels_apart(objects.pixel[from], objects.pixel[to], columns, along);
-            let [p, q] = [wide(objects.position[from]), wide(objects.position[to])];
+            let [p, q] = [from, to].map(|object| band.from_sensor(wide(objects.position[object])));
             let size = sizes[usize::from(objects.class[from])];
             let holds = match objects.reach.is_empty() {
                 true => judge.is_connected(p, q, apart, along, size),

@@ -1,7 +1,5 @@
 //! Pairs of neighbouring pixels, and the angle beta that decided on each (ALGORITHM section 3).
 
-use std::f64::consts::TAU;
-
 use serde::Serialize;
 
 use super::facts::{Place, place_of_object};
@@ -83,12 +81,13 @@ pub(super) fn pair(frame: &Frame, from: usize, direction: usize) -> BorderPair {
         1 => (b.column + columns - a.column - 1) % columns + 1,
         _ => a.row.abs_diff(b.row),
     };
-    let [p, q] = [a, b].map(|place| place.position.map(f64::from));
+    let band = stages.image.band_of(stages.objects.pixel[from] as usize);
+    let [p, q] = [a, b].map(|place| band.from_sensor(place.position.map(f64::from)));
     let condition = &frame.config.cluster.condition;
     let beta = match condition.rays {
         Rays::Measured => measured_beta(p, q),
         Rays::Nominal { row_step } => {
-            let step = if in_one_row { TAU / columns as f64 } else { row_step };
+            let step = if in_one_row { band.column_step } else { row_step };
             nominal_beta(p, q, pixels_apart as f64 * step)
         }
     };

@@ -17,7 +17,7 @@ pub const CLOUD_TOPIC: &str = "/lidar/points";
 pub const SENSOR_FRAME: &str = "lidar";
 
 /// Fields of the clouds: name, offset, type. `label` is SemanticKITTI's class, `true_instance` the true
-/// object, `t` nanoseconds after the stamp.
+/// object, `t` nanoseconds after the stamp; `ring` is left out where the sensor has none.
 const FIELDS: [(&str, u32, Datatype); 8] = [
     ("x", 0, Datatype::Float32),
     ("y", 4, Datatype::Float32),
@@ -109,6 +109,7 @@ pub fn cloud_message_in(format: CloudFormat, frame: &Frame, out: &mut Vec<u8>) -
         datatype,
         count: 1,
     });
+    let is_there = |field: &PointField| field.name != "ring" || cloud.ring.is_some();
     let (stamp_sec, stamp_nanosec) = stamp(frame.stamp_ns);
     let message = PackedCloud {
         format,
@@ -117,7 +118,7 @@ pub fn cloud_message_in(format: CloudFormat, frame: &Frame, out: &mut Vec<u8>) -
         frame_id: SENSOR_FRAME.to_owned(),
         height: cloud.height as u32,
         width: cloud.width as u32,
-        fields: fields.to_vec(),
+        fields: fields.into_iter().filter(is_there).collect(),
         is_bigendian: false,
         point_step: POINT_STEP,
         row_step: POINT_STEP * cloud.width as u32,

@@ -21,6 +21,7 @@ pub mod recording;
 pub mod ros;
 pub mod scans;
 pub mod semantic_kitti;
+pub mod static_transforms;
 pub mod transforms;
 
 pub use annotation::{PointAnnotation, annotated_cloud};
@@ -41,3 +42,4 @@ pub use recording::{
     abandon_partial_files, checksum, is_stream, write_file,
 };
 pub use ros::{ByteOrder, Layout};
+pub use static_transforms::static_transforms;

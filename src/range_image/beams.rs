@@ -9,11 +9,56 @@ use crate::cloud::{PointCloud, wide};
 /// A sensor with more beams than this is not known; a larger ring number is not a beam.
 const MOST_BEAMS: usize = 1024;
 
-/// Row of each ring number, row 0 the highest: rings sorted by the median elevation of their returns.
-/// Where that is all but monotone in the ring number, plain ascending or descending order is used, so
-/// that a ring with few returns cannot fall out of line. `None` if the numbers cannot be beams.
-pub(super) fn row_of_ring(sweep: &Sweep, ring: &[u16]) -> Option<Vec<u16>> {
-    Some(rows_by_slope(&median_slopes(sweep, ring)?))
+/// What the ring numbers of a sweep look like.
+pub(super) struct Rings {
+    /// For each number the median slope of its returns.
+    medians: Vec<Option<f64>>,
+    /// Share of the returns that lie off the median slope of their ring.
+    astray: f64,
+}
+
+impl Rings {
+    /// `None` if the numbers cannot be beams.
+    pub fn of(sweep: &Sweep, ring: &[u16]) -> Option<Rings> {
+        /// Slope, half a degree at the horizon: the offsets of lasers, and a frame turned a little.
+        const NEAR: f64 = 0.01;
+        let mut slopes = slopes(sweep, ring)?;
+        let medians: Vec<Option<f64>> = slopes.iter_mut().map(|beam| median(beam)).collect();
+        let (mut astray, mut all) = (0, 0);
+        for (beam, middle) in slopes.iter().zip(&medians) {
+            let middle = middle.unwrap_or(0.0);
+            astray += beam.iter().map(|s| usize::from((s - middle).abs() > NEAR)).sum::<usize>();
+            all += beam.len();
+        }
+        Some(Rings { medians, astray: astray as f64 / all as f64 })
+    }
+
+    /// Whether each ring keeps its elevation all round, as in the sensor's own frame.
+    pub fn are_level(&self) -> bool {
+        self.astray < 0.3
+    }
+
+    /// Row of each ring number, row 0 the highest: rings sorted by the median elevation of their returns.
+    /// Where that is all but monotone in the ring number, plain ascending or descending order is used, so
+    /// that a ring with few returns cannot fall out of line.
+    pub fn rows(&self) -> Vec<u16> {
+        rows_by_slope(&self.medians)
+    }
+}
+
+/// Whether rings are beams that go up and down as they turn, as in a frame that is not the sensor's, and not
+/// patches or modules: returns that follow each other in azimuth differ little in elevation.
+pub(super) fn are_swept(sweep: &Sweep, ring: &[u16]) -> bool {
+    const CALM: f64 = 1.5 * PI / 180.0;
+    let place = |&point: &u32| {
+        let point = point as usize;
+        (ring[point], sweep.azimuth[point], elevation(sweep.cloud, point))
+    };
+    let mut places: Vec<(u16, f32, f64)> = sweep.sample.iter().map(place).collect();
+    places.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let pairs = places.windows(2).filter(|pair| pair[0].0 == pair[1].0);
+    let mut changes: Vec<f64> = pairs.map(|pair| (pair[1].2 - pair[0].2).abs()).collect();
+    median(&mut changes).is_none_or(|change| change < CALM)
 }
 
 fn rows_by_slope(medians: &[Option<f64>]) -> Vec<u16> {
@@ -36,9 +81,14 @@ fn rows_by_slope(medians: &[Option<f64>]) -> Vec<u16> {
     row_of_ring
 }
 
-/// For each ring number the median slope of its returns, from the sample where they are many. `None`
-/// without any return or with a ring number that is no beam.
+/// For each ring number the median slope of its returns.
 fn median_slopes(sweep: &Sweep, ring: &[u16]) -> Option<Vec<Option<f64>>> {
+    Some(slopes(sweep, ring)?.iter_mut().map(|beam| median(beam)).collect())
+}
+
+/// For each ring number the slopes of its returns, of the sample where they are many. `None` without any return
+/// or with a ring number that is no beam.
+fn slopes(sweep: &Sweep, ring: &[u16]) -> Option<Vec<Vec<f64>>> {
     const MANY: usize = 256;
     let counts = returns_of_rings(sweep, ring);
     let rings = counts.iter().rposition(|&count| count > 0)? + 1;
@@ -61,7 +111,7 @@ fn median_slopes(sweep: &Sweep, ring: &[u16]) -> Option<Vec<Option<f64>>> {
             }
         }
     }
-    Some(slopes.iter_mut().map(|beam| median(beam)).collect())
+    Some(slopes)
 }
 
 /// Number of returns of each ring.

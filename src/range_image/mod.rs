@@ -1,25 +1,36 @@
 //! The range image: H x W pixels, row 0 the highest beam, columns in scan order (paper, section III;
 //! ALGORITHM section 1).
 //!
-//! Three projections lead there: an organised cloud is the image as it stands; a `ring` or `channel`
-//! field gives the rows; without one the rows come from the elevation, its beams estimated from the
-//! data. Columns then come from the azimuth. Where several points fall into one pixel the nearest wins
+//! Several projections lead there: an organised cloud is the image as it stands (beams that are turned against
+//! each other brought back into line); a `ring` or `channel` field gives the rows; without one the rows come
+//! from the order of storage or from the elevation, its beams estimated from the data; where there are no
+//! beams, pixels are as fine as the points lie. Columns then come from the azimuth. A cloud merged of several
+//! sensors that tells them apart is an image of each ([`Band`]), one below the other.
+//! Where several points fall into one pixel the nearest wins
 //! (ties: the lower point index); the others are *shadowed* and get their label after the clustering.
 
 mod azimuth;
+mod band;
 mod beams;
 mod columns;
+mod coverage;
+mod geometry;
 mod neighbours;
 mod organised;
 mod pixel_set;
 mod project;
+mod sources;
+mod spacing;
 mod sweep;
+mod viewpoint;
 
 use serde::Serialize;
 
 use crate::cloud::PointCloud;
 use crate::grid::Grid;
 
+pub use band::{Band, BandView};
+pub use geometry::{BandGeometry, Geometry};
 pub use neighbours::{NEIGHBOURS, NO_NEIGHBOUR, Reach, neighbours};
 pub use pixel_set::PixelSet;
 
@@ -31,13 +42,14 @@ pub const NOWHERE: u32 = u32::MAX;
 pub struct ProjectionParams {
     /// What gives the rows of a cloud that is not organised. Default: the best that the cloud offers.
     pub rows_from: RowsFrom,
-    /// Rows of the uniform spherical projection. Default 64 (the paper's).
+    /// Rows of equal elevation, in place of any beams; an organised cloud stays as it stands. Default: the beams,
+    /// where there are any; else as fine as the points lie, or 64 (the paper's) where few points tell.
     pub rows: Option<usize>,
-    /// Columns of the full circle. Default: from the azimuth step between returns of one beam; 2048
-    /// (the paper's) where the beams are not known.
+    /// Columns of the full circle. Default: from the azimuth step between returns of one beam, or as fine as
+    /// the points lie where there are no beams; 2048 (the paper's) where few points tell.
     pub columns: Option<usize>,
-    /// Elevation of the image's upper and lower edge in radians, uniform spherical projection only.
-    /// Default: the elevations that hold all but 0.2 % of the returns.
+    /// Elevation of the image's upper and lower edge in radians, for rows of equal elevation in place of any
+    /// beams. Default: the elevations that hold all but 0.2 % of the returns.
     pub field_of_view: Option<(f64, f64)>,
     /// Whether the first and the last column are neighbours.
     pub wrap: Wrap,
@@ -83,6 +95,8 @@ pub enum Projection {
     Elevations,
     /// Rows of equal elevation.
     UniformElevation,
+    /// An image for each of several sensors.
+    Sources,
 }
 
 impl Projection {
@@ -95,6 +109,7 @@ impl Projection {
             Projection::ScanOrder => "storage order, one turn per beam",
             Projection::Elevations => "beams found in the elevations",
             Projection::UniformElevation => "equal steps of elevation",
+            Projection::Sources => "an image for each sensor",
         }
     }
 }
@@ -104,8 +119,13 @@ impl Projection {
 pub struct RangeImage {
     /// Which projection made it.
     pub projection: Projection,
+    /// The sensors that made it, from the upper rows to the lower ones: one, but for a merged cloud.
+    pub bands: Vec<Band>,
     /// Whether columns 0 and W-1 are neighbours.
     pub wraps: bool,
+    /// By how many columns the rows of an organised cloud were turned against each other at most, before they
+    /// were brought into line; 0 if they stood in line.
+    pub stagger: usize,
     /// Whether row 0 is the highest beam. Always so but for an organised cloud stored bottom up, which
     /// stays as it stands.
     pub top_row_first: bool,
@@ -122,10 +142,9 @@ impl RangeImage {
     /// Steps: rows and a column count from whichever projection fits; pixel of each return; nearest
     /// point of each pixel. Time O(N), plus sorting a sample of the azimuths.
     pub fn new(cloud: &PointCloud, params: &ProjectionParams) -> RangeImage {
-        if cloud.is_organised() {
-            organised::project(cloud, params)
-        } else {
-            project::project(cloud, params)
+        match organised::project(cloud, params) {
+            Some(image) => image,
+            None => project::project(cloud, params),
         }
     }
 
@@ -171,30 +190,21 @@ impl RangeImage {
     /// a sample of its returns. A row without any has the mean step of all; so has the only row.
     pub fn row_steps(&self, cloud: &PointCloud) -> Vec<f64> {
         const EVERY: usize = 16;
-        let elevation_of = |row: usize| {
+        let of_row = |row: usize| {
             let pixels = (0..self.columns()).step_by(EVERY).map(|c| row * self.columns() + c);
-            let seen: Vec<f64> = pixels
-                .filter_map(|pixel| self.point_at(pixel).map(|point| elevation(cloud, point)))
-                .collect();
+            let band = &self.bands[self.band_of_row(row)];
+            let from_sensor = |point| match band.is_at_origin() {
+                true => elevation(cloud, point),
+                false => elevation_of(band.in_sensor(cloud.position(point))),
+            };
+            let seen: Vec<f64> =
+                pixels.filter_map(|pixel| self.point_at(pixel).map(from_sensor)).collect();
             (!seen.is_empty()).then(|| seen.iter().sum::<f64>() / seen.len() as f64)
         };
-        let rows: Vec<Option<f64>> = (0..self.rows()).map(elevation_of).collect();
-        let known: Vec<(usize, f64)> =
-            rows.iter().enumerate().filter_map(|(row, e)| Some((row, (*e)?))).collect();
-        let step = |a: &(usize, f64), b: &(usize, f64)| (a.1 - b.1).abs() / (b.0 - a.0) as f64;
-        let mean = match (known.first(), known.last()) {
-            (Some(first), Some(last)) if first.0 < last.0 => step(first, last),
-            _ => 0.0,
-        };
-        let mut steps = vec![mean; self.rows()];
-        for row in &known {
-            steps[row.0] = 0.0;
-        }
-        for pair in known.windows(2) {
-            let between = step(&pair[0], &pair[1]);
-            for row in [pair[0].0, pair[1].0] {
-                steps[row] = steps[row].max(between);
-            }
+        let rows: Vec<Option<f64>> = (0..self.rows()).map(of_row).collect();
+        let mut steps = Vec::with_capacity(self.rows());
+        for band in &self.bands {
+            steps.extend(row_steps(&rows[band.rows.clone()]));
         }
         steps
     }
@@ -209,10 +219,36 @@ impl RangeImage {
     }
 }
 
+/// For each row of one sensor the angle to the farther of the two next to it, given the elevation of each.
+fn row_steps(rows: &[Option<f64>]) -> Vec<f64> {
+    let known: Vec<(usize, f64)> =
+        rows.iter().enumerate().filter_map(|(row, e)| Some((row, (*e)?))).collect();
+    let step = |a: &(usize, f64), b: &(usize, f64)| (a.1 - b.1).abs() / (b.0 - a.0) as f64;
+    let mean = match (known.first(), known.last()) {
+        (Some(first), Some(last)) if first.0 < last.0 => step(first, last),
+        _ => 0.0,
+    };
+    let mut steps = vec![mean; rows.len()];
+    for row in &known {
+        steps[row.0] = 0.0;
+    }
+    for pair in known.windows(2) {
+        let between = step(&pair[0], &pair[1]);
+        for row in [pair[0].0, pair[1].0] {
+            steps[row] = steps[row].max(between);
+        }
+    }
+    steps
+}
+
+/// Elevation of a position above the horizontal plane in radians.
+fn elevation_of([x, y, z]: [f64; 3]) -> f64 {
+    z.atan2(x.hypot(y))
+}
+
 /// Elevation of a point above the sensor's horizontal plane in radians.
 fn elevation(cloud: &PointCloud, point: usize) -> f64 {
-    let [x, y, z] = cloud.position(point).map(f64::from);
-    z.atan2(x.hypot(y))
+    elevation_of(cloud.position(point).map(f64::from))
 }
 
 /// Azimuth of a point in radians, counter-clockwise from the x axis.

@@ -1,53 +1,143 @@
 //! Organised clouds: the image as it stands.
+//!
+//! Two things are put right. Some drivers call a cloud organised whose rows are no sweeps (modules, returns in
+//! the order of firing, all first returns before all second ones): that is projected as if it were not. And
+//! where a column is a moment of measurement, beams that are turned against each other make neighbouring rows
+//! stand aside from one another (Ouster's staggered form; an organised VLP-32C): each row is then turned by
+//! whole columns until the columns look one way.
 
 use std::f64::consts::{PI, TAU};
 
-use super::{NOWHERE, Projection, ProjectionParams, RangeImage, Wrap, azimuth, elevation, median};
+use super::{
+    Band, NOWHERE, Projection, ProjectionParams, RangeImage, Wrap, azimuth, elevation, median,
+};
 use crate::cloud::PointCloud;
 use crate::grid::Grid;
+use nalgebra::Isometry3;
 
 /// The elevation of one beam stays within this standard deviation over a turn, radians: offsets of the
 /// lasers and a tilted mount included, and well below the field of view of any scanner.
 const BEAM_SPREAD: f64 = 0.5 * PI / 180.0;
 
 /// The cloud's own grid.
-pub(super) fn project(cloud: &PointCloud, params: &ProjectionParams) -> RangeImage {
+/// Where the points of an organised cloud lie in the image.
+#[derive(Debug, Clone, Copy)]
+struct Layout<'a> {
+    cloud: &'a PointCloud,
+    rows: usize,
+    columns: usize,
+    is_transposed: bool,
+}
+
+impl Layout<'_> {
+    #[inline]
+    fn point(&self, row: usize, column: usize) -> usize {
+        if self.is_transposed { column * self.rows + row } else { row * self.columns + column }
+    }
+
+    /// Azimuths of the returns of a row with their columns, one column in so many.
+    fn azimuths(&self, row: usize, every: usize) -> impl Iterator<Item = (usize, f64)> {
+        let points = (0..self.columns).step_by(every).map(move |c| (c, self.point(row, c)));
+        let returns = points.filter(|&(_, point)| self.cloud.is_return(point));
+        returns.map(|(column, point)| (column, azimuth(self.cloud, point)))
+    }
+}
+
+/// `None` of a cloud that is not organised, or whose rows are no sweeps.
+pub(super) fn project(cloud: &PointCloud, params: &ProjectionParams) -> Option<RangeImage> {
+    if !cloud.is_organised() {
+        return None;
+    }
+    let layout = layout(cloud);
+    if leaps(&layout) {
+        return None;
+    }
+    let step = column_step(&layout);
+    if step.is_some_and(|step| step.abs() * layout.columns as f64 > MOST_TURNS * TAU) {
+        return None;
+    }
+    let closes = step.is_some_and(|step| {
+        (0.95 * TAU..1.05 * TAU).contains(&(step.abs() * layout.columns as f64))
+    });
+    let shifts = shifts(&layout, step.filter(|_| closes));
+    Some(image(&layout, params, step, closes, &shifts))
+}
+
+/// Whether returns that follow each other in a row leap in elevation, as those in the order of firing do.
+fn leaps(layout: &Layout) -> bool {
+    const CALM: f64 = 1.5 * PI / 180.0;
+    const ROWS: usize = 16;
+    const PAIRS: usize = 64;
+    const FEWEST_PAIRS: usize = 64;
+    let mut changes = Vec::new();
+    for row in (0..layout.rows).step_by(layout.rows.div_ceil(ROWS).max(1)) {
+        for column in (1..layout.columns).step_by(layout.columns.div_ceil(PAIRS).max(1)) {
+            let pair = [layout.point(row, column - 1), layout.point(row, column)];
+            if pair.iter().all(|&point| layout.cloud.is_return(point)) {
+                let [before, after] = pair.map(|point| elevation(layout.cloud, point));
+                changes.push((after - before).abs());
+            }
+        }
+    }
+    changes.len() >= FEWEST_PAIRS && median(&mut changes).is_some_and(|change| change > CALM)
+}
+
+/// Rows that go round more often than that are no sweeps.
+const MOST_TURNS: f64 = 1.5;
+
+fn layout(cloud: &PointCloud) -> Layout<'_> {
     let (height, width) = (cloud.height, cloud.width);
     let along_row = spread(cloud, height, width, |row, column| row * width + column);
     let along_column = spread(cloud, width, height, |column, row| row * width + column);
     let is_beam = |spread: Option<f64>| spread.is_some_and(|spread| spread < BEAM_SPREAD);
     let is_swept = |spread: Option<f64>| spread.is_some_and(|spread| spread > 4.0 * BEAM_SPREAD);
-    let transposed = is_beam(along_column) && is_swept(along_row);
-    let (rows, columns) = if transposed { (width, height) } else { (height, width) };
-    let point = |row: usize, column: usize| {
-        if transposed { column * width + row } else { row * width + column }
-    };
+    let is_transposed = is_beam(along_column) && is_swept(along_row);
+    let (rows, columns) = if is_transposed { (width, height) } else { (height, width) };
+    Layout { cloud, rows, columns, is_transposed }
+}
 
+fn image(
+    layout: &Layout,
+    params: &ProjectionParams,
+    step: Option<f64>,
+    closes: bool,
+    shifts: &[usize],
+) -> RangeImage {
+    let Layout { cloud, rows, columns, is_transposed } = *layout;
     let mut point_of_pixel = Grid::filled(rows, columns, NOWHERE);
     let mut pixel_of_point = vec![NOWHERE; cloud.len()];
-    for row in 0..rows {
+    for (row, &shift) in shifts.iter().enumerate() {
         for column in 0..columns {
-            let point = point(row, column);
+            let point = layout.point(row, column);
             if cloud.is_return(point) {
-                let pixel = point_of_pixel.pixel(row, column);
+                let moved = column + shift;
+                let moved = if moved >= columns { moved - columns } else { moved };
+                let pixel = point_of_pixel.pixel(row, moved);
                 point_of_pixel.values_mut()[pixel] = point as u32;
                 pixel_of_point[point] = pixel as u32;
             }
         }
     }
+    let projection =
+        if is_transposed { Projection::OrganisedTransposed } else { Projection::Organised };
     let wraps = match params.wrap {
         Wrap::Always => true,
         Wrap::Never => false,
-        Wrap::WhereScanCloses => closes(cloud, rows, columns, point),
+        Wrap::WhereScanCloses => closes,
     };
+    let is_sector = !wraps && step.is_some_and(|step| step != 0.0);
     RangeImage {
-        projection: if transposed {
-            Projection::OrganisedTransposed
-        } else {
-            Projection::Organised
-        },
+        projection,
+        bands: vec![Band {
+            source: None,
+            rows: 0..rows,
+            projection,
+            column_step: if is_sector { step.unwrap_or(0.0).abs() } else { TAU / columns as f64 },
+            sensor: Isometry3::identity(),
+        }],
         wraps,
-        top_row_first: top_row_first(cloud, rows, columns, point),
+        stagger: shifts.iter().map(|&shift| shift.min(columns - shift)).max().unwrap_or(0),
+        top_row_first: top_row_first(cloud, rows, columns, |row, column| layout.point(row, column)),
         point_of_pixel,
         pixel_of_point,
     }
@@ -79,26 +169,78 @@ fn spread(
     median(&mut deviations).filter(|_| deviations.len() >= FEWEST_LINES)
 }
 
-/// Whether the columns go all the way round: the median azimuth step times the columns is a turn.
-fn closes(
-    cloud: &PointCloud,
-    rows: usize,
-    columns: usize,
-    point: impl Fn(usize, usize) -> usize,
-) -> bool {
+/// Median azimuth step from column to column, radians; `None` of too few returns.
+fn column_step(layout: &Layout) -> Option<f64> {
+    let (rows, cloud) = (layout.rows, layout.cloud);
     let mut steps = Vec::new();
     for row in (0..rows).step_by(rows.div_ceil(16).max(1)) {
-        for column in 1..columns {
-            let (before, after) = (point(row, column - 1), point(row, column));
+        for column in 1..layout.columns {
+            let (before, after) = (layout.point(row, column - 1), layout.point(row, column));
             if cloud.is_return(before) && cloud.is_return(after) {
                 let step = azimuth(cloud, after) - azimuth(cloud, before);
                 steps.push((step + PI).rem_euclid(TAU) - PI);
             }
         }
     }
-    let turn = median(&mut steps).map_or(0.0, |step| step.abs() * columns as f64);
-    (0.95 * TAU..1.05 * TAU).contains(&turn)
+    median(&mut steps)
 }
+
+/// By how many columns each row is turned to the right so that all columns look one way; all 0 where they do so
+/// already, and where the scan does not close (`step` is the azimuth step of one that does, radians).
+///
+/// Rounding in the driver leaves up to half a column either way, so only what differs by
+/// [`LEAST_STAGGER`] columns is taken for a stagger; a few columns tell whether there is one.
+fn shifts(layout: &Layout, step: Option<f64>) -> Vec<usize> {
+    const FEW: usize = 32;
+    let none = vec![0; layout.rows];
+    let Some(step) = step else {
+        return none;
+    };
+    let per_column = TAU.copysign(step) / layout.columns as f64;
+    let every = layout.columns.div_ceil(FEW);
+    let is_staggered = |places: &[Option<f64>]| {
+        limits(places).is_some_and(|[least, most]| most - least >= LEAST_STAGGER)
+    };
+    if !is_staggered(&places(layout, per_column, every)) {
+        return none;
+    }
+    let places = places(layout, per_column, 1);
+    let Some([least, most]) = limits(&places).filter(|_| is_staggered(&places)) else {
+        return none;
+    };
+    let middle = (least + most) / 2.0;
+    let shift = |place: Option<f64>| place.map_or(0, |place| (place - middle).round() as i64);
+    places.into_iter().map(|p| shift(p).rem_euclid(layout.columns as i64) as usize).collect()
+}
+
+/// By how many columns each row is turned to the right against the first one that has returns: circular means of the
+/// azimuths of its returns, one column in so many, less those that their columns stand for. `None` of too few.
+fn places(layout: &Layout, per_column: f64, every: usize) -> Vec<Option<f64>> {
+    const FEWEST_RETURNS: usize = 6;
+    let place = |row: usize| {
+        let returns = layout.azimuths(row, every);
+        let (n, sin, cos) = returns.fold((0, 0.0, 0.0), |(n, sin, cos), (column, azimuth)| {
+            let (s, c) = (azimuth - column as f64 * per_column).sin_cos();
+            (n + 1, sin + s, cos + c)
+        });
+        (n >= FEWEST_RETURNS).then(|| f64::atan2(sin, cos))
+    };
+    let places: Vec<Option<f64>> = (0..layout.rows).map(place).collect();
+    let first = places.iter().flatten().next().copied().unwrap_or(0.0);
+    let turned = |place: f64| ((place - first + PI).rem_euclid(TAU) - PI) / per_column;
+    places.into_iter().map(|place| place.map(turned)).collect()
+}
+
+/// The least and the most of some places, if there is any.
+fn limits(places: &[Option<f64>]) -> Option<[f64; 2]> {
+    places.iter().flatten().fold(None, |limits, &place| match limits {
+        None => Some([place; 2]),
+        Some([least, most]) => Some([f64::min(least, place), f64::max(most, place)]),
+    })
+}
+
+/// Rows that differ by less, in columns, stand in line.
+const LEAST_STAGGER: f64 = 2.0;
 
 /// Whether the upper half of the rows lies higher than the lower half.
 fn top_row_first(

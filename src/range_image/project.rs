@@ -1,9 +1,13 @@
 //! Unorganised clouds: a row per beam, columns from the azimuth, nearest point wins.
 
-use super::elevation;
+use std::f64::consts::TAU;
+
+use nalgebra::{Isometry3, Point3};
+
+use super::beams::Rings;
 use super::{
-    NOWHERE, Projection, ProjectionParams, RangeImage, RowsFrom, Wrap, beams, columns::Columns,
-    sweep::Sweep,
+    Band, NOWHERE, Projection, ProjectionParams, RangeImage, RowsFrom, Wrap, beams,
+    columns::Columns, coverage, elevation, sources, spacing, sweep::Sweep, viewpoint,
 };
 use crate::cloud::PointCloud;
 use crate::grid::Grid;
@@ -17,21 +21,82 @@ struct Rows {
     projection: Projection,
     count: usize,
     of_point: Vec<u16>,
+    /// Columns of the full circle, where the rows bring some with them.
+    columns: Option<usize>,
 }
 
 pub(super) fn project(cloud: &PointCloud, params: &ProjectionParams) -> RangeImage {
+    match sources::of(cloud).filter(|_| params.rows_from == RowsFrom::Best) {
+        Some(sources) => sources::project(cloud, &sources, params),
+        None => one_sensor(cloud, params),
+    }
+}
+
+/// The image of the points of one sensor.
+pub(super) fn one_sensor(cloud: &PointCloud, params: &ProjectionParams) -> RangeImage {
     let sweep = Sweep::new(cloud);
-    let rows = rows(&sweep, params);
-    let columns = match (rows.projection, params.columns) {
+    let ring = cloud.ring.as_ref().filter(|_| params.rows_from == RowsFrom::Best);
+    let rings = ring.and_then(|ring| Some((ring, Rings::of(&sweep, ring)?)));
+    if let Some((ring, rings)) = &rings
+        && !rings.are_level()
+        && let Some(sensor) = viewpoint::of_rings(&sweep, ring)
+    {
+        let seen = seen_from(cloud, &sensor);
+        let sweep = Sweep::new(&seen);
+        return image(&sweep, Rings::of(&sweep, ring), sensor, params);
+    }
+    let found = image(&sweep, rings.map(|(_, rings)| rings), Isometry3::identity(), params);
+    match found.projection {
+        Projection::UniformElevation if params.rows_from == RowsFrom::Best => {
+            let sensor = viewpoint::over_ground(cloud);
+            sensor.map_or(found, |sensor| {
+                image(&Sweep::new(&seen_from(cloud, &sensor)), None, sensor, params)
+            })
+        }
+        _ => found,
+    }
+}
+
+/// The cloud in the frame of a sensor in it.
+fn seen_from(cloud: &PointCloud, sensor: &Isometry3<f64>) -> PointCloud {
+    let mut seen = cloud.clone();
+    for point in (0..cloud.len()).filter(|&point| cloud.is_return(point)) {
+        let at = Point3::from(cloud.position(point).map(f64::from));
+        let at = sensor.inverse_transform_point(&at);
+        (seen.x[point], seen.y[point], seen.z[point]) = (at.x as f32, at.y as f32, at.z as f32);
+    }
+    seen
+}
+
+fn image(
+    sweep: &Sweep,
+    rings: Option<Rings>,
+    sensor: Isometry3<f64>,
+    params: &ProjectionParams,
+) -> RangeImage {
+    let rows = rows(sweep, rings, params);
+    let columns = match (rows.projection, params.columns.or(rows.columns)) {
         (Projection::UniformElevation, given) => Columns::new(given.unwrap_or(PAPER_COLUMNS)),
-        (_, given) => Columns::of_beams(&sweep, &rows.of_point, rows.count, given, PAPER_COLUMNS),
+        (_, given) => Columns::of_beams(sweep, &rows.of_point, rows.count, given, PAPER_COLUMNS),
     };
     let pixel_of_point = columns.pixels(&sweep.azimuth, &rows.of_point, rows.count);
     RangeImage {
         projection: rows.projection,
-        wraps: params.wrap != Wrap::Never,
+        wraps: match params.wrap {
+            Wrap::Always => true,
+            Wrap::Never => false,
+            Wrap::WhereScanCloses => !coverage::is_open_behind(sweep),
+        },
         top_row_first: true,
-        point_of_pixel: nearest_points(cloud, &pixel_of_point, rows.count, columns.count),
+        stagger: 0,
+        bands: vec![Band {
+            source: None,
+            rows: 0..rows.count,
+            projection: rows.projection,
+            column_step: TAU / columns.count as f64,
+            sensor,
+        }],
+        point_of_pixel: nearest_points(sweep.cloud, &pixel_of_point, rows.count, columns.count),
         pixel_of_point,
     }
 }
@@ -57,19 +122,20 @@ fn nearest_points(
     nearest
 }
 
-fn rows(sweep: &Sweep, params: &ProjectionParams) -> Rows {
-    let found = match params.rows_from {
-        RowsFrom::UniformElevation => None,
-        RowsFrom::Best => {
-            by_ring(sweep).or_else(|| by_scan_order(sweep)).or_else(|| by_elevations(sweep.cloud))
-        }
+fn rows(sweep: &Sweep, rings: Option<Rings>, params: &ProjectionParams) -> Rows {
+    let found = match (params.rows_from, params.rows, params.field_of_view) {
+        (RowsFrom::Best, None, None) => by_ring(sweep, rings)
+            .or_else(|| by_scan_order(sweep))
+            .or_else(|| by_elevations(sweep.cloud)),
+        _ => None,
     };
-    found.unwrap_or_else(|| by_uniform_elevation(sweep.cloud, params))
+    found.unwrap_or_else(|| by_uniform_elevation(sweep, params))
 }
 
-fn by_ring(sweep: &Sweep) -> Option<Rows> {
+fn by_ring(sweep: &Sweep, rings: Option<Rings>) -> Option<Rows> {
     let ring = sweep.cloud.ring.as_ref()?;
-    let row_of_ring = beams::row_of_ring(sweep, ring)?;
+    let rings = rings.filter(|rings| rings.are_level() || beams::are_swept(sweep, ring))?;
+    let row_of_ring = rings.rows();
     Some(Rows {
         projection: Projection::Ring,
         count: row_of_ring.len(),
@@ -77,12 +143,13 @@ fn by_ring(sweep: &Sweep) -> Option<Rows> {
             .iter()
             .map(|&ring| row_of_ring.get(usize::from(ring)).copied().unwrap_or(0))
             .collect(),
+        columns: None,
     })
 }
 
 fn by_scan_order(sweep: &Sweep) -> Option<Rows> {
     let (of_point, count) = beams::rows_of_turns(sweep)?;
-    Some(Rows { projection: Projection::ScanOrder, count, of_point })
+    Some(Rows { projection: Projection::ScanOrder, count, of_point, columns: None })
 }
 
 fn by_elevations(cloud: &PointCloud) -> Option<Rows> {
@@ -93,12 +160,19 @@ fn by_elevations(cloud: &PointCloud) -> Option<Rows> {
         of_point: (0..cloud.len())
             .map(|point| beams::nearest(&beams, elevation(cloud, point)))
             .collect(),
+        columns: None,
     })
 }
 
-fn by_uniform_elevation(cloud: &PointCloud, params: &ProjectionParams) -> Rows {
-    let count = params.rows.unwrap_or(PAPER_ROWS);
+/// Rows of equal elevation: the size that is asked for, else as fine as the points lie, else the paper's.
+fn by_uniform_elevation(sweep: &Sweep, params: &ProjectionParams) -> Rows {
+    let cloud = sweep.cloud;
     let (upper, lower) = params.field_of_view.unwrap_or_else(|| beams::field_of_view(cloud));
+    let found = match params.rows_from {
+        RowsFrom::Best => spacing::resolution(sweep, (upper, lower)),
+        RowsFrom::UniformElevation => None,
+    };
+    let count = params.rows.or(found.map(|found| found.rows)).unwrap_or(PAPER_ROWS);
     let of_point = (0..cloud.len())
         .map(|point| {
             let down = (upper - elevation(cloud, point)) / (upper - lower);
@@ -106,5 +180,6 @@ fn by_uniform_elevation(cloud: &PointCloud, params: &ProjectionParams) -> Rows {
             ((down * count as f64) as usize).min(count - 1) as u16
         })
         .collect();
-    Rows { projection: Projection::UniformElevation, count, of_point }
+    let columns = found.map(|found| found.columns);
+    Rows { projection: Projection::UniformElevation, count, of_point, columns }
 }

@@ -46,6 +46,8 @@ pub struct ObjectMask {
     /// N: how likely the point is ground, 0 to 1 ([`ground::Ground::confidence`]); `None` where the mask does not come
     /// from ground removal.
     pub ground: Option<Vec<f32>>,
+    /// Whether ground removal found the ground above the sensor.
+    pub ground_is_overhead: bool,
 }
 
 impl ObjectMask {
@@ -84,13 +86,39 @@ pub fn object_mask(
             mask
         }
         MaskSource::NotGround(params) => {
-            let found = ground::ground(cloud, image, params);
+            let found = match image.is_plain() {
+                true => ground::ground(cloud, image, params),
+                false => ground_by_sensor(cloud, image, params),
+            };
             let mask = without_classes(cloud, |point| found.is_ground[point]);
-            ObjectMask { ground: Some(found.confidence), ..mask }
+            let is_overhead = found.is_overhead;
+            ObjectMask { ground: Some(found.confidence), ground_is_overhead: is_overhead, ..mask }
         }
         MaskSource::All => without_classes(cloud, |_| false),
         MaskSource::Marked(is_object) => without_classes(cloud, |point| !is_object[point]),
     }
+}
+
+/// The ground as each sensor of a cloud sees it, from where it stands.
+fn ground_by_sensor(
+    cloud: &PointCloud,
+    image: &RangeImage,
+    params: &GroundParams,
+) -> ground::Ground {
+    let mut all = ground::Ground {
+        is_ground: vec![false; cloud.len()],
+        confidence: vec![0.0; cloud.len()],
+        is_overhead: false,
+    };
+    for view in image.views(cloud) {
+        let found = ground::ground(&view.cloud, &view.image, params);
+        all.is_overhead |= found.is_overhead;
+        for (own, &point) in view.points.iter().enumerate() {
+            all.is_ground[point as usize] = found.is_ground[own];
+            all.confidence[point as usize] = found.confidence[own];
+        }
+    }
+    all
 }
 
 fn by_class(cloud: &PointCloud, image: &RangeImage, taxonomy: &Taxonomy) -> ObjectMask {
@@ -165,5 +193,6 @@ fn without_classes(cloud: &PointCloud, is_ground: impl Fn(usize) -> bool) -> Obj
         families: vec![0],
         corrected: Vec::new(),
         ground: None,
+        ground_is_overhead: false,
     }
 }

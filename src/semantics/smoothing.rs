@@ -9,7 +9,7 @@
 use serde::Serialize;
 
 use super::ObjectMask;
-use crate::cloud::PointCloud;
+use crate::cloud::{PointCloud, wide};
 use crate::instances::Reason;
 use crate::range_image::RangeImage;
 use crate::taxonomy::Taxonomy;
@@ -203,10 +203,12 @@ impl Electorate<'_> {
 
     /// Calls a function with the pixels of the window around a pixel, itself among them.
     fn window(&self, pixel: usize, mut visit: impl FnMut(usize)) {
-        let (rows, columns) = (self.image.rows(), self.image.columns());
+        let columns = self.image.columns();
         let (row, column) = (pixel / columns, pixel % columns);
+        let rows = &self.image.band_of(pixel).rows;
+        let highest = row.saturating_sub(self.params.rows).max(rows.start);
         let half = self.params.columns.min((columns - 1) / 2) as isize;
-        for row in row.saturating_sub(self.params.rows)..=(row + self.params.rows).min(rows - 1) {
+        for row in highest..=(row + self.params.rows).min(rows.end - 1) {
             for offset in -half..=half {
                 let column = column as isize + offset;
                 let inside = (0..columns as isize).contains(&column);
@@ -222,9 +224,10 @@ impl Electorate<'_> {
     fn around(&mut self, point: usize, class: &[u16]) -> Option<Verdict> {
         let pixel = self.image.pixel_of(point)?;
         let position = self.cloud.position(point);
-        let column_step = std::f64::consts::TAU / self.image.columns() as f64;
-        let range = self.cloud.squared_range(point).sqrt();
-        let radius = self.params.radius + self.params.steps * column_step * range;
+        let band = self.image.band_of(pixel);
+        let from_sensor = band.from_sensor(wide(position));
+        let range = from_sensor.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let radius = self.params.radius + self.params.steps * band.column_step * range;
         let scale = (1.0 / (radius * radius)) as f32;
         let (mut counts, mut named) =
             (std::mem::take(&mut self.counts), std::mem::take(&mut self.named));

@@ -7,6 +7,7 @@
 //! Frames: the world has x along the drive, y to the left and z up; a sensor's frame has x ahead, y left
 //! and z along the normal of the ground that the ego vehicle stands on, but for a mount that turns it. A sweep is taken at the instant
 //! of its stamp, as if motion had been compensated already; `time_offset_ns` says when each beam fires.
+//! A [`Rig`] is several sensors on one vehicle, whose sweeps become one cloud in the vehicle's frame.
 
 mod ground;
 mod material;
@@ -14,6 +15,7 @@ mod mount;
 mod objects;
 mod random;
 mod render;
+mod rig;
 mod scene;
 mod sensor;
 mod shapes;
@@ -26,6 +28,7 @@ use nalgebra::Isometry3;
 use crate::cloud::PointCloud;
 pub use mount::{Clutter, Mount};
 use render::{Return, View};
+pub use rig::Rig;
 pub use scene::Scene;
 use scene::World;
 pub use sensor::Sensor;
@@ -54,6 +57,8 @@ pub struct Drive {
     pub mount: Mount,
     /// Rain and mirroring ground: none unless changed.
     pub clutter: Clutter,
+    /// Which of the sensors of a [`Rig`] this is: all have noise of their own. 0 alone.
+    noise: u64,
     world: World,
 }
 
@@ -85,6 +90,7 @@ impl Drive {
             seed,
             mount: Mount::level(sensor.height()),
             clutter: Clutter::default(),
+            noise: 0,
             world: World::new(scene, seed),
         }
     }
@@ -103,7 +109,7 @@ impl Drive {
         let world_from_sensor = self.world.ego(time) * self.mount.vehicle_from_sensor();
         let objects = self.world.objects(time, self.sensor.max_range());
         let ground = &self.world.ground;
-        let key = (self.seed, number);
+        let key = (self.seed ^ (self.noise << 48), number);
         let mut view = View::new(self.sensor, ground, world_from_sensor, key, objects);
         (view.mount, view.clutter) = (self.mount, self.clutter);
         view
@@ -115,36 +121,48 @@ fn seconds(number: usize) -> f64 {
     number as f64 * sensor::TURN_NS as f64 * 1e-9
 }
 
-/// The returns as the sensor's driver would store them.
-fn store(sensor: Sensor, returns: &[Option<Return>], stamp_ns: u64, pose: Isometry3<f64>) -> Frame {
-    let is_organised = sensor == Sensor::Os1_128;
-    let mut frame = Frame {
-        cloud: PointCloud::default(),
-        intensity: Vec::new(),
-        true_instance: Vec::new(),
-        time_offset_ns: Vec::new(),
-        stamp_ns,
-        pose,
-    };
+/// The returns as the sensor's driver would store them: of two returns of a shot the farther first.
+fn store(
+    sensor: Sensor,
+    returns: &[[Option<Return>; 2]],
+    stamp_ns: u64,
+    pose: Isometry3<f64>,
+) -> Frame {
+    let is_organised = sensor.is_organised();
+    let mut frame = Frame::empty(stamp_ns, pose);
     let (mut ring, mut class) = (Vec::new(), Vec::new());
     for (row, column) in sensor.storage_order() {
-        let found = &returns[row * sensor.columns() + column];
-        if found.is_none() && !is_organised {
-            continue;
+        let [nearer, farther] = &returns[row * sensor.columns() + column];
+        let found = [farther, nearer].into_iter().filter(|found| found.is_some());
+        let nothing = is_organised && nearer.is_none();
+        for found in found.chain(nothing.then_some(&None)) {
+            let position = found.map_or(nalgebra::Vector3::zeros(), |found| found.position);
+            frame.cloud.x.push(position.x as f32);
+            frame.cloud.y.push(position.y as f32);
+            frame.cloud.z.push(position.z as f32);
+            ring.push(sensor.ring(row, column));
+            class.push(found.map_or(0, |found| found.class));
+            frame.intensity.push(found.map_or(0.0, |found| found.intensity as f32));
+            frame.true_instance.push(found.map_or(0, |found| found.id));
+            frame.time_offset_ns.push(sensor.time_offset_ns(row, column));
         }
-        let position = found.map_or(nalgebra::Vector3::zeros(), |found| found.position);
-        frame.cloud.x.push(position.x as f32);
-        frame.cloud.y.push(position.y as f32);
-        frame.cloud.z.push(position.z as f32);
-        ring.push(sensor.ring(row));
-        class.push(found.map_or(0, |found| found.class));
-        frame.intensity.push(found.map_or(0.0, |found| found.intensity as f32));
-        frame.true_instance.push(found.map_or(0, |found| found.id));
-        frame.time_offset_ns.push(sensor.time_offset_ns(row, column));
     }
     let count = ring.len();
-    (frame.cloud.ring, frame.cloud.class) = (Some(ring), Some(class));
+    (frame.cloud.ring, frame.cloud.class) = (sensor.has_ring().then_some(ring), Some(class));
     (frame.cloud.height, frame.cloud.width) =
         if is_organised { (sensor.beams(), sensor.columns()) } else { (1, count) };
     frame
+}
+
+impl Frame {
+    fn empty(stamp_ns: u64, pose: Isometry3<f64>) -> Self {
+        Frame {
+            cloud: PointCloud::default(),
+            intensity: Vec::new(),
+            true_instance: Vec::new(),
+            time_offset_ns: Vec::new(),
+            stamp_ns,
+            pose,
+        }
+    }
 }

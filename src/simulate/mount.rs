@@ -11,6 +11,12 @@ use rand_pcg::Pcg32;
 pub struct Mount {
     /// Height above the ground in metres.
     pub height: f64,
+    /// Metres ahead of the vehicle's foot.
+    pub ahead: f64,
+    /// Metres to the left of the vehicle's foot.
+    pub left: f64,
+    /// Turn about the vehicle's z (up) in radians, after pitch and roll: to the left where positive.
+    pub yaw: f64,
     /// Turn about the vehicle's y (left) in radians: the front looks down where positive.
     pub pitch: f64,
     /// Turn about the vehicle's x (ahead) in radians, before the pitch: the left side looks up where
@@ -23,13 +29,21 @@ pub struct Mount {
 impl Mount {
     /// Level, upright and looking all round.
     pub fn level(height: f64) -> Self {
-        Mount { height, pitch: 0.0, roll: 0.0, field_of_view: 2.0 * PI }
+        Mount {
+            height,
+            ahead: 0.0,
+            left: 0.0,
+            yaw: 0.0,
+            pitch: 0.0,
+            roll: 0.0,
+            field_of_view: 2.0 * PI,
+        }
     }
 
     /// The sensor's frame in that of the vehicle's foot.
-    pub(super) fn vehicle_from_sensor(&self) -> Isometry3<f64> {
-        let turn = UnitQuaternion::from_euler_angles(self.roll, self.pitch, 0.0);
-        Isometry3::from_parts(Translation3::new(0.0, 0.0, self.height), turn)
+    pub fn vehicle_from_sensor(&self) -> Isometry3<f64> {
+        let turn = UnitQuaternion::from_euler_angles(self.roll, self.pitch, self.yaw);
+        Isometry3::from_parts(Translation3::new(self.ahead, self.left, self.height), turn)
     }
 
     /// Whether the sensor fires at an azimuth (radians, -pi to pi).

@@ -12,6 +12,8 @@ pub(super) enum Purpose {
     Tile = 2,
     /// Noise and chance of one column of one frame.
     Column = 3,
+    /// Second returns of one column of one frame.
+    Edge = 4,
 }
 
 /// The stream of `seed` for a purpose and two numbers, such as frame and column.

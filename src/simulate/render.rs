@@ -15,6 +15,15 @@ use super::shapes::Ray;
 /// Nothing closer than this is seen, metres.
 const MIN_RANGE: f64 = 0.9;
 
+/// Width of a beam's footprint in radians, where one that meets an edge gives two returns.
+const FOOTPRINT: f64 = 3e-3;
+
+/// Least distance between the two returns of a beam, metres.
+const SEPARABLE: f64 = 0.6;
+
+/// Azimuths in which targets are sorted, for sensors whose shots do not lie in columns.
+const BINS: usize = 1800;
+
 /// A beam that has passed this many surfaces is lost.
 const MAX_SURFACES: usize = 8;
 
@@ -41,8 +50,8 @@ pub(super) struct View<'a> {
     pub mount: Mount,
     pub clutter: Clutter,
     targets: Vec<Target>,
-    /// Targets that a column may meet, nearest first.
-    columns: Vec<Vec<u32>>,
+    /// Targets that a shot may meet, nearest first, by the column of its azimuth.
+    bins: Vec<Vec<u32>>,
 }
 
 /// An object before the sensor.
@@ -92,16 +101,16 @@ impl<'a> View<'a> {
             mount: Mount::level(sensor.height()),
             clutter: Clutter::default(),
             targets: Vec::with_capacity(objects.len()),
-            columns: vec![Vec::new(); sensor.columns()],
+            bins: vec![Vec::new(); bins(sensor)],
         };
         let mut spans: Vec<(Target, std::ops::Range<i64>)> =
             objects.into_iter().filter_map(|object| view.target(object)).collect();
         spans.sort_by(|a, b| a.0.nearest.total_cmp(&b.0.nearest));
-        let count = sensor.columns() as i64;
+        let count = bins(sensor) as i64;
         for (target, span) in spans {
             let index = view.targets.len() as u32;
             for column in span {
-                view.columns[column.rem_euclid(count) as usize].push(index);
+                view.bins[column.rem_euclid(count) as usize].push(index);
             }
             view.targets.push(target);
         }
@@ -143,7 +152,7 @@ impl<'a> View<'a> {
     #[cfg(test)]
     pub fn forget_bounds(&mut self) {
         let all: Vec<u32> = (0..self.targets.len() as u32).collect();
-        self.columns.fill(all);
+        self.bins.fill(all);
         for target in &mut self.targets {
             (target.nearest, target.tangents) = (0.0, [f64::NEG_INFINITY, f64::INFINITY]);
         }
@@ -151,7 +160,7 @@ impl<'a> View<'a> {
 
     /// The columns that a disc of `radius` around a point may reach into, jitter included.
     fn columns_around(&self, centre: &Point3<f64>, radius: f64) -> std::ops::Range<i64> {
-        let count = self.sensor.columns() as i64;
+        let count = self.bins.len() as i64;
         let distance = centre.coords.xy().norm();
         if distance <= 1.02 * radius {
             return 0..count;
@@ -163,27 +172,44 @@ impl<'a> View<'a> {
         first..(last + 1).min(first + count)
     }
 
-    /// The returns of all pixels, row-major from the highest beam and the first column.
-    pub fn cast(&self) -> Vec<Option<Return>> {
+    /// The returns of all shots, row-major from the highest beam and the first column; of two returns of a shot
+    /// the nearer first.
+    pub fn cast(&self) -> Vec<[Option<Return>; 2]> {
         let (rows, columns) = (self.sensor.beams(), self.sensor.columns());
-        let mut returns = vec![None; rows * columns];
-        for column in (0..columns).filter(|&column| self.mount.sees(self.sensor.azimuth(column))) {
+        let mut returns = vec![[None; 2]; rows * columns];
+        for column in 0..columns {
             let mut rng = stream(self.seed, Purpose::Column, self.frame as u64, column as u64);
+            let mut edges = stream(self.seed, Purpose::Edge, self.frame as u64, column as u64);
             for row in 0..rows {
-                returns[row * columns + column] = self.fire(row, column, &mut rng);
+                let [azimuth, elevation] = self.sensor.direction(row, column);
+                if self.mount.sees(azimuth) {
+                    let noise = self.sensor.azimuth_noise() * normal(&mut rng);
+                    let shot = [azimuth + noise, elevation];
+                    let first = self.fire(shot, shot, &mut rng);
+                    let second = self.second(shot, &first, &mut edges);
+                    returns[row * columns + column] = in_order(first, second);
+                }
             }
         }
         returns
     }
 
-    /// One beam: where it points, what it meets, and whether that comes back.
-    fn fire(&self, row: usize, column: usize, rng: &mut Pcg32) -> Option<Return> {
+    /// What else the footprint of a shot meets, where the sensor tells two returns of it apart.
+    fn second(&self, shot: [f64; 2], first: &Option<Return>, rng: &mut Pcg32) -> Option<Return> {
+        let first = first.as_ref().filter(|_| self.sensor.is_dual())?;
+        let aside = [(); 2].map(|()| FOOTPRINT * (rng.random::<f64>() - 0.5));
+        let through = [shot[0] + aside[0], shot[1] + aside[1]];
+        let second = self.fire(shot, through, rng)?;
+        let apart = (second.position.norm() - first.position.norm()).abs();
+        (apart > SEPARABLE).then_some(second)
+    }
+
+    /// One shot: what a ray meets whose azimuth and elevation (radians) are `through`, and whether that comes
+    /// back; the range is put down in the direction of the shot.
+    fn fire(&self, shot: [f64; 2], through: [f64; 2], rng: &mut Pcg32) -> Option<Return> {
         let sensor = self.sensor;
-        let azimuth = sensor.azimuth(column) + sensor.azimuth_noise() * normal(rng);
-        let ((sin, cos), elevation) = (azimuth.sin_cos(), sensor.elevation(row));
-        let level = elevation.cos();
-        let direction = Vector3::new(level * cos, level * sin, elevation.sin());
-        let surface = self.first_surface(&direction, &self.columns[column], rng);
+        let direction = direction(through);
+        let surface = self.first_surface(&direction, &self.bins[self.bin(through[0])], rng);
         let surface = self.or_clutter(surface, rng)?;
         let noise = sensor.range_noise() * normal(rng);
         let [comes_back, glitter] = [rng.random::<f64>(), rng.random::<f64>()];
@@ -193,12 +219,18 @@ impl<'a> View<'a> {
         let range = ((surface.range + noise) / sensor.range_step()).round() * sensor.range_step();
         let brightness = surface.material.optics().reflectivity * (0.35 + 0.65 * surface.cosine);
         Some(Return {
-            position: direction * range,
+            position: self::direction(shot) * range,
             class: surface.class,
             id: surface.id,
             material: surface.material,
             intensity: (brightness * (0.85 + 0.3 * glitter)).clamp(0.01, 1.0),
         })
+    }
+
+    /// The bin of an azimuth in radians.
+    fn bin(&self, azimuth: f64) -> usize {
+        let turns = (std::f64::consts::PI - azimuth) / std::f64::consts::TAU;
+        ((turns.rem_euclid(1.0) * self.bins.len() as f64) as usize).min(self.bins.len() - 1)
     }
 
     /// A drop before the surface or what a mirroring ground shows instead of it, if either comes back.
@@ -288,6 +320,25 @@ impl<'a> View<'a> {
             }
         }
         found
+    }
+}
+
+/// Number of bins of azimuth.
+fn bins(sensor: Sensor) -> usize {
+    if sensor.columns() > 4096 || !sensor.closes() { BINS } else { sensor.columns() }
+}
+
+/// The unit vector of an azimuth and an elevation in radians.
+fn direction([azimuth, elevation]: [f64; 2]) -> Vector3<f64> {
+    let ((sin, cos), level) = (azimuth.sin_cos(), elevation.cos());
+    Vector3::new(level * cos, level * sin, elevation.sin())
+}
+
+/// Two returns of a shot, the nearer first.
+fn in_order(first: Option<Return>, second: Option<Return>) -> [Option<Return>; 2] {
+    match (&first, &second) {
+        (Some(one), Some(other)) if other.position.norm() < one.position.norm() => [second, first],
+        _ => [first, second],
     }
 }
 

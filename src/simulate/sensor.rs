@@ -1,4 +1,6 @@
-//! The spinning sensors: where their beams point, when they fire, how their drivers store a sweep.
+//! The sensors: where their beams point, when they fire, how their drivers store a sweep.
+
+mod beams;
 
 use std::f64::consts::{PI, TAU};
 use std::fmt;
@@ -13,8 +15,11 @@ const VLP16_LASER_NS: u64 = 2_304;
 /// Time between two lasers of one HDL-32E firing, in nanoseconds.
 const HDL32E_LASER_NS: u64 = 1_152;
 
-/// A spinning multi-beam LiDAR at 10 Hz, turning clockwise seen from above: azimuth starts at the rear
-/// (+pi) and decreases with the column.
+/// A LiDAR at 10 Hz. The spinning ones turn clockwise seen from above: azimuth starts at the rear (+pi) and
+/// decreases with the column. Those of a solid state look ahead.
+///
+/// Figures are those of the makers' data sheets; where a sheet gives no table of angles, they follow its
+/// limits and its finest step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Sensor {
     /// Velodyne HDL-64E as KITTI carries it: 64 beams, 2083 columns; returns only, stored ring by ring
@@ -30,43 +35,105 @@ pub enum Sensor {
     /// pixel without a return is the origin.
     #[allow(non_camel_case_types)]
     Os1_128,
+    /// Velodyne VLP-32C: 32 uneven beams from +15 to -25 degrees, a third of a degree apart around the
+    /// horizon, turned against each other by up to 8.4 degrees of azimuth; returns only, firing by firing.
+    Vlp32c,
+    /// Velodyne VLS-128: 128 uneven beams from +15 to -25 degrees, turned against each other by up to 12.7
+    /// degrees; returns only, firing by firing.
+    Vls128,
+    /// Hesai Pandar40P in dual return: 40 uneven beams from +15 to -25 degrees; returns only, firing by
+    /// firing, the farther return of a beam before the nearer one; ring 0 is the highest beam.
+    Pandar40pDual,
+    /// RoboSense Helios: 32 uneven beams from +15 to -55 degrees, the channel ascending with the elevation;
+    /// returns only, firing by firing.
+    Helios,
+    /// Ouster OS1-64 with gradient beams (denser around the horizon): 64 x 1024, organised, destaggered.
+    #[allow(non_camel_case_types)]
+    Os1_64Gradient,
+    /// The same as it measures: a column is a moment, and beams are turned against each other by up to 8.4
+    /// degrees.
+    #[allow(non_camel_case_types)]
+    Os1_64Staggered,
+    /// RoboSense M1, solid state: 120 x 25 degrees in steps of 0.2; five modules side by side scan a fifth of
+    /// the width each, line by line, lines being bent. The ring is the module, 1 to 5.
+    M1,
+    /// A Livox HAP-like solid state: 120 x 25 degrees, 45,000 shots on a curve that never repeats; no ring.
+    Hap,
+    /// A Livox Mid-360-like: all round, -7 to +52 degrees, 20,000 shots on curves of four lines that never
+    /// repeat; no ring. It rides low, as on a delivery robot.
+    Mid360,
 }
 
 impl Sensor {
-    /// All of them.
-    pub const ALL: [Sensor; 4] = [Sensor::Hdl64e, Sensor::Vlp16, Sensor::Hdl32e, Sensor::Os1_128];
+    /// The four that tables of methods are about.
+    pub const USUAL: [Sensor; 4] = [Sensor::Hdl64e, Sensor::Vlp16, Sensor::Hdl32e, Sensor::Os1_128];
 
-    /// Number of beams.
+    /// All of them.
+    pub const ALL: [Sensor; 13] = [
+        Sensor::Vlp16,
+        Sensor::Hdl32e,
+        Sensor::Vlp32c,
+        Sensor::Hdl64e,
+        Sensor::Vls128,
+        Sensor::Pandar40pDual,
+        Sensor::Helios,
+        Sensor::Os1_128,
+        Sensor::Os1_64Gradient,
+        Sensor::Os1_64Staggered,
+        Sensor::M1,
+        Sensor::Hap,
+        Sensor::Mid360,
+    ];
+
+    /// Number of beams; of a solid state the lines of its raster, or shots at a time.
     pub fn beams(self) -> usize {
         match self {
-            Sensor::Hdl64e => 64,
+            Sensor::Hdl64e | Sensor::Os1_64Gradient | Sensor::Os1_64Staggered => 64,
             Sensor::Vlp16 => 16,
-            Sensor::Hdl32e => 32,
-            Sensor::Os1_128 => 128,
+            Sensor::Hdl32e | Sensor::Vlp32c | Sensor::Helios => 32,
+            Sensor::Os1_128 | Sensor::Vls128 => 128,
+            Sensor::Pandar40pDual => 40,
+            Sensor::M1 => 125,
+            Sensor::Hap => 1,
+            Sensor::Mid360 => 4,
         }
     }
 
-    /// Number of firings in a turn.
+    /// Number of firings in a turn, or in a frame.
     pub fn columns(self) -> usize {
         match self {
             Sensor::Hdl64e => 2083,
-            Sensor::Vlp16 => 1800,
+            Sensor::Vlp16
+            | Sensor::Vlp32c
+            | Sensor::Vls128
+            | Sensor::Pandar40pDual
+            | Sensor::Helios => 1800,
             Sensor::Hdl32e => 2170,
-            Sensor::Os1_128 => 1024,
+            Sensor::Os1_128 | Sensor::Os1_64Gradient | Sensor::Os1_64Staggered => 1024,
+            Sensor::M1 => 600,
+            Sensor::Hap => 45_000,
+            Sensor::Mid360 => 5_000,
         }
     }
 
-    /// Elevation of beam `row` in radians, row 0 being the highest.
+    /// Whether rows and columns are those of the message, with the origin for no return.
+    pub fn is_organised(self) -> bool {
+        matches!(self, Sensor::Os1_128 | Sensor::Os1_64Gradient | Sensor::Os1_64Staggered)
+    }
+
+    /// Whether a beam that meets an edge gives two returns.
+    pub fn is_dual(self) -> bool {
+        self == Sensor::Pandar40pDual
+    }
+
+    /// Whether the sensor looks all round.
+    pub fn closes(self) -> bool {
+        !matches!(self, Sensor::M1 | Sensor::Hap)
+    }
+
+    /// Elevation of beam `row` in radians, row 0 being the highest; of a raster that straight ahead.
     pub fn elevation(self, row: usize) -> f64 {
-        let row = row as f64;
-        let degrees = match self {
-            Sensor::Hdl64e if row < 32.0 => 2.0 - row / 3.0,
-            Sensor::Hdl64e => -8.83 - 0.5 * (row - 32.0),
-            Sensor::Vlp16 => 15.0 - 2.0 * row,
-            Sensor::Hdl32e => 10.67 - 41.34 * row / 31.0,
-            Sensor::Os1_128 => 22.5 - 45.0 * row / 127.0,
-        };
-        degrees.to_radians()
+        beams::elevation(self, row).to_radians()
     }
 
     /// Azimuth of the middle of `column` in radians, counter-clockwise from x. No column of the HDL-64E,
@@ -76,27 +143,47 @@ impl Sensor {
         PI - TAU * firing / self.columns() as f64
     }
 
+    /// Azimuth and elevation of a shot in radians, as they would be without noise.
+    pub fn direction(self, row: usize, column: usize) -> [f64; 2] {
+        match self {
+            Sensor::M1 => beams::raster(row, column),
+            Sensor::Hap => beams::lissajous(column),
+            Sensor::Mid360 => beams::rosette(row, column),
+            _ => {
+                let azimuth = self.azimuth(column) + beams::turn(self, row).to_radians();
+                let turned = match azimuth {
+                    above if above > PI => above - TAU,
+                    below if below < -PI => below + TAU,
+                    within => within,
+                };
+                [turned, self.elevation(row)]
+            }
+        }
+    }
+
     /// Height above the ground in metres.
     pub fn height(self) -> f64 {
         match self {
             Sensor::Hdl64e => 1.73,
-            Sensor::Vlp16 | Sensor::Hdl32e | Sensor::Os1_128 => 1.80,
+            Sensor::Mid360 => 0.6,
+            _ => 1.80,
         }
     }
 
     /// The farthest return in metres.
     pub fn max_range(self) -> f64 {
         match self {
-            Sensor::Hdl64e | Sensor::Os1_128 => 120.0,
             Sensor::Vlp16 | Sensor::Hdl32e => 100.0,
+            Sensor::Mid360 => 70.0,
+            _ => 120.0,
         }
     }
 
     /// Step that ranges are rounded to, in metres.
     pub fn range_step(self) -> f64 {
         match self {
-            Sensor::Hdl64e | Sensor::Vlp16 | Sensor::Hdl32e => 0.002,
-            Sensor::Os1_128 => 0.001,
+            Sensor::Os1_128 | Sensor::Os1_64Gradient | Sensor::Os1_64Staggered => 0.001,
+            _ => 0.002,
         }
     }
 
@@ -104,8 +191,8 @@ impl Sensor {
     pub(super) fn range_noise(self) -> f64 {
         match self {
             Sensor::Hdl64e => 0.017,
-            Sensor::Vlp16 | Sensor::Os1_128 => 0.015,
-            Sensor::Hdl32e => 0.02,
+            Sensor::Hdl32e | Sensor::M1 | Sensor::Hap | Sensor::Mid360 => 0.02,
+            _ => 0.015,
         }
     }
 
@@ -113,25 +200,34 @@ impl Sensor {
     pub(super) fn azimuth_noise(self) -> f64 {
         match self {
             Sensor::Hdl64e => 3e-4,
-            Sensor::Vlp16 | Sensor::Hdl32e => 2e-4,
-            Sensor::Os1_128 => 1e-4,
+            Sensor::Os1_128 | Sensor::Os1_64Gradient | Sensor::Os1_64Staggered => 1e-4,
+            _ => 2e-4,
         }
     }
 
     /// Range in metres at which a white, perpendicular surface still comes back in 63 of 100 firings.
     pub(super) fn reach(self) -> f64 {
         match self {
-            Sensor::Hdl64e => 240.0,
-            Sensor::Vlp16 | Sensor::Hdl32e => 200.0,
-            Sensor::Os1_128 => 220.0,
+            Sensor::Hdl64e | Sensor::Vls128 => 240.0,
+            Sensor::Vlp16 | Sensor::Hdl32e | Sensor::Vlp32c => 200.0,
+            Sensor::Mid360 => 100.0,
+            _ => 220.0,
         }
     }
 
-    /// Beam number as the driver gives it for `row`, row 0 being the highest.
-    pub fn ring(self, row: usize) -> u16 {
+    /// Whether the driver gives a beam number.
+    pub fn has_ring(self) -> bool {
+        !matches!(self, Sensor::Hap | Sensor::Mid360)
+    }
+
+    /// Beam number as the driver gives it for a shot, row 0 being the highest.
+    pub fn ring(self, row: usize, column: usize) -> u16 {
         match self {
-            Sensor::Hdl64e | Sensor::Os1_128 => row as u16,
-            Sensor::Vlp16 | Sensor::Hdl32e => (self.beams() - 1 - row) as u16,
+            Sensor::Vlp16 | Sensor::Hdl32e | Sensor::Vlp32c | Sensor::Vls128 | Sensor::Helios => {
+                (self.beams() - 1 - row) as u16
+            }
+            Sensor::M1 => beams::module(column) as u16 + 1,
+            _ => row as u16,
         }
     }
 
@@ -141,7 +237,8 @@ impl Sensor {
         let laser = match self {
             Sensor::Vlp16 => VLP16_LASER_NS * vlp16_laser(row) as u64,
             Sensor::Hdl32e => HDL32E_LASER_NS * (self.beams() - 1 - row) as u64,
-            Sensor::Hdl64e | Sensor::Os1_128 => 0,
+            Sensor::M1 => return beams::raster_time(row, column) as u32,
+            _ => 0,
         };
         (firing + laser) as u32
     }
@@ -159,11 +256,12 @@ impl Sensor {
                 (0..columns)
                     .flat_map(move |column| (0..rows).map(move |laser| (vlp16_row(laser), column))),
             ),
-            Sensor::Hdl32e => Box::new(
-                (0..columns).flat_map(move |column| (0..rows).rev().map(move |row| (row, column))),
-            ),
-            Sensor::Os1_128 => Box::new(
+            Sensor::M1 => Box::new(beams::raster_order()),
+            _ if self.is_organised() => Box::new(
                 (0..rows).flat_map(move |row| (0..columns).map(move |column| (row, column))),
+            ),
+            _ => Box::new(
+                (0..columns).flat_map(move |column| (0..rows).rev().map(move |row| (row, column))),
             ),
         }
     }
@@ -174,7 +272,23 @@ impl Sensor {
             Sensor::Vlp16 => "vlp-16",
             Sensor::Hdl32e => "hdl-32e",
             Sensor::Os1_128 => "os1-128",
+            Sensor::Vlp32c => "vlp-32c",
+            Sensor::Vls128 => "vls-128",
+            Sensor::Pandar40pDual => "pandar-40p-dual",
+            Sensor::Helios => "helios",
+            Sensor::Os1_64Gradient => "os1-64-gradient",
+            Sensor::Os1_64Staggered => "os1-64-staggered",
+            Sensor::M1 => "m1",
+            Sensor::Hap => "hap",
+            Sensor::Mid360 => "mid-360",
         }
+    }
+
+    /// The names, as in `vlp-16, hdl-32e or m1`.
+    pub fn names() -> String {
+        let (last, first) = Self::ALL.split_last().expect("there are some");
+        let first: Vec<&str> = first.iter().map(|sensor| sensor.name()).collect();
+        format!("{} or {}", first.join(", "), last.name())
     }
 }
 
@@ -200,7 +314,7 @@ impl FromStr for Sensor {
 
     fn from_str(name: &str) -> Result<Self, String> {
         let found = Self::ALL.into_iter().find(|sensor| sensor.name() == name);
-        found.ok_or_else(|| format!("`{name}` is no sensor: hdl-64e, vlp-16, hdl-32e or os1-128"))
+        found.ok_or_else(|| format!("`{name}` is no sensor: {}", Self::names()))
     }
 }
 
@@ -223,6 +337,12 @@ mod tests {
             (Sensor::Vlp16, 15.0, -15.0),
             (Sensor::Hdl32e, 10.67, -30.67),
             (Sensor::Os1_128, 22.5, -22.5),
+            (Sensor::Vlp32c, 15.0, -25.0),
+            (Sensor::Vls128, 15.0, -25.0),
+            (Sensor::Pandar40pDual, 15.0, -25.0),
+            (Sensor::Helios, 15.0, -55.0),
+            (Sensor::Os1_64Staggered, 16.6, -16.6),
+            (Sensor::M1, 12.4, -12.4),
         ] {
             let degrees: Vec<f64> =
                 (0..sensor.beams()).map(|row| sensor.elevation(row).to_degrees()).collect();

@@ -264,7 +264,7 @@ fn windscreens_show_drivers() {
         let is_head = |r: &&Return| {
             r.material == Material::Skin && [class::CAR, class::MOVING_CAR].contains(&r.class)
         };
-        returns.iter().flatten().filter(is_head).count()
+        returns.iter().flatten().flatten().filter(is_head).count()
     };
     let heads: usize = [0, 15, 30].map(seen).iter().sum();
     assert!(heads > 10, "{heads}");
@@ -289,7 +289,7 @@ fn returns_of_a_car(is_black: bool) -> Vec<Return> {
         Placed { id: 1, model, world_from_object: ground.frame_on_slope(8.0, -1.75, FRAC_PI_2) };
     let pose = drive.world.ego(0.0) * Translation3::new(0.0, 0.0, 1.73);
     let view = View::new(drive.sensor, ground, pose, (0, 0), vec![placed]);
-    let returns = view.cast().into_iter().flatten();
+    let returns = view.cast().into_iter().flatten().flatten();
     returns.filter(|found| found.id == 1).collect()
 }
 

@@ -103,7 +103,11 @@ impl Watcher for Job<'_> {
 pub fn triage_frame(frame: &annotate::Frame, method: &Method, params: &Params) -> Triage {
     let annotate::Frame { cloud, stages, .. } = *frame;
     let (mask, config) = (method.mask(cloud), &method.config);
-    triage(&explain::Frame { cloud, mask, config, stages }, params)
+    let mut found = triage(&explain::Frame { cloud, mask, config, stages }, params);
+    for suspect in &mut found.suspects {
+        suspect.position = cloud.recorded(suspect.position);
+    }
+    found
 }
 
 /// The recording as it is written again.

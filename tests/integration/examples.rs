@@ -106,3 +106,14 @@ fn a_long_recording_is_one() {
     let overview = divmerge::io::Overview::read(&path).expect("a recording");
     assert!(overview.is_complete && overview.from_summary && overview.message_count > 4);
 }
+
+#[test]
+fn sensors() {
+    assert!(!example("10_sensors", &["a-seed"]).status.success());
+    let output = example("10_sensors", &["1", "os1-64"]);
+    assert!(output.status.success(), "{output:?}");
+    let text = String::from_utf8_lossy(&output.stdout);
+    let rows: Vec<&str> = text.lines().skip(2).collect();
+    assert_eq!(rows.len(), 2, "{text}");
+    assert!(rows.iter().all(|row| row.contains("| organised cloud | 64 x 1024 | yes |")), "{text}");
+}

@@ -7,7 +7,16 @@ use std::path::{Path, PathBuf};
 /// row, none beside it.
 const LAYERS: &[&[&str]] = &[
     &["error", "stopwatch", "workers"],
-    &["grid", "cloud", "disjoint_sets", "footprint", "kd_tree", "palette", "taxonomy"],
+    &[
+        "grid",
+        "cloud",
+        "disjoint_sets",
+        "footprint",
+        "kd_tree",
+        "palette",
+        "sensor_frame",
+        "taxonomy",
+    ],
     &["instances"],
     &["simulate", "evaluate"],
     &["range_image"],

@@ -17,6 +17,7 @@ mod layers;
 mod oracle;
 mod partition;
 mod recordings;
+mod sensors;
 mod shapes;
 mod shared_data;
 mod simulated;

@@ -9,12 +9,12 @@ use divmerge::Taxonomy;
 use divmerge::annotate::{Method, Semantics};
 use divmerge::baselines::{Alpine, AnyBaseline};
 use divmerge::cluster::params::{BirdsEye, ClusterParams, Region};
-use divmerge::io::FrameBoxes;
 use divmerge::pipeline::Config;
 use divmerge::replay::{FrameRange, Selection};
 use divmerge::semantics::GroundParams;
 
 use crate::boxes::BoxArguments;
+use crate::geometry::GeometryArguments;
 use crate::moments::{Moment, moment, window};
 
 /// What is an object.
@@ -40,7 +40,7 @@ impl ObjectArguments {
             taxonomy: taxonomy(self.taxonomy.as_deref())?,
             ground: GroundParams::default(),
             config: Config::best(),
-            boxes: FrameBoxes::Nothing,
+            ..Method::default()
         })
     }
 }
@@ -58,6 +58,9 @@ pub struct MethodArguments {
 
     #[command(flatten)]
     boxes: BoxArguments,
+
+    #[command(flatten)]
+    geometry: GeometryArguments,
 
     /// Parameters to start from; each of the following overrides one of them
     #[arg(long, value_enum, default_value_t = Preset::Best)]
@@ -202,11 +205,13 @@ impl MethodArguments {
         {
             bail!("preset `authors` merges on the bird's-eye plane with boxes or not at all");
         }
+        self.geometry.set(&mut config.projection);
+        let (sensor_frame, transforms) = self.geometry.frame(recording)?;
         let method = self.objects.method()?;
         config.baseline = self.method.baseline(&method.taxonomy);
         self.boxes.set(&mut config);
         let boxes = BoxArguments::open(box_source.as_ref(), recording, &method.taxonomy)?;
-        Ok(Method { config, boxes, ..method })
+        Ok(Method { config, boxes, sensor_frame, transforms, ..method })
     }
 }
 
@@ -235,6 +240,7 @@ impl MethodArguments {
         say("min-points", self.min_points.map(|n| n.to_string()));
         say("bev", self.bev.map(written));
         words.extend(self.boxes.words());
+        words.extend(self.geometry.words());
         words
     }
 }
@@ -312,7 +318,7 @@ fn angle(text: &str) -> Result<f64, String> {
     number(text).and_then(in_range)
 }
 
-fn at_least_one(text: &str) -> Result<usize, String> {
+pub fn at_least_one(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(0) | Err(_) => Err("must be a whole number from 1 on".into()),
         Ok(n) => Ok(n),

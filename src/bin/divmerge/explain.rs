@@ -96,10 +96,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let wire = message.decode().with_context(place)?;
     let decoded = method.decode(&wire).with_context(place)?;
     let (cloud, mask, config) = (&decoded.cloud, decoded.mask, &method.config);
+    // Places are given in the recording's frame.
+    let asked: Vec<[f64; 3]> = arguments.at.iter().map(|&at| cloud.from_recorded(at)).collect();
     let stages = pipeline::run(cloud, mask, config);
     let frame = Frame { cloud, mask, config, stages: &stages };
 
-    let subject = subject(arguments, &frame).with_context(place)?;
+    let subject = subject(arguments, &asked, &frame).with_context(place)?;
     let explanation = explain(&frame, subject);
     let report = Report {
         file: path.clone(),
@@ -109,7 +111,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         preset: config.preset,
         semantics: decoded.semantics.clone(),
         instances: stages.instances.len(),
-        away: explanation.points.iter().zip(&arguments.at).map(away).collect(),
+        away: explanation.points.iter().zip(&asked).map(away).collect(),
         votes_per_border_pair: 2,
         what_if: (!arguments.no_what_if).then(|| what_if(&frame, subject)),
         explanation,
@@ -191,7 +193,7 @@ fn check_usage(arguments: &Arguments) {
     command.error(ErrorKind::WrongNumberOfValues, problem).exit()
 }
 
-fn subject(arguments: &Arguments, frame: &Frame) -> Result<Subject> {
+fn subject(arguments: &Arguments, asked: &[[f64; 3]], frame: &Frame) -> Result<Subject> {
     if let &[a, b] = &arguments.instance[..] {
         if a == b {
             bail!("--instance {a} twice: name two different instances");
@@ -200,7 +202,7 @@ fn subject(arguments: &Arguments, frame: &Frame) -> Result<Subject> {
         return Ok(Subject::Pair(a, b));
     }
     let at = |at: &[f64; 3]| return_at(frame.cloud, *at, arguments.within);
-    let points = arguments.at.iter().map(at).collect::<divmerge::Result<Vec<usize>>>()?;
+    let points = asked.iter().map(at).collect::<divmerge::Result<Vec<usize>>>()?;
     match points[..] {
         [a] => Ok(Subject::Point(a)),
         [a, b] if a == b => bail!("both --at lie nearest to the same point, number {a}"),

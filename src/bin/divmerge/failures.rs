@@ -162,9 +162,10 @@ impl Arguments {
 fn judge(
     arguments: &Arguments,
     method: &Method,
-    labelled: LabelledFrame,
+    mut labelled: LabelledFrame,
     sums: &mut Sums,
 ) -> Result<Vec<Row>> {
+    method.turn(&mut labelled.cloud, &labelled.frame_id)?;
     let detections = method.detections(&labelled)?;
     let LabelledFrame { source, number, log_time_ns, cloud, truth, .. } = &labelled;
     let (number, log_time_ns) = (*number, *log_time_ns);
@@ -193,7 +194,9 @@ fn judge(
             .or_default()
             .entry(failure.judged.verdict.name())
             .or_default() += 1;
-        let at: Vec<[f32; 3]> = failure.show.iter().map(|&point| cloud.position(point)).collect();
+        let recorded = |point: &usize| cloud.recorded(cloud.position(*point).map(f64::from));
+        let at: Vec<[f32; 3]> =
+            failure.show.iter().map(|point| recorded(point).map(|along| along as f32)).collect();
         let place = Place { arguments, source, number };
         Row {
             topic: source.clone(),

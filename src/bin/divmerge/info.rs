@@ -1,5 +1,7 @@
 //! `divmerge info`
 
+mod words;
+
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -7,25 +9,42 @@ use anyhow::Result;
 use clap::Args;
 use divmerge::annotate::is_annotation;
 use divmerge::io::{Channel, CloudChannel, CloudFormat, Overview, Record, RecordingReader, Wanted};
-use divmerge::range_image::{ProjectionParams, RangeImage};
+use divmerge::range_image::{Geometry, ProjectionParams, RangeImage};
+use divmerge::semantics::GroundParams;
+use divmerge::semantics::ground::{self, Lie};
+use divmerge::sensor_frame::{SensorFrame, Transforms};
 use divmerge::workers::Workers;
 use serde::Serialize;
 
 use crate::Outcome;
+use crate::geometry::GeometryArguments;
 use crate::terminal::grouped;
 
 /// Show a recording's topics, and what its clouds look like
 ///
-/// For each cloud topic, from its first cloud that has a return: fields, the range image that would be
-/// made of it (rows, columns, field of view), and what `--semantics auto` would choose.
+/// For each cloud topic, from its first cloud that has a return: fields; what its geometry is taken for (how rows
+/// and columns were found and why, beams and their spacing, field of view, whether the scan closes, several
+/// returns of one shot, several sensors, which way the ground lies) and what would change that; and what
+/// `--semantics auto` would choose.
 #[derive(Args)]
 pub struct Arguments {
     /// The recording (MCAP)
     file: PathBuf,
 
+    #[command(flatten)]
+    geometry: GeometryArguments,
+
     /// Print as JSON
     #[arg(long)]
     json: bool,
+}
+
+/// What was asked for about geometry.
+#[derive(Default)]
+struct Asked {
+    projection: ProjectionParams,
+    frame: SensorFrame,
+    transforms: Transforms,
 }
 
 /// What is known of a recording.
@@ -61,31 +80,31 @@ struct Topic {
 struct Cloud {
     note: Option<String>,
     #[serde(flatten)]
-    geometry: Option<Geometry>,
+    look: Option<Look>,
 }
 
 #[derive(Serialize)]
-struct Geometry {
+struct Look {
     frame_id: String,
     height: u32,
     width: u32,
-    returns: usize,
     point_step: u32,
     fields: Vec<String>,
-    projection: &'static str,
-    rows: usize,
-    columns: usize,
-    beams_with_returns: usize,
-    upper_degrees: f64,
-    lower_degrees: f64,
-    wraps: bool,
-    shadowed: usize,
+    #[serde(flatten)]
+    geometry: Geometry,
+    /// How the ground lies, where one is found.
+    ground: Option<Lie>,
+    /// Roll, pitch and yaw by which the cloud was turned, degrees; `None` if it was not.
+    turned_degrees: Option<[f64; 3]>,
     auto: String,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let overview = Overview::read(&arguments.file)?;
-    let (clouds, mut problems) = first_clouds(&overview)?;
+    let mut asked = Asked::default();
+    arguments.geometry.set(&mut asked.projection);
+    (asked.frame, asked.transforms) = arguments.geometry.frame(&arguments.file)?;
+    let (clouds, mut problems) = first_clouds(&overview, &asked)?;
     problems.extend(overview.problems.iter().cloned());
     let info = Info {
         file: overview.path.clone(),
@@ -127,7 +146,7 @@ fn topics(overview: &Overview, mut clouds: BTreeMap<u16, Cloud>) -> Vec<Topic> {
 }
 
 /// The first cloud with a return of each cloud channel, reading no farther than needed.
-fn first_clouds(overview: &Overview) -> Result<(BTreeMap<u16, Cloud>, Vec<String>)> {
+fn first_clouds(overview: &Overview, asked: &Asked) -> Result<(BTreeMap<u16, Cloud>, Vec<String>)> {
     let mut found = BTreeMap::new();
     let mut waiting: BTreeMap<u16, (CloudFormat, Option<String>)> = BTreeMap::new();
     for channel in overview.channels.values() {
@@ -145,7 +164,7 @@ fn first_clouds(overview: &Overview) -> Result<(BTreeMap<u16, Cloud>, Vec<String
                 continue;
             }
         };
-        found.insert(channel.id, Cloud { note: Some(note), geometry: None });
+        found.insert(channel.id, Cloud { note: Some(note), look: None });
     }
     let mut problems = Vec::new();
     let numbered = waiting.keys().map(|&id| (id, overview.channels[&id].topic.clone())).collect();
@@ -166,51 +185,42 @@ fn first_clouds(overview: &Overview) -> Result<(BTreeMap<u16, Cloud>, Vec<String
         let Some((format, note)) = waiting.get_mut(&header.channel_id) else {
             continue;
         };
-        match geometry(*format, &data) {
-            Ok(geometry) if geometry.returns > 0 => {
+        match look(*format, &data, asked) {
+            Ok(look) if look.geometry.returns > 0 => {
                 waiting.remove(&header.channel_id);
-                let geometry = Some(geometry);
-                found.insert(header.channel_id, Cloud { note: None, geometry });
+                found.insert(header.channel_id, Cloud { note: None, look: Some(look) });
             }
             Ok(_) => *note = Some("no cloud has a return".to_owned()),
             Err(error) => *note = Some(error.to_string()),
         }
     }
     for (channel, (_, note)) in waiting {
-        found.insert(channel, Cloud { note, geometry: None });
+        found.insert(channel, Cloud { note, look: None });
     }
     Ok((found, problems))
 }
 
-fn geometry(format: CloudFormat, message: &[u8]) -> divmerge::Result<Geometry> {
+fn look(format: CloudFormat, message: &[u8], asked: &Asked) -> divmerge::Result<Look> {
     let wire = format.decode(message)?;
-    let cloud = wire.to_cloud(None)?;
-    let image = RangeImage::new(&cloud, &ProjectionParams::default());
-    let (upper, lower) = image.elevation_span(&cloud).unwrap_or_default();
-    let seen = |row: usize| {
-        let columns = image.columns();
-        (row * columns..(row + 1) * columns).any(|pixel| image.point_at(pixel).is_some())
-    };
+    let mut cloud = wire.to_cloud(None)?;
+    cloud.turn(asked.frame.turn(&wire.frame_id, &asked.transforms)?);
+    let image = RangeImage::new(&cloud, &asked.projection);
     let describe = |field: &divmerge::io::PointField| {
         let count = if field.count == 1 { String::new() } else { format!("[{}]", field.count) };
         let datatype = format!("{:?}", field.datatype).to_lowercase();
         format!("{} {datatype}{count}", field.name)
     };
-    Ok(Geometry {
+    let (roll, pitch, yaw) = cloud.turned.euler_angles();
+    let is_turned = cloud.turned.angle() > 0.0;
+    Ok(Look {
         frame_id: wire.frame_id.clone(),
         height: wire.height,
         width: wire.width,
-        returns: (0..cloud.len()).filter(|&point| cloud.is_return(point)).count(),
         point_step: wire.point_step,
         fields: wire.fields.iter().map(describe).collect(),
-        projection: image.projection.describe(),
-        rows: image.rows(),
-        columns: image.columns(),
-        beams_with_returns: (0..image.rows()).filter(|&row| seen(row)).count(),
-        upper_degrees: upper.to_degrees(),
-        lower_degrees: lower.to_degrees(),
-        wraps: image.wraps,
-        shadowed: image.shadowed_count(),
+        geometry: Geometry::new(&cloud, &image),
+        ground: ground::lie(&cloud, &image, &GroundParams::default()),
+        turned_degrees: is_turned.then(|| [roll, pitch, yaw].map(f64::to_degrees)),
         auto: wire.semantic_field().map_or("ground".to_owned(), |field| format!("field:{field}")),
     })
 }
@@ -254,29 +264,20 @@ fn print_cloud(cloud: &Cloud) {
     if let Some(note) = &cloud.note {
         println!("      {note}");
     }
-    let Some(geometry) = &cloud.geometry else {
+    let Some(look) = &cloud.look else {
         return;
     };
     println!(
         "      {} x {} points of {} bytes in frame `{}`, {} returns",
-        geometry.height,
-        geometry.width,
-        geometry.point_step,
-        geometry.frame_id,
-        grouped(geometry.returns as u64)
+        look.height,
+        look.width,
+        look.point_step,
+        look.frame_id,
+        grouped(look.geometry.returns as u64)
     );
-    println!("      fields: {}", geometry.fields.join(", "));
-    println!(
-        "      range image {} x {} ({}; {} rows with returns), {:+.1} to {:+.1} degrees, {}, {} \
-         points shadowed",
-        geometry.rows,
-        geometry.columns,
-        geometry.projection,
-        geometry.beams_with_returns,
-        geometry.upper_degrees,
-        geometry.lower_degrees,
-        if geometry.wraps { "columns close a circle" } else { "columns have an edge" },
-        grouped(geometry.shadowed as u64)
-    );
-    println!("      --semantics auto: {}", geometry.auto);
+    println!("      fields: {}", look.fields.join(", "));
+    for line in words::geometry(look) {
+        println!("      {line}");
+    }
+    println!("      --semantics auto: {}", look.auto);
 }

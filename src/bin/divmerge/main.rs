@@ -14,6 +14,7 @@ mod explain_text;
 mod export;
 mod failures;
 mod figure;
+mod geometry;
 mod info;
 mod interrupt;
 mod moments;

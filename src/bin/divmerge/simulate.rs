@@ -22,8 +22,8 @@ pub struct Arguments {
     #[arg(short, long, value_name = "OUT", default_value = "simulated.mcap")]
     output: PathBuf,
 
-    /// The sensor: hdl-64e, vlp-16, hdl-32e or os1-128
-    #[arg(long, default_value = "hdl-64e")]
+    /// The sensor
+    #[arg(long, default_value = "hdl-64e", help = format!("The sensor: {}", Sensor::names()))]
     sensor: Sensor,
 
     /// Where it drives: street, parking, crowd, hills or yard

@@ -262,7 +262,8 @@ fn command(before: &[String], after: &[String], frame: &Frame, suspect: &Suspect
     words.extend(["--topic".into(), frame.topic.to_owned()]);
     words.extend(["--frame".into(), frame.number.to_string()]);
     for &point in &suspect.points {
-        let [x, y, z] = frame.cloud.position(point);
+        let at = frame.cloud.position(point).map(f64::from);
+        let [x, y, z] = frame.cloud.recorded(at);
         words.extend(["--at".into(), format!("{x:.3},{y:.3},{z:.3}")]);
     }
     words.extend_from_slice(after);

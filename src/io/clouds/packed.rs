@@ -138,6 +138,21 @@ pub struct PackedCloud<'a> {
     pub is_dense: bool,
 }
 
+/// Fields that say which sensor measured a point of a merged cloud, as drivers and mergers name them.
+const SOURCE_FIELDS: [&str; 11] = [
+    "source",
+    "source_id",
+    "sensor",
+    "sensor_id",
+    "sensor_index",
+    "lidar",
+    "lidar_id",
+    "lidar_index",
+    "device",
+    "device_id",
+    "scanner_id",
+];
+
 impl Default for PackedCloud<'_> {
     fn default() -> Self {
         PackedCloud {
@@ -240,6 +255,7 @@ impl PackedCloud<'_> {
         if self.point_count() > 0 {
             [cloud.x, cloud.y, cloud.z] = self.coordinates()?;
             cloud.ring = self.ring()?;
+            cloud.source = self.source()?;
         }
         cloud.class = class_field.map(|name| self.class(name)).transpose()?;
         cloud.check()?;
@@ -299,6 +315,18 @@ impl PackedCloud<'_> {
         };
         let ring = self.column(name, |number| u16::try_from(number.round() as i64).ok())?;
         Ok(ring.into_iter().collect())
+    }
+
+    /// The sensor of each point, where a field tells and tells more than one apart.
+    fn source(&self) -> Result<Option<Vec<u16>>> {
+        let is_told =
+            |name: &&str| self.field(name).is_some_and(|field| field.datatype.is_integer());
+        let Some(name) = SOURCE_FIELDS.into_iter().find(is_told) else {
+            return Ok(None);
+        };
+        let source = self.column(name, |number| u16::try_from(number as i64).ok())?;
+        let source: Option<Vec<u16>> = source.into_iter().collect();
+        Ok(source.filter(|source| source.windows(2).any(|pair| pair[0] != pair[1])))
     }
 
     fn class(&self, name: &str) -> Result<Vec<u16>> {

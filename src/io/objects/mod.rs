@@ -158,7 +158,8 @@ impl ObjectEncoding {
 /// Appends a `geometry_msgs/Pose`.
 fn write_pose(writer: &mut RosWriter, pose: &Isometry3<f64>) {
     let rotation = pose.rotation.coords; // x, y, z, w
-    pose.translation.vector.iter().chain(rotation.iter()).for_each(|&value| writer.f64(value));
+    // Never -0, which turning boxes back makes of zeros.
+    pose.translation.vector.iter().chain(rotation.iter()).for_each(|value| writer.f64(value + 0.0));
 }
 
 /// Appends a `geometry_msgs/PoseWithCovariance` of unknown covariance.

@@ -12,7 +12,7 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use super::GroundParams;
+use super::{GroundParams, Lie};
 use crate::cloud::PointCloud;
 use crate::range_image::{NOWHERE, RangeImage};
 
@@ -80,6 +80,15 @@ impl Level {
         let turn = Rotation3::rotation_between(&(half_turn * up), &Vector3::z());
         let turn = turn.map_or(Matrix3::identity(), |turn| *turn.matrix());
         Level { rotation: turn * half_turn, is_upside_down }
+    }
+
+    /// How the ground lies in the sensor's frame.
+    pub fn lie(&self) -> Lie {
+        let upwards = self.rotation.m33.abs().min(1.0);
+        Lie {
+            lean_degrees: f64::from(upwards.acos().to_degrees()),
+            is_overhead: self.is_upside_down,
+        }
     }
 
     /// A position of the sensor's frame in the level frame, metres.

@@ -104,12 +104,36 @@ pub struct Ground {
     /// N: how likely that is, 0 to 1: at least one half where it is ground, less where it is not, 0 where
     /// there is no return.
     pub confidence: Vec<f32>,
+    /// Whether it lies above the sensor, as where z points down.
+    pub is_overhead: bool,
 }
 
 impl Ground {
     fn from_confidence(confidence: Vec<f32>) -> Self {
-        Ground { is_ground: confidence.iter().map(|&share| share >= 0.5).collect(), confidence }
+        let is_ground = confidence.iter().map(|&share| share >= 0.5).collect();
+        Ground { is_ground, confidence, is_overhead: false }
     }
+}
+
+/// How the ground around a sensor lies in the cloud's frame.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Lie {
+    /// Angle between its normal and the vertical of the frame, degrees.
+    pub lean_degrees: f64,
+    /// Whether it lies above the sensor.
+    pub is_overhead: bool,
+}
+
+/// How the ground lies around the first of the sensors of a cloud; `None` where no plane is found.
+pub fn lie(cloud: &PointCloud, image: &RangeImage, params: &GroundParams) -> Option<Lie> {
+    let level = match image.is_plain() {
+        true => Level::of_ground(cloud, image, params),
+        false => {
+            let view = image.views(cloud).into_iter().next()?;
+            Level::of_ground(&view.cloud, &view.image, params)
+        }
+    };
+    (level != Level::IDENTITY).then(|| level.lie())
 }
 
 /// The ground of a cloud, by geometry alone.
@@ -124,5 +148,6 @@ pub fn ground(cloud: &PointCloud, image: &RangeImage, params: &GroundParams) -> 
     spread.start(|seen| plane.is_start(seen, params));
     let near = HeightMap::new(spread.positions(), params);
     spread.start(|seen| near.is_near(seen));
-    judge(cloud, image, &level, &spread, params)
+    let found = judge(cloud, image, &level, &spread, params);
+    Ground { is_overhead: level.is_upside_down, ..found }
 }

@@ -329,6 +329,8 @@ fn one_row_shows_no_slope_and_no_ground() {
     let every = 0..cloud.len() as u32;
     let image = RangeImage {
         projection: Projection::Organised,
+        bands: RangeImage::new(&cloud, &ProjectionParams::default()).bands,
+        stagger: 0,
         wraps: true,
         top_row_first: true,
         point_of_pixel: Grid::from_rows(1, cloud.len(), every.clone().collect()),

@@ -1,0 +1,74 @@
+//! The static transforms of a recording: `tf2_msgs/msg/TFMessage` on `/tf_static`.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use nalgebra::{Quaternion, UnitQuaternion};
+
+use super::frames::type_name;
+use super::recording::{Overview, Record, RecordingReader, Wanted};
+use super::ros::RosReader;
+use crate::error::Result;
+use crate::sensor_frame::Transforms;
+use crate::workers::Workers;
+
+/// How far into a recording static transforms are looked for, bytes: they are published when a drive begins, and
+/// a recorder that joins later gets them first.
+const FAR_ENOUGH: u64 = 64 << 20;
+
+/// The static transforms among the first 64 MiB of a recording; none where it has no such topic. Messages that cannot be
+/// read are passed over.
+///
+/// # Errors
+/// Those of [`Overview::read`] and [`RecordingReader`].
+pub fn static_transforms(recording: &Path) -> Result<Transforms> {
+    let overview = Overview::read(recording)?;
+    let mut transforms = Transforms::default();
+    let mut wanted = 0;
+    let mut is_ros1 = BTreeMap::new();
+    for channel in overview.channels.values() {
+        let is_static = channel.topic.trim_start_matches('/') == "tf_static";
+        if is_static && type_name(&overview, channel).ends_with("TFMessage") {
+            wanted += overview.message_counts.get(&channel.id).copied().unwrap_or(0);
+            is_ros1.insert(channel.id, channel.message_encoding == "ros1");
+        }
+    }
+    let numbered = is_ros1.keys().map(|&id| (id, overview.channels[&id].topic.clone())).collect();
+    let those = Wanted { numbered, others: false, ..Wanted::default() };
+    let mut reader = RecordingReader::open_wanted(&overview, &those, &Workers::none())?;
+    while wanted > 0 && reader.offset() < FAR_ENOUGH {
+        let Ok(Some(record)) = reader.next_record() else { break };
+        let Record::Message { header, data, .. } = record else { continue };
+        if let Some(&is_ros1) = is_ros1.get(&header.channel_id) {
+            wanted -= 1;
+            // One that is cut off still says what came before.
+            let _ = read(&data, is_ros1, &mut transforms);
+        }
+    }
+    Ok(transforms)
+}
+
+/// Takes in the transforms of a message.
+///
+/// # Errors
+/// [`crate::Error::Malformed`] where it ends too early; those read before are taken in.
+fn read(message: &[u8], is_ros1: bool, transforms: &mut Transforms) -> Result<()> {
+    const NAME: &str = "tf2_msgs/msg/TFMessage";
+    const SMALLEST: usize = 76;
+    let mut reader =
+        if is_ros1 { RosReader::ros1(NAME, message) } else { RosReader::cdr(NAME, message)? };
+    for _ in 0..reader.sequence(SMALLEST)? {
+        let (_, _, parent) = reader.header()?;
+        let child = reader.string()?;
+        let mut numbers = [0.0; 7];
+        for number in &mut numbers {
+            *number = reader.f64()?;
+        }
+        let [_, _, _, x, y, z, w] = numbers;
+        let rotation = Quaternion::new(w, x, y, z);
+        if rotation.norm().is_finite() && rotation.norm() > 0.1 {
+            transforms.insert(&parent, &child, UnitQuaternion::from_quaternion(rotation));
+        }
+    }
+    Ok(())
+}
