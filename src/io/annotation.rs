@@ -76,7 +76,8 @@ fn append_points(cloud: &PointCloud2, annotation: &PointAnnotation, out: &mut Ve
     let step = (cloud.point_step as usize).max(1);
     let record = step + ANNOTATION_LEN as usize;
     let colours = Colours::new(cloud.data_order());
-    let mut buffer = vec![0; BLOCK * record];
+    // A message without points may claim points of any size.
+    let mut buffer = vec![0; BLOCK.min(cloud.point_count()) * record];
     let mut first = 0;
     for row in cloud.rows() {
         for points in row.chunks(BLOCK * step) {
