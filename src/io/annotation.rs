@@ -120,7 +120,8 @@ fn append_points<const N: usize, const C: usize>(
     const BLOCK: usize = 256;
     let step = (cloud.point_step as usize).max(1);
     let record = step + N;
-    let mut buffer = vec![0; BLOCK * record];
+    // A message without points may claim points of any size.
+    let mut buffer = vec![0; BLOCK.min(cloud.point_count()) * record];
     let mut first = 0;
     for row in cloud.rows() {
         for points in row.chunks(BLOCK * step) {

@@ -363,6 +363,13 @@ fn a_cloud_of_a_billion_rows_of_nothing_is_empty() {
     annotated(&encoded(&cloud)).expect("annotated");
 }
 
+#[test]
+fn no_points_of_four_gigabytes_each_need_no_room() {
+    let mut cloud = two_points(&[]);
+    (cloud.height, cloud.width, cloud.point_step, cloud.row_step) = (1, 0, u32::MAX - 20, 0);
+    annotated(&encoded(&cloud)).expect("annotated");
+}
+
 /// Clouds at the edge of what numbers can be.
 #[test]
 fn clouds_as_far_as_floats_go_are_clustered() {

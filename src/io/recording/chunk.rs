@@ -95,7 +95,7 @@ pub(super) fn unpack(body: &[u8], records: &mut Vec<u8>) -> Result<(), String> {
 /// The most bytes of records that are unpacked from so many bytes: a chunk can claim anything, and a small one can
 /// truly hold a thousand times its size of zeros.
 fn most_records(compressed: usize) -> u64 {
-    (compressed as u64).saturating_mul(MOST_TIMES_SMALLER).max(ALWAYS).min(MAX_RECORD)
+    (compressed as u64).saturating_mul(MOST_TIMES_SMALLER).clamp(ALWAYS, MAX_RECORD)
 }
 
 impl Header<'_> {
