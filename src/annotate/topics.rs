@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::error::{Error, Result};
 use crate::io::frames::cloud_format;
+use crate::io::qos::{Durability, QOS_KEY, qos_metadata};
 use crate::io::{Channel, CloudChannel, CloudFormat, Overview};
 
 /// Whether a topic is one that an earlier annotation added beside its cloud topic: T is there, or the objects that
@@ -102,15 +103,14 @@ fn list(overview: &Overview) -> String {
     format!("its topics:\n  {}", topics.join("\n  "))
 }
 
-const QOS: &str = "offered_qos_profiles";
-
-/// Quality-of-service metadata for an added channel: the cloud's own where it has some, else rosbag2's
-/// form of reliable, volatile, keep the last ten.
+/// Quality-of-service metadata for an added channel: the cloud's own where it has some, else reliable, volatile, keep
+/// the last ten.
 pub(crate) fn qos(cloud: &Channel) -> BTreeMap<String, String> {
-    const DEFAULT: &str = "- history: 1\n  depth: 10\n  reliability: 1\n  durability: 2\n";
-    let own = cloud.metadata.get(QOS).filter(|own| !own.trim().is_empty());
-    let profile = own.map_or(DEFAULT, String::as_str);
-    BTreeMap::from([(QOS.to_owned(), profile.to_owned())])
+    let own = cloud.metadata.get(QOS_KEY).filter(|own| !own.trim().is_empty());
+    match own {
+        Some(own) => BTreeMap::from([(QOS_KEY.to_owned(), own.clone())]),
+        None => qos_metadata(10, Durability::Volatile),
+    }
 }
 
 /// Metadata of the channel of a topic's instances, where they are of the same type as the cloud: the cloud's own, so

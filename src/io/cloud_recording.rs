@@ -7,6 +7,7 @@ use super::clouds::{CloudFormat, MessageSchema};
 use super::definitions::{
     POINT_CLOUD2_ROS1_MD5, TF_MESSAGE_NAME, TF_MESSAGE_ROS1_MD5, TF_MESSAGE_SCHEMA,
 };
+use super::qos::{Durability, qos_metadata};
 use super::recording::{MessageHeader, RecordingWriter, WriteOptions};
 use super::transforms;
 pub use super::transforms::Transform;
@@ -26,15 +27,6 @@ pub struct CloudRecording {
 struct Channel {
     id: u16,
     messages: u32,
-}
-
-/// How long a subscriber that comes late gets what was sent before, as rosbag2 writes it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Durability {
-    /// Not at all.
-    Volatile,
-    /// As long as the sender is there: for what is sent once.
-    TransientLocal,
 }
 
 impl CloudRecording {
@@ -109,7 +101,7 @@ impl CloudRecording {
         message: &[u8],
     ) -> Result<()> {
         let schema = self.writer.add_schema(name, "ros2msg", definition.as_bytes())?;
-        let metadata = qos(Durability::TransientLocal);
+        let metadata = qos_metadata(1, Durability::TransientLocal);
         let id = self.writer.add_channel(topic, schema, "cdr", &metadata)?;
         write(&mut self.writer, &mut Channel { id, messages: 0 }, log_time, message)
     }
@@ -153,24 +145,13 @@ fn add_channel(
     ros1_md5: &str,
 ) -> Result<Channel> {
     let metadata = match format.profile() {
-        "ros2" => qos(Durability::Volatile),
+        "ros2" => qos_metadata(10, Durability::Volatile),
         "ros1" => ros1_connection(topic, ros1_md5),
         _ => BTreeMap::new(),
     };
     let schema = writer.add_schema(schema.name, schema.encoding, &schema.data)?;
     let id = writer.add_channel(topic, schema, format.message_encoding(), &metadata)?;
     Ok(Channel { id, messages: 0 })
-}
-
-/// Quality of service as rosbag2 notes it. Keep the last messages, deliver each.
-fn qos(durability: Durability) -> BTreeMap<String, String> {
-    let qos = match durability {
-        Durability::Volatile => "- history: 1\n  depth: 10\n  reliability: 1\n  durability: 2\n",
-        Durability::TransientLocal => {
-            "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n"
-        }
-    };
-    BTreeMap::from([("offered_qos_profiles".to_owned(), qos.to_owned())])
 }
 
 /// What a ROS 1 bag notes of a connection on a topic, given the sum of its type's definition.

@@ -16,6 +16,7 @@ pub mod frames;
 pub mod labelled;
 pub mod markers;
 pub mod problems;
+pub mod qos;
 pub mod recording;
 pub mod ros;
 pub mod scans;
