@@ -7,13 +7,16 @@ use crate::io::frames::cloud_format;
 use crate::io::qos::{Durability, QOS_KEY, qos_metadata};
 use crate::io::{Channel, CloudChannel, CloudFormat, Overview};
 
-/// Whether a topic is one that an earlier annotation added beside its cloud topic: T is there, or the objects that
-/// come with it.
+/// Whether a topic is one that an earlier annotation added beside its cloud topic: the clouds are there, or the
+/// objects that come with it.
 pub fn is_annotation(overview: &Overview, topic: &str) -> bool {
-    let has = |topic: &str| overview.channels_of(topic).next().is_some();
+    let has_clouds = |topic: &str| {
+        overview.channels_of(topic).any(|channel| cloud_format(overview, channel).is_some())
+    };
+    let is_there = |topic: &str| overview.channels_of(topic).next().is_some();
     topic
         .strip_suffix(INSTANCES)
-        .is_some_and(|cloud| has(cloud) || has(&format!("{cloud}{OBJECTS}")))
+        .is_some_and(|cloud| has_clouds(cloud) || is_there(&format!("{cloud}{OBJECTS}")))
 }
 
 /// The topics that an earlier annotation added, `T/instances` of each cloud topic T.
