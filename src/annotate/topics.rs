@@ -3,17 +3,21 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::error::{Error, Result};
-use crate::io::cloud_recording::{self, Durability, QOS, ros1_connection};
+use crate::io::cloud_recording::ros1_connection;
 use crate::io::frames::cloud_format;
+use crate::io::qos::{Durability, QOS_KEY, qos_metadata};
 use crate::io::{Channel, CloudChannel, CloudFormat, MessageSchema, Overview};
 
-/// Whether a topic is one that an earlier annotation added beside its cloud topic: T is there, or the objects that
-/// come with it.
+/// Whether a topic is one that an earlier annotation added beside its cloud topic: the clouds are there, or the
+/// objects that come with it.
 pub fn is_annotation(overview: &Overview, topic: &str) -> bool {
-    let has = |topic: &str| overview.channels_of(topic).next().is_some();
+    let has_clouds = |topic: &str| {
+        overview.channels_of(topic).any(|channel| cloud_format(overview, channel).is_some())
+    };
+    let is_there = |topic: &str| overview.channels_of(topic).next().is_some();
     topic
         .strip_suffix(INSTANCES)
-        .is_some_and(|cloud| has(cloud) || has(&format!("{cloud}{OBJECTS}")))
+        .is_some_and(|cloud| has_clouds(cloud) || is_there(&format!("{cloud}{OBJECTS}")))
 }
 
 /// The topics that an earlier annotation added, `T/instances` of each cloud topic T.
@@ -115,12 +119,13 @@ fn list(overview: &Overview) -> String {
     format!("its topics:\n  {}", topics.join("\n  "))
 }
 
-/// Quality-of-service metadata for an added channel: the cloud's own where it has some, else rosbag2's
-/// form of reliable, volatile, keep the last ten.
+/// Quality-of-service metadata for an added channel: the cloud's own where it has some, else reliable, volatile, keep
+/// the last ten.
 fn qos(cloud: &Channel) -> BTreeMap<String, String> {
-    match cloud.metadata.get(QOS).filter(|own| !own.trim().is_empty()) {
-        Some(own) => BTreeMap::from([(QOS.to_owned(), own.clone())]),
-        None => cloud_recording::qos(Durability::Volatile),
+    let own = cloud.metadata.get(QOS_KEY).filter(|own| !own.trim().is_empty());
+    match own {
+        Some(own) => BTreeMap::from([(QOS_KEY.to_owned(), own.clone())]),
+        None => qos_metadata(10, Durability::Volatile),
     }
 }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::clouds::CloudFormat;
 use super::definitions::{self, MessageSchema};
+use super::qos::{Durability, qos_metadata};
 use super::recording::{MessageHeader, RecordingWriter, WriteOptions};
 use super::transforms;
 pub use super::transforms::Transform;
@@ -24,15 +25,6 @@ pub struct CloudRecording {
 struct Channel {
     id: u16,
     messages: u32,
-}
-
-/// How long a subscriber that comes late gets what was sent before, as rosbag2 writes it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Durability {
-    /// Not at all.
-    Volatile,
-    /// As long as the sender is there: for what is sent once.
-    TransientLocal,
 }
 
 impl CloudRecording {
@@ -106,7 +98,7 @@ impl CloudRecording {
         message: &[u8],
     ) -> Result<()> {
         let id = self.writer.add_type(schema)?;
-        let metadata = qos(Durability::TransientLocal);
+        let metadata = qos_metadata(1, Durability::TransientLocal);
         let id = self.writer.add_channel(topic, id, schema.message_encoding, &metadata)?;
         write(&mut self.writer, &mut Channel { id, messages: 0 }, log_time, message)
     }
@@ -148,7 +140,7 @@ fn add_channel(
     schema: &MessageSchema,
 ) -> Result<Channel> {
     let metadata = match (schema.message_encoding, schema.md5) {
-        ("cdr", _) => qos(Durability::Volatile),
+        ("cdr", _) => qos_metadata(10, Durability::Volatile),
         (_, Some(md5)) => ros1_connection(topic, md5),
         _ => BTreeMap::new(),
     };
@@ -156,25 +148,6 @@ fn add_channel(
     let id = writer.add_channel(topic, id, schema.message_encoding, &metadata)?;
     Ok(Channel { id, messages: 0 })
 }
-
-/// Quality of service as rosbag2 notes it, every field of it, which some readers demand: reliable, the last messages are
-/// kept, without any deadline.
-pub fn qos(durability: Durability) -> BTreeMap<String, String> {
-    let (depth, durability) = match durability {
-        Durability::Volatile => (10, 2),
-        Durability::TransientLocal => (1, 1),
-    };
-    let without_end = "\n    sec: 9223372036\n    nsec: 854775807";
-    let profile = format!(
-        "- history: 1\n  depth: {depth}\n  reliability: 1\n  durability: {durability}\n  deadline:{without_end}\n  \
-         lifespan:{without_end}\n  liveliness: 1\n  liveliness_lease_duration:{without_end}\n  \
-         avoid_ros_namespace_conventions: false\n"
-    );
-    BTreeMap::from([(QOS.to_owned(), profile)])
-}
-
-/// Key of a channel's metadata for its quality of service.
-pub const QOS: &str = "offered_qos_profiles";
 
 /// What a ROS 1 bag notes of a connection on a topic, given the sum of its type's definition.
 pub fn ros1_connection(topic: &str, md5: &str) -> BTreeMap<String, String> {

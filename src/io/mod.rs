@@ -17,6 +17,7 @@ pub mod frames;
 pub mod labelled;
 pub mod objects;
 pub mod problems;
+pub mod qos;
 pub mod recording;
 pub mod ros;
 pub mod scans;

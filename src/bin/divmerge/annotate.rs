@@ -23,8 +23,8 @@ use tasks::{Task, Tasks};
 /// Write a recording again with instances in it
 ///
 /// Every message, channel, schema, attachment and metadata record is kept as it is. Each cloud topic T
-/// gains T/instances (the same cloud with instance, component, semantic, reason, rgb and colors behind
-/// its own fields) and T/objects (a box and a number per instance, as a MarkerArray). Chunks of the output's
+/// gains T/instances (the same cloud in the same messages, with instance, component, semantic, reason and colours
+/// behind its own fields) and T/objects (a box and a number per instance; --objects has the types). Chunks of the output's
 /// compression are taken over as they are, byte for byte; what is added stands in chunks of its own.
 #[derive(Args)]
 pub struct Arguments {
