@@ -49,6 +49,13 @@ impl Band {
     }
 }
 
+/// A return seen from elsewhere, in single precision: still a return, even where it lies at the new origin or too far
+/// away for a number.
+pub(super) fn as_return(position: [f64; 3]) -> [f32; 3] {
+    let [x, y, z] = position.map(|along| (along as f32).clamp(f32::MIN, f32::MAX));
+    if [x, y, z] == [0.0; 3] { [0.0, 0.0, f32::MIN_POSITIVE] } else { [x, y, z] }
+}
+
 /// What one band shows, as a cloud and an image of its own.
 pub struct BandView {
     /// Numbers of its points in the whole cloud, ascending.
@@ -93,7 +100,7 @@ impl RangeImage {
         for (number, &point) in (0..).zip(&points) {
             of_point[point as usize] = number;
             let position = cloud.position(point as usize).map(f64::from);
-            let [x, y, z] = band.from_sensor(position).map(|along| along as f32);
+            let [x, y, z] = as_return(band.from_sensor(position));
             own.x.push(x);
             own.y.push(y);
             own.z.push(z);

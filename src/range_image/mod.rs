@@ -270,6 +270,36 @@ fn median(values: &mut [f64]) -> Option<f64> {
 mod tests {
     use super::*;
 
+    proptest::proptest! {
+        #[test]
+        fn every_return_of_any_cloud_has_a_pixel(
+            picks in proptest::collection::vec((0..12_usize, 0..12_usize, 0..12_usize, 0..6_u16, 0..3_u16), 0..600),
+            rows in 1..3_usize,
+            told in 0..4,
+        ) {
+            let odd = [
+                0.0, 1.0, -3.0, 1e-40, 1e38, -3e38, f32::NAN, f32::INFINITY, 15.999_999, -15.999_999, 1.8, 0.25,
+            ];
+            let count = picks.len() / rows * rows;
+            let axis = |of: fn(&(usize, usize, usize, u16, u16)) -> usize| {
+                picks[..count].iter().map(|pick| odd[of(pick)]).collect::<Vec<f32>>()
+            };
+            let cloud = PointCloud::new(axis(|p| p.0), axis(|p| p.1), axis(|p| p.2)).unwrap();
+            let mut cloud = cloud.organised(rows, count / rows).unwrap();
+            cloud.ring = (told % 2 == 1).then(|| picks[..count].iter().map(|pick| pick.3).collect());
+            cloud.source = (told > 1).then(|| picks[..count].iter().map(|pick| pick.4).collect());
+            let image = RangeImage::new(&cloud, &ProjectionParams::default());
+            for point in 0..count {
+                proptest::prop_assert_eq!(image.pixel_of(point).is_some(), cloud.is_return(point));
+            }
+            let bands: Vec<usize> = image.bands.iter().flat_map(|band| band.rows.clone()).collect();
+            proptest::prop_assert_eq!(bands, (0..image.rows()).collect::<Vec<usize>>());
+            Geometry::new(&cloud, &image);
+            let views = image.views(&cloud);
+            proptest::prop_assert!(views.iter().all(|view| view.cloud.check().is_ok()));
+        }
+    }
+
     #[test]
     fn row_steps_are_those_to_the_farther_neighbour() {
         // Rows at 3, 2, 0 and -0.5 degrees, and one in between without a return.

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Isometry3, Point3};
 
+use super::band::as_return;
 use super::beams::Rings;
 use super::{
     Band, NOWHERE, Projection, ProjectionParams, RangeImage, RowsFrom, Wrap, beams,
@@ -63,7 +64,8 @@ fn seen_from(cloud: &PointCloud, sensor: &Isometry3<f64>) -> PointCloud {
     for point in (0..cloud.len()).filter(|&point| cloud.is_return(point)) {
         let at = Point3::from(cloud.position(point).map(f64::from));
         let at = sensor.inverse_transform_point(&at);
-        (seen.x[point], seen.y[point], seen.z[point]) = (at.x as f32, at.y as f32, at.z as f32);
+        let [x, y, z] = as_return(at.into());
+        (seen.x[point], seen.y[point], seen.z[point]) = (x, y, z);
     }
     seen
 }

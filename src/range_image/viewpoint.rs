@@ -66,7 +66,7 @@ pub(super) fn over_ground(cloud: &PointCloud) -> Option<Isometry3<f64>> {
     for point in (0..cloud.len()).filter(|&point| cloud.is_return(point)) {
         let [x, y, z] = cloud.position(point);
         if x.abs() < AROUND && y.abs() < AROUND {
-            let [row, column] = [x, y].map(|along| (along + AROUND) as usize);
+            let [row, column] = [x, y].map(|along| ((along + AROUND) as usize).min(SIDE - 1));
             let lowest = &mut lowest[row * SIDE + column];
             *lowest = lowest.min(f64::from(z));
         }
