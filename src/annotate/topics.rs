@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::error::{Error, Result};
 use crate::io::frames::is_readable_cloud;
+use crate::io::qos::{Durability, QOS_KEY, qos_profile};
 use crate::io::{Channel, Overview};
 
 /// Whether a topic is one that an earlier annotation added beside its cloud topic.
@@ -85,15 +86,12 @@ fn list(overview: &Overview) -> String {
     format!("its topics: {}", topics.join(", "))
 }
 
-const QOS: &str = "offered_qos_profiles";
-
 /// Quality-of-service metadata for an added channel: the cloud's own where it has some, else rosbag2's
 /// form of reliable, volatile, keep the last ten.
 pub(crate) fn qos(cloud: &Channel) -> BTreeMap<String, String> {
-    const DEFAULT: &str = "- history: 1\n  depth: 10\n  reliability: 1\n  durability: 2\n";
-    let own = cloud.metadata.get(QOS).filter(|own| !own.trim().is_empty());
-    let profile = own.map_or(DEFAULT, String::as_str);
-    BTreeMap::from([(QOS.to_owned(), profile.to_owned())])
+    let own = cloud.metadata.get(QOS_KEY).filter(|own| !own.trim().is_empty());
+    let usual = || qos_profile(10, Durability::Volatile);
+    BTreeMap::from([(QOS_KEY.to_owned(), own.cloned().unwrap_or_else(usual))])
 }
 
 /// Metadata of the instances' channel: of the same type as the cloud, so with the same type hash.

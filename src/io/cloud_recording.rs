@@ -8,6 +8,7 @@ use nalgebra::Isometry3;
 use super::definitions::{
     POINT_CLOUD2_NAME, POINT_CLOUD2_SCHEMA, TF_MESSAGE_NAME, TF_MESSAGE_SCHEMA,
 };
+use super::qos::{Durability, QOS_KEY, qos_profile};
 use super::recording::{MessageHeader, RecordingWriter, WriteOptions};
 use super::ros::{ByteOrder, Layout, RosWriter};
 use crate::error::Result;
@@ -38,15 +39,6 @@ pub struct Transform<'a> {
     pub child: &'a str,
     /// Takes coordinates of the child to coordinates of the parent, metres.
     pub pose: Isometry3<f64>,
-}
-
-/// How long a subscriber that comes late gets what was sent before, as rosbag2 writes it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Durability {
-    /// Not at all.
-    Volatile,
-    /// As long as the sender is there: for what is sent once.
-    TransientLocal,
 }
 
 impl CloudRecording {
@@ -152,12 +144,10 @@ fn add_channel(
 ) -> Result<Channel> {
     // Keep the last messages, deliver each.
     let qos = match durability {
-        Durability::Volatile => "- history: 1\n  depth: 10\n  reliability: 1\n  durability: 2\n",
-        Durability::TransientLocal => {
-            "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n"
-        }
+        Durability::Volatile => qos_profile(10, durability),
+        Durability::TransientLocal => qos_profile(1, durability),
     };
-    let metadata = BTreeMap::from([("offered_qos_profiles".to_owned(), qos.to_owned())]);
+    let metadata = BTreeMap::from([(QOS_KEY.to_owned(), qos)]);
     let schema = writer.add_schema(name, "ros2msg", definition.as_bytes())?;
     let id = writer.add_channel(topic, schema, "cdr", &metadata)?;
     Ok(Channel { id, messages: 0 })

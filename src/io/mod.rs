@@ -17,6 +17,7 @@ pub mod labelled;
 pub mod markers;
 pub mod point_cloud2;
 pub mod problems;
+pub mod qos;
 pub mod recording;
 pub mod ros;
 pub mod scans;
