@@ -168,10 +168,7 @@ impl<'a> Job<'a> {
         let asked = asked_of(&overview, options, compression);
         let cut_off = match options.resume && is_resumable {
             true => CutOff::find(output, &asked)?,
-            false => {
-                clean_up(output);
-                None
-            }
+            false => None,
         };
         let mut writer = RecordingWriter::create(
             output,
@@ -182,6 +179,9 @@ impl<'a> Job<'a> {
                 force: options.force,
             },
         )?;
+        if is_resumable && !options.resume {
+            clean_up(output);
+        }
         let journal = is_resumable.then(|| Journal::start(output, &asked)).transpose()?;
         writer.compress_on(workers);
         let wanted = Wanted {

@@ -212,7 +212,7 @@ fn several(arguments: &Arguments, tasks: &Tasks, done: Vec<PathBuf>) -> Result<O
             }
         }
     }
-    let written = tasks.finish(&made, arguments.force)?;
+    let written = tasks.finish(&made)?;
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&reports)?);
     } else {

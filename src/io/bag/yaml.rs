@@ -55,7 +55,17 @@ fn scalar(text: &str) -> String {
     let is_word = WORDS.contains(&text.to_ascii_lowercase().as_str());
     match starts_plain && text.chars().all(is_plain) && !is_word {
         true => text.to_owned(),
-        false => Value::from(text).to_string(),
+        false => Value::from(text).to_string().chars().map(escaped).collect(),
+    }
+}
+
+/// A character that JSON lets stand and YAML does not, escaped; any other as it is.
+fn escaped(c: char) -> String {
+    match c {
+        '\u{7f}'..='\u{9f}' | '\u{2028}' | '\u{2029}' | '\u{feff}' => {
+            format!("\\u{:04x}", u32::from(c))
+        }
+        c => c.to_string(),
     }
 }
 

@@ -110,8 +110,10 @@ impl Tasks {
         for task in written {
             crate::refuse_existing(&task.output, force)?;
         }
-        for (_, folder) in &self.bags {
-            crate::refuse_existing(&folder.join(METADATA_FILE), force)?;
+        for (bag, folder) in &self.bags {
+            // One that belongs to recordings of which a run was cut off is made anew.
+            let is_resumed = bag.files.iter().any(|file| folder.join(file).exists());
+            crate::refuse_existing(&folder.join(METADATA_FILE), force || is_resumed)?;
         }
         if self.has_folder {
             for folder in self.tasks.iter().filter_map(|task| task.output.parent()) {
@@ -122,7 +124,7 @@ impl Tasks {
     }
 
     /// Writes the `metadata.yaml` of each bag of which a recording was made, and returns their names.
-    pub fn finish(&self, made: &[PathBuf], force: bool) -> Result<Vec<PathBuf>> {
+    pub fn finish(&self, made: &[PathBuf]) -> Result<Vec<PathBuf>> {
         let mut written = Vec::new();
         for (bag, folder) in &self.bags {
             let outputs = bag.files.iter().map(|file| folder.join(file));
@@ -131,7 +133,7 @@ impl Tasks {
                 outputs.map(|output| Overview::read(&output)).collect::<Result<_, _>>()?;
             if !overviews.is_empty() {
                 let path = folder.join(METADATA_FILE);
-                write_file(&path, bag.metadata_of(&overviews).as_bytes(), force)?;
+                write_file(&path, bag.metadata_of(&overviews).as_bytes(), true)?;
                 written.push(path);
             }
         }
