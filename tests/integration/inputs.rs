@@ -36,7 +36,7 @@ fn several_recordings_in_one_call() {
     let out = folder.path().join("out");
     let mut arguments = vec!["annotate"];
     arguments.extend(drives.iter().map(|drive| path(drive)));
-    arguments.extend(["-o", path(&out)]);
+    arguments.extend(["--no-layout", "-o", path(&out)]);
     let done = divmerge(&arguments);
     assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
     assert!(text(&done.stdout).contains("3 of 3 recordings annotated"), "{}", text(&done.stdout));
@@ -116,7 +116,8 @@ fn a_split_bag_comes_out_as_one() {
     let out = folder.path().join("annotated");
     let done = divmerge(&["annotate", path(&bag), "-o", path(&out)]);
     assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
-    assert_eq!(names(&out), ["bag_0.mcap", "bag_1.mcap", "metadata.yaml"]);
+    let layouts = ["bag_0.layout.json", "bag_1.layout.json"];
+    assert_eq!(names(&out), [layouts[0], "bag_0.mcap", layouts[1], "bag_1.mcap", "metadata.yaml"]);
     assert_eq!(std::fs::read_to_string(bag.join("metadata.yaml")).expect("it"), metadata);
 
     let made = yaml(&out.join("metadata.yaml"));
