@@ -228,6 +228,22 @@ class Bench:
         said = done.communicate(timeout=SECONDS)[1]
         return subprocess.CompletedProcess([], done.returncode, "", said)
 
+    def reference(self):
+        """The hash of the output of a run that nothing happens to."""
+        place, source, output = self.fresh()
+        done = self.annotate(source, output)
+        assert done.returncode == 0, done.stderr
+        made = sha(output)
+        shutil.rmtree(place)
+        return made
+
+    def resumed(self, source, output, reference):
+        """What is wrong with a cut-off run that is gone on with; nothing if its output is that of a whole run."""
+        done = self.annotate(source, output, "--resume")
+        if done.returncode != 0:
+            return f"wrong: not resumed: code {done.returncode}: {done.stderr[-200:]}"
+        return None if sha(output) == reference else "wrong: resumed to other bytes"
+
     def verdict(self, done, place, source, output, harmless=None, litter=(), **more):
         """Judges a run in a fresh folder, what is left there included, and removes it."""
         verdict = judge(done, source, output, self.whole, **more)
@@ -242,7 +258,7 @@ class Bench:
 
 
 def start(source, output, *more, **options):
-    command = [BINARY, "annotate", source, "-o", output, *more]
+    command = [BINARY, "annotate", source, "-o", output, "--no-layout", *more]
     return subprocess.Popen(
         command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, **options
     )
@@ -268,8 +284,8 @@ def duration(bench):
 
 
 def killed(bench, rng, runs, tally):
-    """SIGKILL at a random moment; every second run has an older output to replace."""
-    longest = duration(bench)
+    """SIGKILL at a random moment. Every second run has an older output to replace; the others are resumed."""
+    longest, reference = duration(bench), bench.reference()
     for run in range(runs):
         place, source, output = bench.fresh()
         before = None
@@ -280,16 +296,24 @@ def killed(bench, rng, runs, tally):
         time.sleep(rng.uniform(0, 1.1 * longest))
         process.kill()
         done = finish(process)
-        # Nobody can clean up behind a process that is killed: the hidden partial file stays.
-        verdict = bench.verdict(
-            done, place, source, output, sha(bench.original), litter=[".partial"], before=before
-        )
+        verdict = judge(done, source, output, bench.whole, before=before)
+        if verdict == "nothing" and not before:
+            verdict = bench.resumed(source, output, reference) or verdict
+        # Nobody can clean up behind a process that is killed: what it was writing stays, hidden.
+        hidden = (".partial", ".journal") if before else ()
+        left = [path.name for path in place.iterdir() if path not in (source, output)]
+        left = [name for name in left if not name.endswith(hidden)] if hidden else left
+        if sha(source) != sha(bench.original):
+            verdict = "harmed: the input"
+        elif left and verdict in ("correct", "nothing"):
+            verdict = f"litter: {left}"
+        shutil.rmtree(place)
         tally.take(verdict, f"(run {run})")
 
 
 def interrupted(bench, rng, runs, tally):
-    """Ctrl-C (SIGINT) or SIGTERM at a random moment: over in a second, nothing left."""
-    longest = duration(bench)
+    """Ctrl-C (SIGINT) or SIGTERM at a random moment: over in a second; what is left is named, and can be resumed."""
+    longest, reference = duration(bench), bench.reference()
     for run in range(runs):
         place, source, output = bench.fresh()
         process = start(source, output)
@@ -302,9 +326,20 @@ def interrupted(bench, rng, runs, tally):
         if done.returncode in (-signal.SIGINT, -signal.SIGTERM):
             # Before the program had begun to listen, so before it had done anything.
             done.returncode = -signal.SIGKILL
-        verdict = bench.verdict(done, place, source, output, sha(bench.original))
-        if verdict == "error" and "nothing was written" not in done.stderr:
-            verdict = f"wrong: does not say what it left: {done.stderr[-200:]}"
+        left = sorted(path.name for path in place.iterdir() if path not in (source, output))
+        verdict = judge(done, source, output, bench.whole)
+        if verdict == "error":
+            said = done.stderr
+            named = all(name in said for name in left) and ("--resume" in said) == bool(left)
+            if not named or (not left and "nothing was written" not in said):
+                verdict = f"wrong: left {left} and said {said[-200:]}"
+            else:
+                verdict = bench.resumed(source, output, reference) or verdict
+        elif left and verdict != "nothing":
+            verdict = f"litter: {left}"
+        if sha(source) != sha(bench.original):
+            verdict = "harmed: the input"
+        shutil.rmtree(place)
         if took > 1.0:
             verdict = f"wrong: took {took:.2f} s"
         tally.take(verdict, f"(run {run})")
@@ -463,11 +498,12 @@ def vanishing(bench, rng, runs, tally):
 
 
 def odd_outputs(bench, rng, runs, tally):
-    """An output that is a folder, a dangling link, the input (itself, by a link, by a hard link) or there already."""
+    """An output that is a folder of that name in the way, a dangling link, the input (itself, by a link, by a hard link) or there already."""
     del rng, runs
 
     def folder(place, source, output):
-        output.mkdir()
+        # The file would be put into the folder, under the input's name, where something else is already.
+        (output / source.name).mkdir(parents=True)
         return source, output
 
     def dangling(place, source, output):
@@ -536,7 +572,7 @@ def stalled(bench, rng, runs, tally):
         else:
             options = {"stdin": subprocess.PIPE}
             process = subprocess.Popen(
-                [BINARY, "annotate", "-", "-o", output],
+                [BINARY, "annotate", "-", "-o", output, "--no-layout"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.PIPE,
@@ -571,6 +607,7 @@ def stalled(bench, rng, runs, tally):
             except OSError:
                 pass
         left = [path.name for path in place.iterdir() if path != source]
+        left = [name for name in left if name not in said]
         verdict = "error"
         if code not in (1, 2, 130) or "error:" not in said:
             verdict = f"wrong: code {code}: {said[-200:]}"

@@ -29,7 +29,7 @@ pub fn listen() {
         if !INTERRUPTED.swap(true, Ordering::Relaxed) {
             std::thread::sleep(GRACE);
         }
-        eprintln!("interrupted{}", left());
+        eprintln!("error: interrupted; {}", left());
         std::process::exit(ENDED.into());
     });
 }
@@ -48,9 +48,9 @@ fn left() -> String {
     let left: Vec<String> =
         written.filter(|path| path.exists()).map(|path| path.display().to_string()).collect();
     match left.is_empty() {
-        true => String::new(),
+        true => "nothing was written".to_owned(),
         false => format!(
-            "; what was done so far is left in {}: the same command with --resume goes on from there, one without \
+            "what was done so far is left in {}: the same command with --resume goes on from there, one without \
              begins anew",
             left.join(" and ")
         ),
