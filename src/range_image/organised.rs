@@ -6,6 +6,7 @@
 //! stand aside from one another (Ouster's staggered form; an organised VLP-32C): each row is then turned by
 //! whole columns until the columns look one way.
 
+use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
 use super::{
@@ -49,7 +50,7 @@ pub(super) fn project(cloud: &PointCloud, params: &ProjectionParams) -> Option<R
         return None;
     }
     let layout = layout(cloud);
-    if leaps(&layout) {
+    if leaps(&layout) || splits_beams(&layout) {
         return None;
     }
     let step = column_step(&layout);
@@ -80,6 +81,32 @@ fn leaps(layout: &Layout) -> bool {
         }
     }
     changes.len() >= FEWEST_PAIRS && median(&mut changes).is_some_and(|change| change > CALM)
+}
+
+/// Whether several rows are one beam by the ring field: rows of one number that have one elevation. A cloud in the order
+/// of firing whose declared rows hold whole shots looks so. (Rows of one number that differ in elevation belong to one
+/// module of a sensor that numbers those.)
+fn splits_beams(layout: &Layout) -> bool {
+    const EACH: usize = 8;
+    let Some(ring) = &layout.cloud.ring else {
+        return false;
+    };
+    // By the number: rows, and the lowest and highest of their elevations.
+    let mut beams: BTreeMap<u16, (usize, f64, f64)> = BTreeMap::new();
+    for row in 0..layout.rows {
+        let points = (0..layout.columns).map(|column| layout.point(row, column));
+        let returns: Vec<usize> =
+            points.filter(|&point| layout.cloud.is_return(point)).take(EACH).collect();
+        let mut elevations: Vec<f64> =
+            returns.iter().map(|&point| elevation(layout.cloud, point)).collect();
+        if let (Some(&first), Some(found)) = (returns.first(), median(&mut elevations)) {
+            let (rows, low, high) = beams.entry(ring[first]).or_insert((0, found, found));
+            (*rows, *low, *high) = (*rows + 1, low.min(found), high.max(found));
+        }
+    }
+    let shared = beams.values().filter(|(rows, ..)| *rows > 1);
+    let mut spans: Vec<f64> = shared.map(|(_, low, high)| high - low).collect();
+    2 * spans.len() > beams.len() && median(&mut spans).is_some_and(|span| span < BEAM_SPREAD)
 }
 
 /// Rows that go round more often than that are no sweeps.

@@ -341,3 +341,24 @@ fn sizes_that_are_asked_for_are_what_comes_out() {
     let image = RangeImage::new(&cloud, &columns_alone);
     assert_eq!((image.projection, image.rows(), image.columns()), (Projection::Ring, 32, 900));
 }
+
+#[test]
+fn a_cloud_in_the_order_of_firing_is_no_image_whatever_its_shape_says() {
+    let upright = frame(Sensor::Os1_64Gradient).cloud;
+    let (rows, columns) = (upright.height, upright.width);
+    // Shot by shot, all beams of one after the other, under the shape of the image.
+    let order: Vec<usize> =
+        (0..columns).flat_map(|c| (0..rows).map(move |r| r * columns + c)).collect();
+    let taken = |column: &[f32]| order.iter().map(|&point| column[point]).collect::<Vec<f32>>();
+    let ring: Vec<u16> = order.iter().map(|&point| (point / columns) as u16).collect();
+    let fired = PointCloud::new(taken(&upright.x), taken(&upright.y), taken(&upright.z)).unwrap();
+    let fired = fired.organised(rows, columns).unwrap().with_ring(ring).unwrap();
+    let (image, geometry) = look(&fired);
+    assert_eq!((image.projection, image.rows()), (Projection::Ring, rows));
+    assert!(geometry.sensors[0].closes);
+    assert!(image.columns().abs_diff(columns) * 50 <= columns, "{} columns", image.columns());
+    // What is declared shot by shot is an image with a beam in each column.
+    let declared = fired.organised(columns, rows).unwrap();
+    let (image, _) = look(&declared);
+    assert_eq!((image.projection, image.rows()), (Projection::OrganisedTransposed, rows));
+}
