@@ -71,8 +71,10 @@ mod tests {
     use super::super::{ObjectEncoding, ObjectKind};
     use super::*;
 
-    /// Classes with their probabilities, and the size, of each object.
-    fn read(cdr: &[u8]) -> Vec<(Vec<(u8, f32)>, [f64; 3])> {
+    /// Classes with their probabilities, and the size.
+    type Object = (Vec<(u8, f32)>, [f64; 3]);
+
+    fn read(cdr: &[u8]) -> Vec<Object> {
         let mut reader = RosReader::cdr("DetectedObjects", cdr).unwrap();
         assert_eq!(reader.header().unwrap(), (5, 6, "lidar".to_owned()));
         let r = &mut reader;

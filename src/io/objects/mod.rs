@@ -65,7 +65,7 @@ impl ObjectBox {
     pub fn of(instance: &Instance, frame: &Isometry3<f64>) -> Self {
         let (name, probability) = match instance.likeness {
             Some(Likeness { kind: Kind::Unknown, .. }) => ("", 0.0),
-            Some(Likeness { kind, probability, .. }) => (kind.name(), f64::from(probability)),
+            Some(Likeness { kind, probability, .. }) => (kind.name(), probability),
             None => (instance.class_name.as_str(), 1.0),
         };
         ObjectBox {
