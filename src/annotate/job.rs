@@ -11,18 +11,19 @@ use super::message::{Annotated, Clustered, Method, annotate_message};
 use super::profile::Profile;
 use super::report::{FrameReport, METADATA_NAME, Report, TopicReport, asked, metadata};
 use super::resume::{CutOff, Journal, Note, clean_up, journal_of};
-use super::topics::{
-    CloudTopic, INSTANCES, OBJECTS, added_metadata, channel_metadata, choose, chosen,
-    refuse_annotated,
-};
+use super::topics::{CloudTopic, choose, refuse_annotated};
 use super::{Event, Form, Frame, Options, place};
 use crate::error::{Error, Result};
 use crate::io::{
-    Channel, CloudChannel, CloudFormat, CloudNumber, Compression, Item, MessageHeader,
-    MessageSchema, Overview, Part, Position, Record, RecordingReader, RecordingWriter,
-    STANDARD_STREAM, SharedBytes, SourceChunk, Wanted, WriteOptions, checksum,
+    CloudFormat, CloudNumber, Compression, Item, MessageHeader, Overview, Part, Position, Record,
+    RecordingReader, RecordingWriter, STANDARD_STREAM, SharedBytes, SourceChunk, Wanted,
+    WriteOptions, checksum,
 };
 use crate::workers::{Ticket, Workers};
+use channels::Added;
+
+mod channels;
+mod stream;
 
 /// Bytes of the input's messages, for each thread, that may wait for clouds before them.
 const WAITING_PER_THREAD: usize = 16 << 20;
@@ -71,13 +72,6 @@ pub(super) struct Job<'a> {
 enum Made {
     Now(Box<Clustered>, Annotated),
     Before(FrameReport, [Vec<u8>; 2]),
-}
-
-/// The channels of what is added to a topic's clouds.
-#[derive(Clone, Copy)]
-struct Added {
-    instances: u16,
-    objects: u16,
 }
 
 /// Something to be written, and how many bytes of the input are read when it is.
@@ -232,53 +226,6 @@ impl<'a> Job<'a> {
             journal,
             cut_off,
         })
-    }
-
-    fn warn_of_other_cloud(&mut self, channel: &Channel) {
-        if let CloudChannel::Unreadable(unreadable) = CloudChannel::of(&self.overview, channel)
-            && unreadable.is_cloud
-        {
-            let (topic, reason) = (&channel.topic, unreadable.reason);
-            self.warn(format!("{topic}: passed through without annotation: {reason}"));
-        }
-    }
-
-    /// Takes the definitions of a stream as they come, before the messages behind them.
-    fn learn(&mut self, items: &[Item]) -> Result<()> {
-        for item in items {
-            match item {
-                Item::Record(Record::Schema(schema)) => {
-                    self.overview.schemas.insert(schema.id, schema.clone());
-                }
-                Item::Record(Record::Channel(channel)) => self.learn_channel(channel)?,
-                _ => {}
-            }
-        }
-        Ok(())
-    }
-
-    fn learn_channel(&mut self, channel: &Channel) -> Result<()> {
-        self.overview.channels.insert(channel.id, channel.clone());
-        self.warn_of_other_cloud(channel);
-        if let Some(cloud) = chosen(&self.overview, channel, &self.options.topics) {
-            let CloudTopic { topic, format } = cloud;
-            self.options.types.check(&self.overview, [format], self.options.form)?;
-            let report = self.report.topics.entry(topic.clone()).or_default();
-            report.format = self.options.types.format(format);
-            self.clouds.insert(channel.id, (topic.as_str().into(), format));
-            self.wanted.numbered.insert(channel.id, topic);
-        }
-        refuse_annotated(&self.overview, self.wanted.numbered.values())
-    }
-
-    /// Of a stream, where no compression was asked for, that of the first chunk is taken.
-    fn learn_compression(&mut self, chunk: &SourceChunk) {
-        let is_first = std::mem::take(&mut self.awaits_compression);
-        let found = Compression::of_name(chunk.compression()).filter(|_| is_first);
-        if let Some(compression) = found {
-            self.compression = compression;
-            self.writer.set_compression(compression);
-        }
     }
 
     fn warn(&mut self, warning: String) {
@@ -557,53 +504,6 @@ impl<'a> Job<'a> {
             return Error::Left { partial, journal };
         }
         error
-    }
-
-    /// The channels of what is added to a channel's clouds, made at the first of its topic.
-    fn channels_for(&mut self, cloud_channel: u16) -> Result<Added> {
-        let (topic, format) = self.clouds[&cloud_channel].clone();
-        let written = self.options.types.format(format);
-        if let Some(&added) = self.added.get(&(Arc::clone(&topic), written)) {
-            return Ok(added);
-        }
-        let channel = self.overview.channels[&cloud_channel].clone();
-        let instances = match self.options.form {
-            Form::InPlace => cloud_channel,
-            _ => self.add_instances(&channel, format, written)?,
-        };
-        let schema = self.options.types.objects(written)?;
-        let objects = self.add_channel(&format!("{topic}{OBJECTS}"), &schema, &channel)?;
-        let added = Added { instances, objects };
-        self.added.insert((topic, written), added);
-        Ok(added)
-    }
-
-    /// The channel of the annotated clouds: as the cloud's own where they are of its format.
-    fn add_instances(
-        &mut self,
-        cloud: &Channel,
-        format: CloudFormat,
-        written: CloudFormat,
-    ) -> Result<u16> {
-        let topic = format!("{}{INSTANCES}", cloud.topic);
-        if format != written {
-            return self.add_channel(&topic, &written.schema(), cloud);
-        }
-        let schema = match (self.options.form, self.overview.schema_of(cloud.id)) {
-            (Form::Only, Some(schema)) => {
-                self.writer.add_schema(&schema.name, &schema.encoding, &schema.data)?
-            }
-            _ => cloud.schema_id,
-        };
-        let (encoding, metadata) = (&cloud.message_encoding, channel_metadata(cloud, format));
-        self.writer.add_channel(&topic, schema, encoding, &metadata)
-    }
-
-    /// A channel of a type of its own beside a cloud's.
-    fn add_channel(&mut self, topic: &str, schema: &MessageSchema, cloud: &Channel) -> Result<u16> {
-        let id = self.writer.add_type(schema)?;
-        let metadata = added_metadata(topic, schema, cloud);
-        self.writer.add_channel(topic, id, schema.message_encoding, &metadata)
     }
 
     /// Completes the output. The reader is at the end of the input.
