@@ -75,9 +75,8 @@ impl MessageTypes {
     /// Whether a recording may have such messages beside these clouds.
     ///
     /// # Errors
-    /// [`Error::Conflict`] where other messages than ROS's are asked for in a recording of ROS, or others than the
-    /// clouds' own in their place,
-    /// [`Error::Unsupported`] as [`MessageTypes::objects`].
+    /// [`Error::Conflict`] where other messages than ROS's are asked for in a recording of ROS, others than the
+    /// clouds' own in their place, or boxes of a type that does not exist beside them.
     pub(super) fn check(
         &self,
         overview: &Overview,
@@ -87,7 +86,12 @@ impl MessageTypes {
         let conflict = |problem| Err(Error::Conflict { path: overview.path.clone(), problem });
         for format in clouds {
             let written = self.format(format);
-            self.objects(written)?;
+            if let Err(error) = self.objects(written) {
+                let clouds = written.type_name();
+                return conflict(format!(
+                    "no such boxes beside {clouds}: {error}; leave the type of the boxes out"
+                ));
+            }
             if form == Form::InPlace && written != format {
                 return conflict(format!(
                     "its clouds are {}, in place of which {} cannot stand",

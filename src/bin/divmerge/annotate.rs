@@ -46,7 +46,7 @@ pub struct Arguments {
     #[command(flatten)]
     method: MethodArguments,
 
-    /// Type of the boxes on T/objects [default: markers]
+    /// Type of the boxes on T/objects [default: what viewers draw: markers, beside Foxglove's clouds a SceneUpdate]
     #[arg(long, value_enum, value_name = "TYPE")]
     objects: Option<Objects>,
 
