@@ -29,11 +29,11 @@ fn fit(opcode: u8, mut fields: Fields) -> Option<()> {
         }
         op::MESSAGE_INDEX => {
             fields.take::<2>()?;
-            block(&mut fields).map(drop)
+            entries(&mut fields, 8 + 8)
         }
         op::CHUNK_INDEX => {
             fields.take::<{ 4 * 8 }>()?;
-            block(&mut fields)?;
+            entries(&mut fields, 2 + 8)?;
             fields.take::<8>()?;
             strings(&mut fields, 1)
         }
@@ -43,7 +43,7 @@ fn fit(opcode: u8, mut fields: Fields) -> Option<()> {
         }
         op::STATISTICS => {
             fields.take::<{ 8 + 2 + 4 * 4 + 2 * 8 }>()?;
-            block(&mut fields).map(drop)
+            entries(&mut fields, 2 + 8)
         }
         op::METADATA => {
             strings(&mut fields, 1)?;
@@ -63,6 +63,11 @@ fn block<'a>(fields: &mut Fields<'a>) -> Option<&'a [u8]> {
     fields.bytes(length.into())
 }
 
+/// A block of entries of so many bytes. The library reads on beyond a block that ends within one.
+fn entries(fields: &mut Fields, size: usize) -> Option<()> {
+    block(fields)?.len().is_multiple_of(size).then_some(())
+}
+
 fn strings(fields: &mut Fields, count: usize) -> Option<()> {
     (0..count).try_for_each(|_| block(fields).map(drop))
 }
@@ -74,4 +79,25 @@ fn map(fields: &mut Fields) -> Option<()> {
         strings(&mut pairs, 2)?;
     }
     Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_block_that_ends_within_an_entry_is_not_read_on() {
+        let whole = [vec![0; 32], 10_u32.to_le_bytes().to_vec(), vec![1; 10]].concat();
+        let rest = [vec![0; 8], vec![0; 4], vec![0; 16]].concat();
+        assert!(parse_record(op::CHUNK_INDEX, &[whole.clone(), rest].concat()).is_some());
+        // Two bytes more: what is behind them would be read as part of an entry, and the words behind that as the
+        // length of a name, 4 GB.
+        let mut lying = whole;
+        lying[32] = 12;
+        lying.extend([1; 2]);
+        let rest = [vec![0; 8], vec![0; 4], vec![0xff; 16]].concat();
+        assert!(parse_record(op::CHUNK_INDEX, &[lying, rest].concat()).is_none());
+        let statistics = [vec![0; 42], 3_u32.to_le_bytes().to_vec(), vec![0; 3]].concat();
+        assert!(parse_record(op::STATISTICS, &statistics).is_none());
+    }
 }
