@@ -31,7 +31,7 @@ const fn ros2(name: &'static str, definition: &'static str) -> MessageSchema {
 
 /// A message's own fields, then the line and the definition of each type in it.
 macro_rules! definition {
-    ($own:literal, $($part:tt)*) => { concat!($own, $(separator!(), part!($part)),*) };
+    ($own:expr, $($part:tt)*) => { concat!($own, $(separator!(), part!($part)),*) };
 }
 
 macro_rules! separator {
@@ -40,20 +40,10 @@ macro_rules! separator {
     };
 }
 
-pub mod ros1;
-
-macro_rules! part {
-    (header) => {
-        "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n"
-    };
-    (time) => {
-        "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"
-    };
+/// Definitions that ROS 1 and 2 have in common, and those that only one message has.
+macro_rules! shared {
     (vector) => {
         "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
-    };
-    (quaternion) => {
-        "MSG: geometry_msgs/Quaternion\nfloat64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n"
     };
     (point) => {
         "MSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z\n"
@@ -83,6 +73,23 @@ uint32 count
     };
     ($other:literal) => {
         $other
+    };
+}
+
+pub mod ros1;
+
+macro_rules! part {
+    (header) => {
+        "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n"
+    };
+    (time) => {
+        "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"
+    };
+    (quaternion) => {
+        "MSG: geometry_msgs/Quaternion\nfloat64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n"
+    };
+    ($other:tt) => {
+        shared!($other)
     };
 }
 

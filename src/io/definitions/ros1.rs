@@ -15,50 +15,10 @@ const fn ros1(name: &'static str, definition: &'static str, md5: &'static str) -
     }
 }
 
-macro_rules! part {
-    (header) => {
-        "MSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n"
-    };
-    (point) => {
-        "MSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z\n"
-    };
-    (vector) => {
-        "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
-    };
-    (quaternion) => {
-        "MSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"
-    };
-    (pose) => {
-        "MSG: geometry_msgs/Pose\nPoint position\nQuaternion orientation\n"
-    };
-    (point_field) => {
+/// The fields of `sensor_msgs/PointCloud2`.
+macro_rules! cloud {
+    () => {
         "\
-MSG: sensor_msgs/PointField
-uint8 INT8=1
-uint8 UINT8=2
-uint8 INT16=3
-uint8 UINT16=4
-uint8 INT32=5
-uint8 UINT32=6
-uint8 FLOAT32=7
-uint8 FLOAT64=8
-string name
-uint32 offset
-uint8 datatype
-uint32 count
-"
-    };
-    ($other:literal) => {
-        $other
-    };
-}
-
-/// `sensor_msgs/PointCloud2`: a cloud.
-pub const POINT_CLOUD2: MessageSchema =
-    ros1("sensor_msgs/PointCloud2", POINT_CLOUD2_TEXT, "1158d486dd51d683ce2f1be655c3c181");
-
-const POINT_CLOUD2_TEXT: &str = definition!(
-    "\
 Header header
 uint32 height
 uint32 width
@@ -68,7 +28,31 @@ uint32 point_step
 uint32 row_step
 uint8[] data
 bool is_dense
-",
+"
+    };
+}
+
+macro_rules! part {
+    (header) => {
+        "MSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n"
+    };
+    (quaternion) => {
+        "MSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"
+    };
+    (cloud) => {
+        concat!("MSG: sensor_msgs/PointCloud2\n", cloud!())
+    };
+    ($other:tt) => {
+        shared!($other)
+    };
+}
+
+/// `sensor_msgs/PointCloud2`: a cloud.
+pub const POINT_CLOUD2: MessageSchema =
+    ros1("sensor_msgs/PointCloud2", POINT_CLOUD2_TEXT, "1158d486dd51d683ce2f1be655c3c181");
+
+const POINT_CLOUD2_TEXT: &str = definition!(
+    cloud!(),
     header
     point_field
 );
@@ -176,11 +160,7 @@ int64 id
 float64 score
 geometry_msgs/PoseWithCovariance pose
 "
-    "\
-MSG: geometry_msgs/PoseWithCovariance
-Pose pose
-float64[36] covariance
-"
+    pose_with_covariance
     pose
     point
     quaternion
@@ -190,18 +170,7 @@ geometry_msgs/Pose center
 geometry_msgs/Vector3 size
 "
     vector
-    "\
-MSG: sensor_msgs/PointCloud2
-Header header
-uint32 height
-uint32 width
-PointField[] fields
-bool is_bigendian
-uint32 point_step
-uint32 row_step
-uint8[] data
-bool is_dense
-"
+    cloud
     point_field
 );
 
