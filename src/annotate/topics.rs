@@ -3,9 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::error::{Error, Result};
-use crate::io::cloud_recording::ros1_connection;
 use crate::io::frames::cloud_format;
-use crate::io::qos::{Durability, QOS_KEY, qos_metadata};
+use crate::io::qos::{Durability, QOS_KEY, connection_metadata, qos_metadata};
 use crate::io::{Channel, CloudChannel, CloudFormat, MessageSchema, Overview};
 
 /// Whether a topic is one that an earlier annotation added beside its cloud topic: the clouds are there, or the
@@ -135,11 +134,7 @@ pub(crate) fn added_metadata(
     schema: &MessageSchema,
     cloud: &Channel,
 ) -> BTreeMap<String, String> {
-    match (schema.message_encoding, schema.md5) {
-        ("cdr", _) => qos(cloud),
-        (_, Some(md5)) => ros1_connection(topic, md5),
-        _ => BTreeMap::new(),
-    }
+    connection_metadata(topic, schema, || qos(cloud))
 }
 
 /// Metadata of the channel of a topic's instances, where they are of the same type as the cloud: the cloud's own, so

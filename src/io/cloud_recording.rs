@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::clouds::CloudFormat;
 use super::definitions::{self, MessageSchema};
-use super::qos::{Durability, qos_metadata};
+use super::qos::{Durability, connection_metadata, qos_metadata};
 use super::recording::{MessageHeader, RecordingWriter, WriteOptions};
 use super::transforms;
 pub use super::transforms::Transform;
@@ -139,20 +139,10 @@ fn add_channel(
     topic: &str,
     schema: &MessageSchema,
 ) -> Result<Channel> {
-    let metadata = match (schema.message_encoding, schema.md5) {
-        ("cdr", _) => qos_metadata(10, Durability::Volatile),
-        (_, Some(md5)) => ros1_connection(topic, md5),
-        _ => BTreeMap::new(),
-    };
+    let metadata = connection_metadata(topic, schema, || qos_metadata(10, Durability::Volatile));
     let id = writer.add_type(schema)?;
     let id = writer.add_channel(topic, id, schema.message_encoding, &metadata)?;
     Ok(Channel { id, messages: 0 })
-}
-
-/// What a ROS 1 bag notes of a connection on a topic, given the sum of its type's definition.
-pub fn ros1_connection(topic: &str, md5: &str) -> BTreeMap<String, String> {
-    let entries = [("callerid", "/divmerge"), ("latching", "0"), ("md5sum", md5), ("topic", topic)];
-    entries.map(|(key, value)| (key.to_owned(), value.to_owned())).into()
 }
 
 fn write(

@@ -1,6 +1,8 @@
-//! Quality of service of a topic, as rosbag2 notes it in a channel's metadata.
+//! What recorders note of a topic in its channel's metadata: rosbag2 its quality of service, ROS 1 the connection.
 
 use std::collections::BTreeMap;
+
+use super::definitions::MessageSchema;
 
 /// Key of the metadata.
 pub const QOS_KEY: &str = "offered_qos_profiles";
@@ -27,6 +29,25 @@ pub fn qos_metadata(depth: u32, durability: Durability) -> BTreeMap<String, Stri
     }
     profile += "  avoid_ros_namespace_conventions: false\n";
     BTreeMap::from([(QOS_KEY.to_owned(), profile)])
+}
+
+/// What recorders of its kind of messages note of a channel of a type: ROS 2 its quality of service, ROS 1 the connection.
+pub fn connection_metadata(
+    topic: &str,
+    schema: &MessageSchema,
+    qos: impl FnOnce() -> BTreeMap<String, String>,
+) -> BTreeMap<String, String> {
+    match (schema.message_encoding, schema.md5) {
+        ("cdr", _) => qos(),
+        (_, Some(md5)) => ros1_connection(topic, md5),
+        _ => BTreeMap::new(),
+    }
+}
+
+/// What a ROS 1 bag notes of a connection on a topic, given the sum of its type's definition.
+fn ros1_connection(topic: &str, md5: &str) -> BTreeMap<String, String> {
+    let entries = [("callerid", "/divmerge"), ("latching", "0"), ("md5sum", md5), ("topic", topic)];
+    entries.map(|(key, value)| (key.to_owned(), value.to_owned())).into()
 }
 
 #[cfg(test)]

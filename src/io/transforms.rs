@@ -1,10 +1,9 @@
 //! Poses of coordinate frames in one another, in the messages that go with each format of clouds.
 
-use std::borrow::Cow;
-
 use foxglove::Encode;
 use foxglove::messages::{FrameTransform, Quaternion, Timestamp, Vector3};
 use nalgebra::Isometry3;
+use serde_json::{Value, json};
 
 use super::cloud_recording::stamp;
 use super::clouds::CloudFormat;
@@ -27,21 +26,11 @@ pub struct Transform<'a> {
 /// The definition of the poses that go with clouds of a format: `tf2_msgs/TFMessage` in ROS, else
 /// `foxglove.FrameTransform`.
 pub(super) fn schema(format: CloudFormat) -> MessageSchema {
-    let foxglove = |encoding, data, message_encoding| MessageSchema {
-        name: FRAME_TRANSFORM,
-        encoding,
-        data,
-        message_encoding,
-        md5: None,
-    };
     match format {
         CloudFormat::Ros2 | CloudFormat::FoxgloveRos2 => definitions::TF_MESSAGE,
         CloudFormat::Ros1 => definitions::ros1::TF_MESSAGE,
-        CloudFormat::FoxgloveProtobuf => {
-            let descriptors = FrameTransform::get_schema().map(|schema| schema.data);
-            foxglove("protobuf", descriptors.unwrap_or_default(), "protobuf")
-        }
-        CloudFormat::FoxgloveJson => foxglove("jsonschema", json_schema(), "json"),
+        CloudFormat::FoxgloveProtobuf => MessageSchema::protobuf::<FrameTransform>(FRAME_TRANSFORM),
+        CloudFormat::FoxgloveJson => MessageSchema::json(FRAME_TRANSFORM, &json_schema()),
     }
 }
 
@@ -92,12 +81,12 @@ fn frame_transform(transform: &Transform) -> FrameTransform {
     }
 }
 
-fn json(transform: &Transform) -> serde_json::Value {
+fn json(transform: &Transform) -> Value {
     let (sec, nsec) = stamp(transform.stamp_ns);
     let Isometry3 { rotation, translation } = transform.pose;
     let ([x, y, z], [i, j, k, w]): ([f64; 3], [f64; 4]) =
         (translation.vector.into(), rotation.coords.into());
-    serde_json::json!({
+    json!({
         "timestamp": {"sec": sec, "nsec": nsec},
         "parent_frame_id": transform.parent,
         "child_frame_id": transform.child,
@@ -107,11 +96,10 @@ fn json(transform: &Transform) -> serde_json::Value {
 }
 
 /// The message in JSON schema, after the interface's published facts.
-fn json_schema() -> Cow<'static, [u8]> {
-    use serde_json::json;
+fn json_schema() -> Value {
     let number = json!({"type": "number"});
     let whole = json!({"type": "integer", "minimum": 0});
-    let schema = json!({
+    json!({
         "title": FRAME_TRANSFORM,
         "type": "object",
         "properties": {
@@ -129,6 +117,5 @@ fn json_schema() -> Cow<'static, [u8]> {
                 "properties": {"x": number, "y": number, "z": number, "w": number},
             },
         },
-    });
-    Cow::Owned(schema.to_string().into_bytes())
+    })
 }

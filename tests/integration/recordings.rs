@@ -8,7 +8,8 @@ use divmerge::Result;
 use divmerge::annotate::{Event, Method, Options, Report, Semantics, annotate};
 use divmerge::io::drive::{CLOUD_TOPIC, cloud_message, write_drive};
 use divmerge::io::{
-    CloudFormat, Overview, POINT_CLOUD2, Record, RecordingReader, RecordingWriter, WriteOptions,
+    CloudFormat, MessageHeader, Overview, POINT_CLOUD2, Record, RecordingReader, RecordingWriter,
+    WriteOptions,
 };
 use divmerge::pipeline::Config;
 use divmerge::simulate::{Drive, Scene, Sensor};
@@ -57,6 +58,15 @@ fn same(a: &Record, b: &Record) -> bool {
         ) => h1 == h2 && d1 == d2,
         _ => a == b,
     }
+}
+
+/// The messages of a recording in the order of the file.
+pub fn messages(path: &Path) -> Vec<(MessageHeader, Vec<u8>)> {
+    let of = |record| match record {
+        Record::Message { header, data, .. } => Some((header, data.into_owned())),
+        _ => None,
+    };
+    records(path).into_iter().filter_map(of).collect()
 }
 
 /// The input's records are a subsequence of the output's, messages in their order.
@@ -231,14 +241,6 @@ fn a_window_costs_its_own_length() {
     std::fs::write(&bare, &whole[..whole.len() - 8]).expect("written");
     let (read_through, through) = run(&bare, &options).expect("annotated");
     assert_eq!(through.input_bytes_read, size - 8);
-    let messages = |path: &Path| {
-        let records = records(path).into_iter();
-        let of = |record| match record {
-            Record::Message { header, data, .. } => Some((header, data)),
-            _ => None,
-        };
-        records.filter_map(of).collect::<Vec<_>>()
-    };
     assert!(messages(&output) == messages(&read_through));
 }
 
@@ -336,7 +338,7 @@ fn recording_of(messages: &[Vec<u8>]) -> (TempDir, PathBuf) {
     let metadata = BTreeMap::new();
     let channel_id = writer.add_channel("/points", schema, "cdr", &metadata).expect("channel");
     for (number, message) in (0_u32..).zip(messages) {
-        let header = divmerge::io::MessageHeader {
+        let header = MessageHeader {
             channel_id,
             sequence: number,
             log_time: u64::from(number),

@@ -11,7 +11,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use tempfile::TempDir;
 
-use crate::recordings::{assert_passed_through, drive, records};
+use crate::recordings::{assert_passed_through, drive, messages, records};
 
 /// Bytes of a picture.
 const PICTURE: usize = 40_000;
@@ -96,14 +96,6 @@ fn unopened_or_opened_the_same_recording_comes_out() {
     assert_passed_through(&input, &unchecked);
     assert_eq!(opened.messages, closed.messages);
     assert_eq!(opened.input_sha256, closed.input_sha256);
-    let messages = |path: &Path| {
-        let records = records(path).into_iter();
-        let of = |record| match record {
-            Record::Message { header, data, .. } => Some((header, data)),
-            _ => None,
-        };
-        records.filter_map(of).collect::<Vec<_>>()
-    };
     assert!(messages(&checked) == messages(&unchecked));
     let [a, b] = [&checked, &unchecked].map(|path| Overview::read(path).expect("whole"));
     assert!(b.from_summary);

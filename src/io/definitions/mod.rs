@@ -3,6 +3,9 @@
 
 use std::borrow::Cow;
 
+use foxglove::Encode;
+use serde_json::Value;
+
 /// What a recording has to say of a type of messages.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MessageSchema {
@@ -16,6 +19,20 @@ pub struct MessageSchema {
     pub message_encoding: &'static str,
     /// ROS 1's fingerprint of the type.
     pub md5: Option<&'static str>,
+}
+
+impl MessageSchema {
+    /// One of Foxglove's types in protocol buffers, with the set of file descriptors that its crate has.
+    pub(super) fn protobuf<M: Encode>(name: &'static str) -> Self {
+        let data = M::get_schema().map(|schema| schema.data).unwrap_or_default();
+        MessageSchema { name, encoding: "protobuf", data, message_encoding: "protobuf", md5: None }
+    }
+
+    /// A type in JSON.
+    pub(super) fn json(name: &'static str, schema: &Value) -> Self {
+        let data = schema.to_string().into_bytes().into();
+        MessageSchema { name, encoding: "jsonschema", data, message_encoding: "json", md5: None }
+    }
 }
 
 /// A type of ROS 2.

@@ -97,10 +97,7 @@ impl ObjectKind {
             (Autoware, Ros(Layout::Cdr(_))) => Ok(definitions::DETECTED_OBJECTS),
             (Scene, Protobuf) => Ok(scene::protobuf_schema()),
             (Scene, Json) => Ok(scene::json_schema()),
-            (kind, encoding) => Err(Error::Unsupported {
-                message: kind.describe(),
-                problem: format!("the type does not exist in {}", encoding.describe()),
-            }),
+            _ => Err(self.missing_in(encoding)),
         }
     }
 
@@ -116,22 +113,30 @@ impl ObjectKind {
         boxes: &[ObjectBox],
         out: &mut Vec<u8>,
     ) -> Result<()> {
-        self.schema(encoding)?;
+        use ObjectEncoding::{Json, Protobuf, Ros};
+        use ObjectKind::{Autoware, Detection3d, Markers, Scene};
         match (self, encoding) {
-            (ObjectKind::Scene, ObjectEncoding::Json) => scene::write_json(header, boxes, out),
-            (_, ObjectEncoding::Ros(layout)) => {
-                let mut writer = RosWriter::new(layout, out);
-                match self {
-                    ObjectKind::Markers => markers::write(layout, header, boxes, &mut writer),
-                    ObjectKind::Detection3d => {
-                        detections::write(layout, header, boxes, &mut writer);
-                    }
-                    _ => autoware::write(header, boxes, &mut writer),
-                }
+            (Markers, Ros(layout)) => {
+                markers::write(layout, header, boxes, &mut RosWriter::new(layout, out));
             }
-            _ => scene::write_protobuf(header, boxes, out),
+            (Detection3d, Ros(layout)) => {
+                detections::write(layout, header, boxes, &mut RosWriter::new(layout, out));
+            }
+            (Autoware, Ros(layout @ Layout::Cdr(_))) => {
+                autoware::write(header, boxes, &mut RosWriter::new(layout, out));
+            }
+            (Scene, Protobuf) => scene::write_protobuf(header, boxes, out),
+            (Scene, Json) => scene::write_json(header, boxes, out),
+            _ => return Err(self.missing_in(encoding)),
         }
         Ok(())
+    }
+
+    fn missing_in(self, encoding: ObjectEncoding) -> Error {
+        Error::Unsupported {
+            message: self.describe(),
+            problem: format!("the type does not exist in {}", encoding.describe()),
+        }
     }
 
     fn describe(self) -> &'static str {

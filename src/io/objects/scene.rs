@@ -20,14 +20,7 @@ const NAME: &str = "foxglove.SceneUpdate";
 
 /// The schema for protocol buffers: a set of file descriptors.
 pub(super) fn protobuf_schema() -> MessageSchema {
-    let schema = SceneUpdate::get_schema().expect("the type has a schema");
-    MessageSchema {
-        name: NAME,
-        encoding: "protobuf",
-        data: schema.data,
-        message_encoding: "protobuf",
-        md5: None,
-    }
+    MessageSchema::protobuf::<SceneUpdate>(NAME)
 }
 
 /// The schema for JSON, of what is written here alone.
@@ -55,13 +48,7 @@ pub(super) fn json_schema() -> MessageSchema {
     }));
     let mut schema = object(json!({"deletions": array(deletion), "entities": array(entity)}));
     schema["title"] = NAME.into();
-    MessageSchema {
-        name: NAME,
-        encoding: "jsonschema",
-        data: schema.to_string().into_bytes().into(),
-        message_encoding: "json",
-        md5: None,
-    }
+    MessageSchema::json(NAME, &schema)
 }
 
 /// Writes the message in protocol buffers, replacing what is in `out`.
