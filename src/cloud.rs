@@ -20,6 +20,13 @@ pub struct PointCloud {
     pub ring: Option<Vec<u16>>,
     /// Semantic class per point in the recording's own ids.
     pub class: Option<Vec<u16>>,
+    /// How sure whoever gave the classes is of that of each point, 0 to 1. Without it all classes count alike.
+    pub confidence: Option<Vec<f32>>,
+    /// Entropy of the distribution over the classes at each point, as a share of the most that it can be: 0 where one
+    /// class has all of it, 1 where all have the same.
+    pub entropy: Option<Vec<f32>>,
+    /// How much of the light came back, as the driver gives it (`intensity`); read only where a network asks for it.
+    pub remission: Option<Vec<f32>>,
     /// Sensor per point of a cloud merged of several, as the recording numbers them.
     pub source: Option<Vec<u16>>,
     /// By what the points were turned from the recording's frame to one with z up; the identity unless
@@ -29,6 +36,17 @@ pub struct PointCloud {
     pub height: usize,
     /// Columns of an organised cloud, else N.
     pub width: usize,
+}
+
+/// Classes of N points, and how sure they are.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PointClasses {
+    /// N: the class in the recording's own ids.
+    pub class: Vec<u16>,
+    /// N: its probability, 0 to 1, where that is known.
+    pub confidence: Option<Vec<f32>>,
+    /// N: entropy over all classes as a share of the most that it can be, where that is known.
+    pub entropy: Option<Vec<f32>>,
 }
 
 impl PointCloud {
@@ -72,6 +90,18 @@ impl PointCloud {
         Ok(self)
     }
 
+    /// The same points with a class each, and with how sure those are.
+    ///
+    /// # Errors
+    /// [`Error::ColumnLength`] if there is not one for each point.
+    pub fn with_classes(mut self, classes: PointClasses) -> Result<Self> {
+        self.class = Some(classes.class);
+        self.confidence = classes.confidence;
+        self.entropy = classes.entropy;
+        self.check()?;
+        Ok(self)
+    }
+
     /// Checks that all columns have one length and that the shape holds them.
     ///
     /// # Errors
@@ -83,6 +113,9 @@ impl PointCloud {
             ("z", Some(self.z.len())),
             ("ring", self.ring.as_ref().map(Vec::len)),
             ("class", self.class.as_ref().map(Vec::len)),
+            ("confidence", self.confidence.as_ref().map(Vec::len)),
+            ("entropy", self.entropy.as_ref().map(Vec::len)),
+            ("remission", self.remission.as_ref().map(Vec::len)),
             ("source", self.source.as_ref().map(Vec::len)),
         ];
         for (column, found) in columns {

@@ -2,6 +2,7 @@
 
 mod appearance;
 
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 use serde::Serialize;
@@ -400,13 +401,14 @@ fn describe(
     labels: &mut PointLabels,
 ) -> Vec<Instance> {
     let component_counts = component_counts(components, pixels);
+    let weights = class_weights(cloud, mask);
     let mut instances = Vec::with_capacity(pixels.pixels.len());
     for id in 1..=pixels.pixels.len() as u32 {
         let points = &points_of[start[id as usize - 1]..start[id as usize]];
         let Some(bounds) = UprightBox::around(cloud, points) else {
             continue;
         };
-        let (class, semantic) = majority(points, &mask.class, &labels.semantic);
+        let (class, semantic) = majority(points, &mask.class, &labels.semantic, weights.as_deref());
         for &point in points {
             labels.semantic[point as usize] = semantic;
         }
@@ -484,20 +486,54 @@ fn component_counts(components: &Components, pixels: &InstancePixels) -> Vec<u32
     counts
 }
 
-/// The most frequent class of some points, and within it the most frequent raw id. Ties go to the lower
-/// number.
-fn majority(points: &[u32], class: &[u16], raw: &[u16]) -> (u16, u16) {
-    let mut ids: Vec<(u16, u16)> =
-        points.iter().map(|&p| (class[p as usize], raw[p as usize])).collect();
-    if ids.iter().any(|id| *id != ids[0]) {
-        ids.sort_unstable();
+/// What each of N points counts in the vote on the class of its instance: the probability of its class, so what is left
+/// of that of its first one where neighbours corrected it. `None`: all count alike.
+fn class_weights(cloud: &PointCloud, mask: &ObjectMask) -> Option<Vec<f32>> {
+    let mut weights = cloud.confidence.clone()?;
+    for &(point, _) in &mask.corrected {
+        let weight = &mut weights[point as usize];
+        *weight = 1.0 - *weight;
     }
-    let most = |ids: &[(u16, u16)], key: fn(&(u16, u16)) -> u16| {
-        let runs = ids.chunk_by(|a, b| key(a) == key(b));
-        let best = runs.reduce(|best, run| if run.len() > best.len() { run } else { best });
-        best.map_or(0, |run| key(&run[0]))
+    Some(weights)
+}
+
+/// The class of some points with most votes, and within it the raw id with most. Ties go to the lower number, and where
+/// no point has any weight, all count alike.
+fn majority(points: &[u32], class: &[u16], raw: &[u16], weights: Option<&[f32]>) -> (u16, u16) {
+    let ids = |&p: &u32| (class[p as usize], raw[p as usize]);
+    if let [first, rest @ ..] = points
+        && rest.iter().all(|point| ids(point) == ids(first))
+    {
+        return ids(first);
+    }
+    let weighed = |weight: &dyn Fn(u32) -> f64| {
+        let mut votes: BTreeMap<(u16, u16), f64> = BTreeMap::new();
+        for point in points {
+            *votes.entry(ids(point)).or_default() += weight(*point);
+        }
+        votes
     };
-    let class = most(&ids, |id| id.0);
-    ids.retain(|id| id.0 == class);
-    (class, most(&ids, |id| id.1))
+    let votes = match weights {
+        Some(weights) => weighed(&|point| f64::from(weights[point as usize])),
+        None => weighed(&|_| 1.0),
+    };
+    let votes = match votes.values().all(|&votes| votes == 0.0) {
+        true => weighed(&|_| 1.0),
+        false => votes,
+    };
+    let mut of_class: BTreeMap<u16, f64> = BTreeMap::new();
+    for (&(class, _), votes) in &votes {
+        *of_class.entry(class).or_default() += votes;
+    }
+    let class = most(of_class.into_iter());
+    (
+        class,
+        most(votes.into_iter().filter(|(id, _)| id.0 == class).map(|(id, votes)| (id.1, votes))),
+    )
+}
+
+/// The number with most votes, of several the first; 0 of none.
+fn most(votes: impl Iterator<Item = (u16, f64)>) -> u16 {
+    let best = votes.reduce(|best, next| if next.1 > best.1 { next } else { best });
+    best.map_or(0, |(number, _)| number)
 }

@@ -12,8 +12,8 @@ use crate::error::{Error, Result};
 use crate::instances::Detection;
 use crate::io::boxes::AskedCloud;
 use crate::io::{
-    self, CloudFormat, CloudNumber, FrameBoxes, FrameDetections, LabelledFrame, PackedCloud,
-    PointAnnotation,
+    self, Certainty, CloudFormat, CloudNumber, FrameBoxes, FrameDetections, LabelledFrame,
+    PackedCloud, PointAnnotation,
 };
 use crate::pipeline::{self, Config, Stages};
 use crate::semantics::{GroundParams, MaskSource};
@@ -203,12 +203,16 @@ pub fn annotate_message(
     let stages = &clustered.stages;
     let reason: Vec<u8> = stages.labels.reason.iter().map(|&reason| reason as u8).collect();
     let ground = stages.mask.ground.as_deref().map(bytes);
+    let cloud = &clustered.cloud;
+    let certain = cloud.confidence.as_deref().zip(cloud.entropy.as_deref());
+    let certain = certain.map(|(confidence, entropy)| (bytes(confidence), bytes(entropy)));
     let annotation = PointAnnotation {
         instance: &stages.labels.instance,
         component: &stages.labels.component,
         semantic: &stages.labels.semantic,
         reason: &reason,
         ground: ground.as_deref(),
+        certainty: certain.as_ref().map(|(confidence, entropy)| Certainty { confidence, entropy }),
     };
     io::annotated_cloud(&written, &annotation, &mut annotated.cloud)?;
     types.write_objects(&written, &clustered, &mut annotated.objects)?;

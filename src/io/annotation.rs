@@ -17,6 +17,9 @@ pub const FOXGLOVE_ANNOTATION_LEN: u32 = LABELS_LEN + 4;
 /// Bytes of the labels, which are in front of the colours.
 const LABELS_LEN: u32 = 12;
 
+/// Bytes behind the colours that say how sure the classes are, where that is known.
+const CERTAINTY_LEN: u32 = 4;
+
 /// What is put in front of a field name that the input already has.
 pub const CLASH_PREFIX: &str = "divmerge_";
 
@@ -43,6 +46,10 @@ const FOXGLOVE_COLOURS: [Appended; 4] = [
     ("alpha", 15, Datatype::UInt8),
 ];
 
+/// How sure the classes are, bytes behind the colours; two of padding follow.
+const CERTAINTY: [Appended; 2] =
+    [("confidence", 0, Datatype::UInt8), ("entropy", 1, Datatype::UInt8)];
+
 /// The field that only clouds without classes have.
 const GROUND: &str = "ground";
 
@@ -59,6 +66,17 @@ pub struct PointAnnotation<'a> {
     pub reason: &'a [u8],
     /// How likely the point is ground, 255 for certain; only where ground removal told objects apart.
     pub ground: Option<&'a [u8]>,
+    /// How sure the classes are, where whoever gave them said so.
+    pub certainty: Option<Certainty<'a>>,
+}
+
+/// How sure the class of every point of a cloud is.
+#[derive(Debug, Clone, Copy)]
+pub struct Certainty<'a> {
+    /// Probability of the class, 255 for certain.
+    pub confidence: &'a [u8],
+    /// Entropy over the classes, 255 where all have the same probability.
+    pub entropy: &'a [u8],
 }
 
 /// Writes `cloud` with its annotation as a message of its format, replacing what is in `out`.
@@ -67,7 +85,8 @@ pub struct PointAnnotation<'a> {
 /// input's. Each point grows by `instance` UINT32, `component` UINT32, `semantic` UINT16, `reason` UINT8 and `ground`
 /// UINT8 (without it a zero); then, in a PointCloud2 ([`ANNOTATION_LEN`] bytes in all), by `rgb` FLOAT32 holding 0xFFRRGGBB
 /// as PCL does and `colors` UINT32 0xRRGGBBFF, in one of Foxglove's clouds ([`FOXGLOVE_ANNOTATION_LEN`]) by `red`, `green`,
-/// `blue` and `alpha` UINT8. A name that the cloud already has is written with [`CLASH_PREFIX`].
+/// `blue` and `alpha` UINT8; where it is known how sure the classes are, by four more: `confidence` and `entropy` UINT8 and
+/// two of padding. A name that the cloud already has is written with [`CLASH_PREFIX`].
 ///
 /// # Errors
 /// [`Error::ColumnLength`] if a column does not have one value for each point,
@@ -79,9 +98,11 @@ pub fn annotated_cloud(
     out: &mut Vec<u8>,
 ) -> Result<()> {
     check(cloud, annotation)?;
-    let (point_step, row_step, length) = sizes(cloud)?;
+    let more = annotation_len(cloud.format)
+        + if annotation.certainty.is_some() { CERTAINTY_LEN } else { 0 };
+    let (point_step, row_step, length) = sizes(cloud, more)?;
     let annotated = PackedCloud {
-        fields: fields(cloud, annotation.ground.is_some()),
+        fields: fields(cloud, annotation),
         point_step,
         row_step,
         frame_id: cloud.frame_id.clone(),
@@ -94,13 +115,21 @@ pub fn annotated_cloud(
 fn append_all(cloud: &PackedCloud, annotation: &PointAnnotation, out: &mut Vec<u8>) {
     const ROS: usize = ANNOTATION_LEN as usize;
     const FOXGLOVE: usize = FOXGLOVE_ANNOTATION_LEN as usize;
+    const MORE: usize = CERTAINTY_LEN as usize;
     let order = cloud.data_order();
+    let is_certain = annotation.certainty.is_some();
     if cloud.format.is_foxglove() {
         let colours = Colours::new(|[red, green, blue]| [red, green, blue, 0xff]);
-        append_points::<FOXGLOVE, 4>(cloud, annotation, &colours, out);
+        match is_certain {
+            true => append_points::<{ FOXGLOVE + MORE }, 4>(cloud, annotation, &colours, out),
+            false => append_points::<FOXGLOVE, 4>(cloud, annotation, &colours, out),
+        }
     } else {
         let colours = Colours::new(|colour| colour_fields(order, colour));
-        append_points::<ROS, 8>(cloud, annotation, &colours, out);
+        match is_certain {
+            true => append_points::<{ ROS + MORE }, 8>(cloud, annotation, &colours, out),
+            false => append_points::<ROS, 8>(cloud, annotation, &colours, out),
+        }
     }
 }
 
@@ -135,6 +164,16 @@ fn append_points<const N: usize, const C: usize>(
             match cloud.data_order() {
                 order @ ByteOrder::Little => write_tails::<N, C>(order, colours, labels, tails),
                 order @ ByteOrder::Big => write_tails::<N, C>(order, colours, labels, tails),
+            }
+            if let Some(certainty) = annotation.certainty {
+                let bytes = LABELS_LEN as usize + C;
+                let points = first..first + count;
+                let certain = certainty.confidence[points.clone()].iter();
+                let each = certain.zip(&certainty.entropy[points]);
+                for (record, (&confidence, &entropy)) in records.chunks_exact_mut(record).zip(each)
+                {
+                    record[step + bytes..].copy_from_slice(&[confidence, entropy, 0, 0]);
+                }
             }
             out.extend_from_slice(records);
             first += count;
@@ -192,7 +231,7 @@ fn write_tails<'a, const N: usize, const C: usize>(
         tail[4..8].copy_from_slice(&order.put_u32(component));
         tail[8..10].copy_from_slice(&order.put_u16(semantic));
         tail[10..12].copy_from_slice(&[reason, ground]);
-        tail[12..].copy_from_slice(colours.fields(instance, reason));
+        tail[12..12 + C].copy_from_slice(colours.fields(instance, reason));
     }
 }
 
@@ -240,6 +279,8 @@ fn check(cloud: &PackedCloud, annotation: &PointAnnotation) -> Result<()> {
         ("semantic", annotation.semantic.len()),
         ("reason", annotation.reason.len()),
         (GROUND, annotation.ground.map_or(expected, <[u8]>::len)),
+        ("confidence", annotation.certainty.map_or(expected, |certain| certain.confidence.len())),
+        ("entropy", annotation.certainty.map_or(expected, |certain| certain.entropy.len())),
     ];
     match columns.into_iter().find(|&(_, found)| found != expected) {
         None => Ok(()),
@@ -247,9 +288,8 @@ fn check(cloud: &PackedCloud, annotation: &PointAnnotation) -> Result<()> {
     }
 }
 
-/// Point step, row step and data length of the result.
-fn sizes(cloud: &PackedCloud) -> Result<(u32, u32, usize)> {
-    let more = annotation_len(cloud.format);
+/// Point step, row step and data length of the result, whose points are so many bytes longer.
+fn sizes(cloud: &PackedCloud, more: u32) -> Result<(u32, u32, usize)> {
     let fit = || {
         let point_step = cloud.point_step.checked_add(more)?;
         let row_step = cloud.width.checked_mul(point_step)?;
@@ -264,14 +304,18 @@ fn sizes(cloud: &PackedCloud) -> Result<(u32, u32, usize)> {
     })
 }
 
-fn fields(cloud: &PackedCloud, has_ground: bool) -> Vec<PointField> {
+fn fields(cloud: &PackedCloud, annotation: &PointAnnotation) -> Vec<PointField> {
     let mut fields = cloud.fields.clone();
-    let labels = LABELS.iter().filter(|field| has_ground || field.0 != GROUND);
+    let labels =
+        LABELS.into_iter().filter(|field| annotation.ground.is_some() || field.0 != GROUND);
+    let behind_colours = annotation_len(cloud.format);
+    let certainty = CERTAINTY.into_iter().filter(|_| annotation.certainty.is_some());
+    let certainty = certainty.map(|(name, behind, kind)| (name, behind_colours + behind, kind));
     let colours = match cloud.format.is_foxglove() {
         true => &FOXGLOVE_COLOURS[..],
         false => &COLOURS[..],
     };
-    for &(name, behind, datatype) in labels.chain(colours) {
+    for (name, behind, datatype) in labels.chain(colours.iter().copied()).chain(certainty) {
         let mut name = name.to_owned();
         while fields.iter().any(|field| field.name == name) {
             name.insert_str(0, CLASH_PREFIX);
@@ -292,6 +336,7 @@ mod tests {
         semantic: &[40, 10, 65_535, 0],
         reason: &[3, 0, 0, 6],
         ground: None,
+        certainty: None,
     };
 
     /// 4 points of 13 bytes in 2 rows with 3 bytes behind each.
@@ -301,6 +346,33 @@ mod tests {
 
     fn input(data: &[u8]) -> PackedCloud<'_> {
         PackedCloud { height: 2, width: 2, row_step: 29, is_dense: false, ..cloud(xyz(), 13, data) }
+    }
+
+    #[test]
+    fn how_sure_classes_are_stands_behind_the_colours() {
+        let data = data();
+        let certainty = Certainty { confidence: &[255, 128, 0, 7], entropy: &[0, 40, 255, 9] };
+        for format in [CloudFormat::Ros2, CloudFormat::FoxgloveProtobuf] {
+            let input = PackedCloud { format, ..input(&data) };
+            let known = PointAnnotation { certainty: Some(certainty), ..ANNOTATION };
+            let decoded = |annotation| {
+                let mut message = Vec::new();
+                annotated_cloud(&input, annotation, &mut message).unwrap();
+                message
+            };
+            let (with, without) = (decoded(&known), decoded(&ANNOTATION));
+            let (with, without) = (format.decode(&with).unwrap(), format.decode(&without).unwrap());
+            assert_eq!(with.point_step, without.point_step + 4);
+            assert_eq!(with.column_u32("confidence").unwrap(), [255, 128, 0, 7]);
+            assert_eq!(with.column_u32("entropy").unwrap(), [0, 40, 255, 9]);
+            for (with, without) in with.points().zip(without.points()) {
+                assert_eq!(with[..without.len()], *without);
+                assert_eq!(with[with.len() - 2..], [0, 0]);
+            }
+            let short = Certainty { entropy: &[0; 3], ..certainty };
+            let short = PointAnnotation { certainty: Some(short), ..ANNOTATION };
+            assert!(annotated_cloud(&input, &short, &mut Vec::new()).is_err());
+        }
     }
 
     #[test]
@@ -425,6 +497,7 @@ mod tests {
             semantic: &[],
             reason: &[],
             ground: None,
+            certainty: None,
         };
         assert!(matches!(
             annotated_cloud(&huge, &nothing, &mut Vec::new()),

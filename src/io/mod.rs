@@ -25,7 +25,7 @@ pub mod semantic_kitti;
 pub mod static_transforms;
 pub mod transforms;
 
-pub use annotation::{PointAnnotation, annotated_cloud};
+pub use annotation::{Certainty, PointAnnotation, annotated_cloud};
 pub use bag::Bag;
 pub use boxes::{BoxSource, FrameBoxes, FrameDetections};
 pub use clouds::{CloudChannel, CloudFormat, CloudPose, Datatype, PackedCloud, PointField};

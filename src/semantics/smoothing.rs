@@ -96,7 +96,7 @@ pub(super) fn smooth(
             if noise <= params.trusted {
                 continue;
             }
-            let own_votes = (params.own_votes / noise) as f32;
+            let own_votes = (params.own_votes / noise) as f32 * votes.weight(point);
             let needed = params.agreement as f32 * (verdict.total + own_votes);
             let concerns_things =
                 is_thing[usize::from(own)] || is_thing[usize::from(verdict.class)];
@@ -148,6 +148,11 @@ struct Verdict {
 }
 
 impl Electorate<'_> {
+    /// What the vote of a point counts: as much as its class is sure.
+    fn weight(&self, point: usize) -> f32 {
+        self.cloud.confidence.as_ref().map_or(1.0, |confidence| confidence[point])
+    }
+
     /// By class of things: the share of the points on and beside its objects, near a border, that stand against
     /// their neighbours.
     fn noise(&mut self, mask: &ObjectMask, is_thing: &[bool]) -> Vec<f64> {
@@ -240,7 +245,7 @@ impl Electorate<'_> {
             let squared: f32 = (0..3).map(|axis| (q[axis] - position[axis]).powi(2)).sum();
             let closeness = 1.0 - squared * scale;
             if closeness > 0.0 {
-                let vote = closeness * closeness;
+                let vote = closeness * closeness * self.weight(other);
                 let count = &mut counts[usize::from(class[other])];
                 if *count == 0.0 {
                     named.push(class[other]);

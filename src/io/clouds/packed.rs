@@ -238,7 +238,7 @@ impl PackedCloud<'_> {
     }
 
     /// The points as a cloud: `x`, `y`, `z` of any type, the beam number from `ring` or else
-    /// `channel` if there, and the class from `class_field` if given.
+    /// `channel` if there, and the class from `class_field` if given, with its confidence from a field `probability`.
     ///
     /// Classes above 65535 are words as in SemanticKITTI, of which the low 16 bits are the class.
     /// A beam number that does not fit 16 bits makes the beam numbers absent.
@@ -258,8 +258,44 @@ impl PackedCloud<'_> {
             cloud.source = self.source()?;
         }
         cloud.class = class_field.map(|name| self.class(name)).transpose()?;
+        if class_field.is_some() && self.point_count() > 0 {
+            cloud.confidence = self.probability()?;
+        }
         cloud.check()?;
         Ok(cloud)
+    }
+
+    /// How much of the light came back to each point: the first of the fields `intensity`, `remission` and
+    /// `reflectivity`. Unsigned integers of 8 and 16 bits are shares of the most that they can hold, other types are taken
+    /// as they are; what is no finite number is 0. `None` of a cloud without such a field.
+    ///
+    /// # Errors
+    /// [`Error::Malformed`] if the field does not fit into a point.
+    pub fn remission(&self) -> Result<Option<Vec<f32>>> {
+        let mut names = ["intensity", "remission", "reflectivity"].into_iter();
+        let Some(field) = names.find_map(|name| self.field(name)) else {
+            return Ok(None);
+        };
+        let scale = match field.datatype {
+            Datatype::UInt8 => 1.0 / f64::from(u8::MAX),
+            Datatype::UInt16 => 1.0 / f64::from(u16::MAX),
+            _ => 1.0,
+        };
+        let finite = |number: f64| if number.is_finite() { (number * scale) as f32 } else { 0.0 };
+        Ok(Some(self.column(&field.name, finite)?))
+    }
+
+    /// How sure each class is: a field `probability` of floats, as Autoware writes it beside `class_id`.
+    fn probability(&self) -> Result<Option<Vec<f32>>> {
+        let is_float =
+            |field: &&PointField| matches!(field.datatype, Datatype::Float32 | Datatype::Float64);
+        match self.field("probability").filter(is_float) {
+            // NaN is not sure at all.
+            Some(field) => {
+                self.column(&field.name, |p| p.clamp(0.0, 1.0).max(0.0) as f32).map(Some)
+            }
+            None => Ok(None),
+        }
     }
 
     /// A field's values as `f64`.
