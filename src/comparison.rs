@@ -40,7 +40,7 @@ pub struct Measured {
 /// [`entropy`].
 ///
 /// # Errors
-/// Those of the clouds and of [`Method::detections`]; [`Error::Truth`] for classes that the taxonomy does not know.
+/// Those of the clouds, of [`Method::prepare`] and of [`Method::detections`]; [`Error::Truth`] for classes that the taxonomy does not know.
 pub fn measure(
     frames: impl IntoIterator<Item = Result<LabelledFrame>>,
     method: &Method,
@@ -50,7 +50,9 @@ pub fn measure(
     let taxonomy = &method.taxonomy;
     let mut sums = Sums::new(taxonomy, min_points);
     for frame in frames {
-        sums.add(&frame?, method)?;
+        let mut frame = frame?;
+        method.prepare(&mut frame)?;
+        sums.add(&frame, method)?;
         on_frame();
     }
     Ok(sums.measured(taxonomy))

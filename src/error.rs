@@ -104,6 +104,33 @@ pub enum Error {
         problem: String,
     },
 
+    /// A network, or its configuration, that cannot be used.
+    #[error("network {}: {problem}", path.display())]
+    Network {
+        /// The ONNX file, or the file of its configuration.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
+
+    /// Classes of points that cannot be read, or do not belong to the clouds.
+    #[error("classes of {source_name}: {problem}")]
+    Classes {
+        /// The topic or the file.
+        source_name: String,
+        /// What is wrong, with the values.
+        problem: String,
+    },
+
+    /// No classes for one of the clouds.
+    #[error("no classes for cloud {number}: {problem}")]
+    NoClasses {
+        /// Number of the cloud on its topic, from 0.
+        number: u64,
+        /// What was looked for, and what is there.
+        problem: String,
+    },
+
     /// Truth that cannot be used.
     #[error("{at}: {problem}")]
     Truth {
@@ -224,10 +251,20 @@ fn folder(path: &Path, problems: &[String], count: usize) -> String {
 }
 
 impl Error {
-    /// Whether boxes, or a file that they are read from, do not fit the clouds. What is wrong with one cloud is a
-    /// matter of that cloud; what is wrong with the boxes is one of what was asked for.
-    pub fn is_of_boxes(&self) -> bool {
-        matches!(self, Error::Boxes { .. })
+    /// The same error of a network once more, for another of the clouds that met it together.
+    pub(crate) fn of_network_again(&self) -> Self {
+        match self {
+            Error::Network { path, problem } => {
+                Error::Network { path: path.clone(), problem: problem.clone() }
+            }
+            other => Error::Network { path: PathBuf::new(), problem: other.to_string() },
+        }
+    }
+
+    /// Whether what is asked for beside the clouds (boxes, classes, a network) cannot be used or does not fit them. What is
+    /// wrong with one cloud is a matter of that cloud; this is one of every cloud.
+    pub fn is_of_what_was_asked(&self) -> bool {
+        matches!(self, Error::Boxes { .. } | Error::Classes { .. } | Error::Network { .. })
     }
 }
 

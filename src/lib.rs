@@ -41,6 +41,7 @@ pub mod grid;
 pub mod instances;
 pub mod io;
 pub mod kd_tree;
+pub mod network;
 pub mod palette;
 pub mod pipeline;
 pub mod range_image;

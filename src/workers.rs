@@ -2,7 +2,7 @@
 
 use std::num::NonZero;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel, sync_channel};
+use std::sync::mpsc::{Receiver, Sender, SyncSender, TryRecvError, channel, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 
@@ -62,6 +62,17 @@ impl Workers {
         self.pool.is_some()
     }
 
+    /// Gives a job that nobody waits for itself; a panic in it is lost but for its message.
+    pub fn detach(&self, job: impl FnOnce() + Send + 'static) {
+        match self.pool.as_ref().and_then(|pool| pool.jobs.as_ref()) {
+            None => job(),
+            Some(jobs) => {
+                let job = move || drop(catch_unwind(AssertUnwindSafe(job)));
+                jobs.send(Box::new(job)).expect("threads that live as long as the pool");
+            }
+        }
+    }
+
     /// Gives a job and returns the ticket for its result. A ticket that is dropped gives up the result, and the
     /// job itself if no thread has begun it.
     pub fn run<R: Send + 'static>(&self, job: impl FnOnce() -> R + Send + 'static) -> Ticket<R> {
@@ -108,6 +119,22 @@ enum Progress<R> {
     Done(R),
     /// Comes from a thread, which sees by the other part whether the ticket is still held.
     Waiting(Receiver<thread::Result<R>>, #[expect(dead_code)] Arc<()>),
+}
+
+/// Stands for a result that will be given to the holder of a ticket.
+pub struct Promise<R>(SyncSender<thread::Result<R>>);
+
+impl<R> Promise<R> {
+    /// A promise, and the ticket for what is promised.
+    pub fn new() -> (Self, Ticket<R>) {
+        let (sender, result) = sync_channel(1);
+        (Promise(sender), Ticket(Progress::Waiting(result, Arc::new(()))))
+    }
+
+    /// Gives the result, to whoever still waits for it.
+    pub fn keep(self, result: R) {
+        let _ = self.0.send(Ok(result));
+    }
 }
 
 impl<R> Ticket<R> {
@@ -183,6 +210,18 @@ mod tests {
         let panic = catch_unwind(AssertUnwindSafe(|| ticket.wait())).unwrap_err();
         assert_eq!(panic.downcast_ref::<&str>(), Some(&"as asked"));
         assert_eq!(workers.run(|| 1).wait(), 1, "the thread lives on");
+    }
+
+    #[test]
+    fn a_promise_is_kept_or_missed() {
+        let (promise, mut ticket) = Promise::new();
+        assert!(!ticket.is_ready());
+        promise.keep(3);
+        assert!(ticket.is_ready());
+        assert_eq!(ticket.wait(), 3);
+        let (promise, ticket) = Promise::<i32>::new();
+        drop(promise);
+        assert!(catch_unwind(AssertUnwindSafe(|| ticket.wait())).is_err());
     }
 
     #[test]

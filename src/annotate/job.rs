@@ -20,8 +20,10 @@ use crate::io::{
     WriteOptions, checksum,
 };
 use crate::workers::{Ticket, Workers};
+use batch::Batch;
 use channels::Added;
 
+mod batch;
 mod channels;
 mod stream;
 
@@ -30,9 +32,13 @@ const WAITING_PER_THREAD: usize = 16 << 20;
 /// The same, however many threads there are.
 const MOST_WAITING: usize = 64 << 20;
 
-/// Clouds that are clustered or wait for their turn: one for each thread, and one to follow.
-fn most_clouds(threads: usize) -> usize {
-    threads + 1
+/// Clouds that are clustered or wait for their turn: one for each thread, and one to follow; where several go through a
+/// network together, as many batches as keep four threads busy.
+fn most_clouds(threads: usize, batch: usize) -> usize {
+    match batch {
+        0 | 1 => threads + 1,
+        batch => threads.min(4) * batch + 1,
+    }
 }
 
 /// An annotation under way.
@@ -66,6 +72,8 @@ pub(super) struct Job<'a> {
     journal: Option<Journal>,
     /// What a run that was cut off had done.
     cut_off: Option<CutOff>,
+    /// Clouds that wait to go through a network together.
+    batch: Batch,
 }
 
 /// What becomes of a cloud: it is clustered, or was before.
@@ -225,6 +233,7 @@ impl<'a> Job<'a> {
             report,
             journal,
             cut_off,
+            batch: Batch::of(&options.method),
         })
     }
 
@@ -335,6 +344,7 @@ impl<'a> Job<'a> {
             Some((report, messages)) => {
                 Workers::none().run(move || Ok(Made::Before(report, messages)))
             }
+            None if self.batch.size > 1 => self.batch_cloud(message, format, name, number),
             None => self.workers.run(move || {
                 let mut annotated = Annotated::default();
                 let which = CloudNumber { topic: &name, number };
@@ -363,7 +373,7 @@ impl<'a> Job<'a> {
         let most = &mut self.report.profile.most_clouds_in_flight;
         *most = (*most).max(self.queued.0);
         let threads = self.workers.threads();
-        while self.queued.0 >= most_clouds(threads)
+        while self.queued.0 >= most_clouds(threads, self.batch.size)
             || self.queued.1 > MOST_WAITING.min(threads * WAITING_PER_THREAD)
             || self.queue.front_mut().is_some_and(|next| next.what.is_ready())
         {
@@ -382,6 +392,9 @@ impl<'a> Job<'a> {
 
     /// Writes what is at the front.
     fn settle(&mut self) -> Result<()> {
+        if self.queue.front_mut().is_some_and(|next| !next.what.is_ready()) {
+            self.run_batch();
+        }
         let Some(Waiting { bytes, what }) = self.queue.pop_front() else {
             return Ok(());
         };
@@ -440,7 +453,7 @@ impl<'a> Job<'a> {
         self.report.profile.wait.take_since(started, 0);
         let made = match result {
             Ok(made) => made,
-            Err(error) if error.is_of_boxes() => return Err(error),
+            Err(error) if error.is_of_what_was_asked() => return Err(error),
             Err(error) => {
                 let report = self.report.topics.entry(topic.to_string()).or_default();
                 report.unreadable += 1;
@@ -542,7 +555,7 @@ fn asked_of(overview: &Overview, options: &Options, compression: Compression) ->
         "input": name,
         "length of the input": overview.file_size,
         "method": asked(&options.method),
-        "semantics": format!("{:?}", options.method.semantics),
+        "semantics": options.method.semantics.describe(None),
         "topic": options.topics,
         "from": options.from_ns,
         "to": options.to_ns,

@@ -1,6 +1,7 @@
 //! One cloud message: decoded, clustered, and written as the two messages that annotate it.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 use std::time::Instant;
 
 use nalgebra::Isometry3;
@@ -10,18 +11,19 @@ use super::types::MessageTypes;
 use crate::cloud::PointCloud;
 use crate::error::{Error, Result};
 use crate::instances::Detection;
-use crate::io::boxes::AskedCloud;
 use crate::io::{
-    self, Certainty, CloudFormat, CloudNumber, FrameBoxes, FrameDetections, LabelledFrame,
-    PackedCloud, PointAnnotation,
+    self, AskedCloud, Certainty, CloudFormat, CloudNumber, FrameBoxes, FrameClasses,
+    FrameDetections, LabelledFrame, PackedCloud, PointAnnotation,
 };
+use crate::network::Network;
 use crate::pipeline::{self, Config, Stages};
 use crate::semantics::{GroundParams, MaskSource};
 use crate::sensor_frame::{SensorFrame, Transforms};
+use crate::stopwatch::ms_since;
 use crate::taxonomy::Taxonomy;
 
 /// Where the object mask of a recording's clouds comes from.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub enum Semantics {
     /// A field `label`, `semantic`, `class_id` or `class_ids` if the cloud has one, else ground removal.
     #[default]
@@ -32,6 +34,24 @@ pub enum Semantics {
     Ground,
     /// Every return is an object.
     All,
+    /// A network that classifies points.
+    Network(Arc<Network>),
+    /// Classes that someone else found: files, or a topic beside the clouds.
+    Given(Arc<FrameClasses>),
+}
+
+impl Semantics {
+    /// In a few words that name no file, as in `field:label`; of a cloud with the field that `auto` found.
+    pub(super) fn describe(&self, field: Option<&str>) -> String {
+        match (self, field) {
+            (Semantics::All, _) => "all".to_owned(),
+            (Semantics::Network(_), _) => "onnx".to_owned(),
+            (Semantics::Given(given), _) => given.describe(),
+            (_, Some(field)) => format!("field:{field}"),
+            (Semantics::Field(field), None) => format!("field:{field}"),
+            (_, None) => "ground".to_owned(),
+        }
+    }
 }
 
 /// What is done to each cloud.
@@ -62,6 +82,10 @@ pub struct Decoded<'a> {
     pub mask: MaskSource<'a>,
     /// The same in words, as in `field:label`.
     pub semantics: String,
+    /// Milliseconds from message to cloud.
+    pub decode_ms: f64,
+    /// Milliseconds for classes that do not stand in the cloud itself.
+    pub semantics_ms: f64,
 }
 
 impl Method {
@@ -69,11 +93,28 @@ impl Method {
     pub fn mask(&self, cloud: &PointCloud) -> MaskSource<'_> {
         match self.semantics {
             Semantics::All => MaskSource::All,
-            Semantics::Auto | Semantics::Field(_) if cloud.class.is_some() => {
-                MaskSource::Classes(&self.taxonomy)
-            }
+            Semantics::Ground => MaskSource::NotGround(&self.ground),
+            _ if cloud.class.is_some() => MaskSource::Classes(&self.taxonomy),
             _ => MaskSource::NotGround(&self.ground),
         }
+    }
+
+    /// Whether clouds are looked at with how much light came back.
+    pub fn wants_remission(&self) -> bool {
+        matches!(&self.semantics, Semantics::Network(network) if network.wants_remission())
+    }
+
+    /// Gives the points of an upright cloud the classes that do not stand in the cloud itself, if such are asked for.
+    ///
+    /// # Errors
+    /// Those of [`Network::classes`] and [`FrameClasses::of`].
+    pub fn classify(&self, cloud: PointCloud, asked: &AskedCloud) -> Result<PointCloud> {
+        let classes = match &self.semantics {
+            Semantics::Network(network) => network.classes(&cloud, &self.config.projection)?,
+            Semantics::Given(given) => given.of(asked, [cloud.height, cloud.width])?,
+            _ => return Ok(cloud),
+        };
+        cloud.with_classes(classes)
     }
 
     /// What a detector found in a cloud with truth, if that is asked for.
@@ -81,9 +122,18 @@ impl Method {
     /// # Errors
     /// Those of [`FrameBoxes::of`].
     pub fn detections(&self, frame: &LabelledFrame) -> Result<Cow<'_, [Detection]>> {
-        let which = CloudNumber { topic: &frame.source, number: frame.number };
-        let asked = AskedCloud { which, stamp_ns: frame.stamp_ns, frame_id: &frame.frame_id };
-        Ok(self.boxes.of(&asked)?.detections)
+        Ok(self.boxes.of(&frame.asked())?.detections)
+    }
+
+    /// Turns a cloud with truth as its frame stands, and gives it the classes that are asked for.
+    ///
+    /// # Errors
+    /// Those of [`turn`](Self::turn) and [`classify`](Self::classify).
+    pub fn prepare(&self, frame: &mut LabelledFrame) -> Result<()> {
+        let mut cloud = std::mem::take(&mut frame.cloud);
+        self.turn(&mut cloud, &frame.frame_id)?;
+        frame.cloud = self.classify(cloud, &frame.asked())?;
+        Ok(())
     }
 
     /// Turns a cloud as its frame stands, unless boxes in that frame are asked for.
@@ -100,23 +150,38 @@ impl Method {
     /// The cloud in a message, upright, and where its object mask comes from.
     ///
     /// # Errors
-    /// Those of [`PackedCloud::to_cloud`] and [`SensorFrame::turn`]; [`crate::Error::MissingField`] if the field that
-    /// should hold the classes is not there.
-    pub fn decode(&self, wire: &PackedCloud) -> Result<Decoded<'_>> {
+    /// Those of [`PackedCloud::to_cloud`], [`SensorFrame::turn`] and [`classify`](Self::classify);
+    /// [`crate::Error::MissingField`] if the field that should hold the classes is not there.
+    pub fn decode(&self, wire: &PackedCloud, which: CloudNumber) -> Result<Decoded<'_>> {
+        let started = Instant::now();
+        let (mut cloud, field) = self.unclassified(wire)?;
+        let semantics = self.semantics.describe(field);
+        let decode_ms = ms_since(started);
+        let started = Instant::now();
+        cloud = self.classify(cloud, &asked(wire, which))?;
+        let semantics_ms = ms_since(started);
+        Ok(Decoded { mask: self.mask(&cloud), cloud, semantics, decode_ms, semantics_ms })
+    }
+
+    /// The cloud in a message, upright, with the classes that stand in it if those are asked for, and their field.
+    fn unclassified<'w>(&'w self, wire: &'w PackedCloud) -> Result<(PointCloud, Option<&'w str>)> {
         let field = match &self.semantics {
             Semantics::Auto => wire.semantic_field(),
             Semantics::Field(name) => Some(name.as_str()),
-            Semantics::Ground | Semantics::All => None,
+            _ => None,
         };
         let mut cloud = wire.to_cloud(field)?;
+        if self.wants_remission() {
+            cloud.remission = wire.remission()?;
+        }
         self.turn(&mut cloud, &wire.frame_id)?;
-        let semantics = match (&self.semantics, field) {
-            (Semantics::All, _) => "all".to_owned(),
-            (_, Some(field)) => format!("field:{field}"),
-            (_, None) => "ground".to_owned(),
-        };
-        Ok(Decoded { mask: self.mask(&cloud), cloud, semantics })
+        Ok((cloud, field))
     }
+}
+
+/// A message's cloud, as those know it who have something to say of it.
+fn asked<'a>(wire: &'a PackedCloud, which: CloudNumber<'a>) -> AskedCloud<'a> {
+    AskedCloud { which, stamp_ns: wire.stamp_ns(), frame_id: &wire.frame_id }
 }
 
 /// One annotated cloud.
@@ -151,23 +216,41 @@ pub struct Clustered {
     pub repeated_field: Option<String>,
     /// Milliseconds from message to cloud, its boxes included.
     pub decode_ms: f64,
+    /// Milliseconds for classes that do not stand in the cloud itself.
+    pub semantics_ms: f64,
 }
 
 /// Clusters the cloud in a message.
 ///
 /// # Errors
-/// Those of [`PackedCloud::to_cloud`]; [`crate::Error::MissingField`] if the field that should hold the classes
-/// is not there; those of [`FrameBoxes::of`].
+/// Those of [`Method::decode`] and [`FrameBoxes::of`].
 pub fn cluster(wire: &PackedCloud, which: CloudNumber, method: &Method) -> Result<Clustered> {
-    let started = Instant::now();
-    let Decoded { cloud, mask, semantics } = method.decode(wire)?;
+    cluster_decoded(wire, which, method, method.decode(wire, which)?)
+}
+
+fn cluster_decoded(
+    wire: &PackedCloud,
+    which: CloudNumber,
+    method: &Method,
+    decoded: Decoded,
+) -> Result<Clustered> {
     refuse_moved_boxes(wire, method)?;
-    let asked = AskedCloud { which, stamp_ns: wire.stamp_ns(), frame_id: &wire.frame_id };
-    let FrameDetections { detections, missing: missing_boxes } = method.boxes.of(&asked)?;
-    let decode_ms = started.elapsed().as_secs_f64() * 1e3;
+    let Decoded { cloud, mask, semantics, decode_ms, semantics_ms } = decoded;
+    let started = Instant::now();
+    let FrameDetections { detections, missing: missing_boxes } =
+        method.boxes.of(&asked(wire, which))?;
+    let decode_ms = decode_ms + ms_since(started);
     let stages = pipeline::run_with(&cloud, mask, &detections, &method.config);
     let repeated_field = wire.repeated_field().map(str::to_owned);
-    Ok(Clustered { cloud, stages, semantics, missing_boxes, repeated_field, decode_ms })
+    Ok(Clustered {
+        cloud,
+        stages,
+        semantics,
+        missing_boxes,
+        repeated_field,
+        decode_ms,
+        semantics_ms,
+    })
 }
 
 /// Boxes are in the cloud's coordinate frame; they are not taken to points that have a pose of their own in it.
@@ -195,9 +278,73 @@ pub fn annotate_message(
 ) -> Result<Clustered> {
     let started = Instant::now();
     let wire = format.decode(message)?;
-    let written = wire.reformatted(types.format(format))?;
-    let parse_ms = started.elapsed().as_secs_f64() * 1e3;
-    let clustered = cluster(&wire, which, method)?;
+    let parse_ms = ms_since(started);
+    let decoded = method.decode(&wire, which)?;
+    let decoded = Decoded { decode_ms: parse_ms + decoded.decode_ms, ..decoded };
+    annotate_decoded(&wire, which, method, types, decoded, annotated)
+}
+
+/// A message of several that are annotated together.
+pub(super) struct OneOfSeveral<'a> {
+    pub message: &'a [u8],
+    pub format: CloudFormat,
+    pub which: CloudNumber<'a>,
+}
+
+/// Annotates several messages whose clouds go through a network together; each has a result of its own.
+pub(super) fn annotate_messages(
+    messages: &[OneOfSeveral],
+    network: &Network,
+    method: &Method,
+    types: &MessageTypes,
+) -> Vec<Result<(Clustered, Annotated)>> {
+    let started = Instant::now();
+    let opened = |one: &OneOfSeveral<'_>| {
+        let wire = one.format.decode(one.message)?;
+        let (cloud, _) = method.unclassified(&wire)?;
+        Ok(cloud)
+    };
+    let mut clouds: Vec<Result<PointCloud>> = messages.iter().map(opened).collect();
+    let decode_ms = ms_since(started) / messages.len() as f64;
+
+    let started = Instant::now();
+    let readable: Vec<&PointCloud> = clouds.iter().flatten().collect();
+    let mut classes = match network.classes_of(&readable, &method.config.projection) {
+        Ok(classes) => classes.into_iter(),
+        Err(error) => {
+            let all = messages.iter().map(|_| Err(error.of_network_again()));
+            return all.collect();
+        }
+    };
+    let semantics_ms = ms_since(started) / messages.len() as f64;
+
+    let classified =
+        clouds.drain(..).map(|cloud| cloud?.with_classes(classes.next().unwrap_or_default()));
+    let annotate = |(one, cloud): (&OneOfSeveral<'_>, Result<PointCloud>)| {
+        let cloud = cloud?;
+        let mut annotated = Annotated::default();
+        let semantics = method.semantics.describe(None);
+        let decoded =
+            Decoded { mask: method.mask(&cloud), cloud, semantics, decode_ms, semantics_ms };
+        let wire = one.format.decode(one.message)?;
+        let clustered = annotate_decoded(&wire, one.which, method, types, decoded, &mut annotated)?;
+        Ok((clustered, annotated))
+    };
+    messages.iter().zip(classified).map(annotate).collect()
+}
+
+fn annotate_decoded(
+    wire: &PackedCloud,
+    which: CloudNumber,
+    method: &Method,
+    types: &MessageTypes,
+    decoded: Decoded,
+    annotated: &mut Annotated,
+) -> Result<Clustered> {
+    let started = Instant::now();
+    let written = wire.reformatted(types.format(wire.format))?;
+    let reformat_ms = ms_since(started);
+    let clustered = cluster_decoded(wire, which, method, decoded)?;
 
     let started = Instant::now();
     let stages = &clustered.stages;
@@ -220,9 +367,10 @@ pub fn annotate_message(
     annotated.stamp_ns = wire.stamp_ns();
     annotated.semantics.clone_from(&clustered.semantics);
     annotated.times = FrameTimes {
-        decode_ms: parse_ms + clustered.decode_ms,
+        decode_ms: clustered.decode_ms,
+        semantics_ms: clustered.semantics_ms,
         stages: stages.times,
-        encode_ms: started.elapsed().as_secs_f64() * 1e3,
+        encode_ms: reformat_ms + ms_since(started),
     };
     Ok(clustered)
 }

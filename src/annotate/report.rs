@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use super::message::{Clustered, Method};
+use super::message::{Clustered, Method, Semantics};
 use super::profile::Profile;
 use crate::instances::Reason;
 use crate::io::CloudFormat;
@@ -92,6 +92,8 @@ pub struct TopicReport {
 pub struct FrameTimes {
     /// Message to cloud.
     pub decode_ms: f64,
+    /// Classes that do not stand in the cloud itself: a network, files, another topic.
+    pub semantics_ms: f64,
     /// Cloud to labels.
     #[serde(flatten)]
     pub stages: StageTimes,
@@ -102,13 +104,14 @@ pub struct FrameTimes {
 impl FrameTimes {
     /// All of it.
     pub fn total_ms(&self) -> f64 {
-        self.decode_ms + self.stages.total_ms() + self.encode_ms
+        self.decode_ms + self.semantics_ms + self.stages.total_ms() + self.encode_ms
     }
 
-    fn each(&mut self) -> [&mut f64; 7] {
+    fn each(&mut self) -> [&mut f64; 8] {
         let stages = &mut self.stages;
         [
             &mut self.decode_ms,
+            &mut self.semantics_ms,
             &mut stages.projection_ms,
             &mut stages.mask_ms,
             &mut stages.divide_ms,
@@ -243,6 +246,9 @@ pub(super) fn asked(method: &Method) -> BTreeMap<String, String> {
     ]);
     if method.sensor_frame != SensorFrame::Auto {
         asked.insert("sensor_frame".to_owned(), method.sensor_frame.to_string());
+    }
+    if let Semantics::Network(network) = &method.semantics {
+        asked.insert("network".to_owned(), network.describe());
     }
     asked.extend(method.boxes.describe().map(|boxes| ("boxes".to_owned(), boxes)));
     asked

@@ -37,6 +37,17 @@ pub struct CloudNumber<'a> {
     pub number: u64,
 }
 
+/// A cloud as those know it who have something to say of it: boxes, classes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AskedCloud<'a> {
+    /// Which cloud of the recording.
+    pub which: CloudNumber<'a>,
+    /// Stamp of its header, nanoseconds since 1970.
+    pub stamp_ns: i64,
+    /// Its coordinate frame.
+    pub frame_id: &'a str,
+}
+
 impl CloudMessage {
     /// Which cloud of the recording it is.
     pub fn which(&self) -> CloudNumber<'_> {

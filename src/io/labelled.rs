@@ -6,8 +6,10 @@ use std::path::{Path, PathBuf};
 
 use rustc_hash::FxHashMap;
 
-use super::frames::{CloudMessage, CloudMessages};
-use super::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
+use super::frames::{AskedCloud, CloudMessage, CloudMessages, CloudNumber};
+use super::semantic_kitti::{
+    LabelledScan, labelled_scans, read_labels, read_scan, read_scan_with_remission,
+};
 use crate::cloud::PointCloud;
 use crate::error::{Error, Result};
 
@@ -28,6 +30,14 @@ pub struct LabelledFrame {
     pub cloud: PointCloud,
     /// The truth.
     pub truth: Truth,
+}
+
+impl LabelledFrame {
+    /// The cloud as those know it who have something to say of it.
+    pub fn asked(&self) -> AskedCloud<'_> {
+        let which = CloudNumber { topic: &self.source, number: self.number };
+        AskedCloud { which, stamp_ns: self.stamp_ns, frame_id: &self.frame_id }
+    }
 }
 
 /// What is true of N points.
@@ -109,6 +119,8 @@ pub struct LabelledOptions {
     pub truth: TruthSource,
     /// Which classes the clouds carry.
     pub classes: SeenClasses,
+    /// Whether they carry how much light came back.
+    pub remission: bool,
 }
 
 impl Default for LabelledOptions {
@@ -119,6 +131,7 @@ impl Default for LabelledOptions {
             frames: (Bound::Unbounded, Bound::Unbounded),
             truth: TruthSource::default(),
             classes: SeenClasses::default(),
+            remission: false,
         }
     }
 }
@@ -171,7 +184,10 @@ impl LabelledFrames {
             SeenClasses::Field(name) => Some(name.as_str()),
             SeenClasses::Nothing => None,
         };
-        let cloud = wire.to_cloud(seen)?;
+        let mut cloud = wire.to_cloud(seen)?;
+        if self.options.remission {
+            cloud.remission = wire.remission()?;
+        }
         let truth = match &self.options.truth {
             TruthSource::Fields { class, instance } => {
                 Truth::of_columns(&wire.column_u32(class)?, &wire.column_u32(instance)?)
@@ -193,7 +209,10 @@ impl LabelledFrames {
     }
 
     fn of_scan(&self, number: u64, scan: LabelledScan) -> Result<LabelledFrame> {
-        let cloud = read_scan(&scan.scan)?;
+        let cloud = match self.options.remission {
+            true => read_scan_with_remission(&scan.scan)?,
+            false => read_scan(&scan.scan)?,
+        };
         let truth = words(&scan.labels, cloud.len())?;
         let cloud = match self.options.classes {
             SeenClasses::Nothing => cloud,

@@ -8,6 +8,7 @@ pub mod annotation;
 pub mod bag;
 pub mod boxes;
 pub mod camera_info;
+pub mod classes;
 pub mod cloud_recording;
 pub mod clouds;
 pub mod definitions;
@@ -28,10 +29,11 @@ pub mod transforms;
 pub use annotation::{Certainty, PointAnnotation, annotated_cloud};
 pub use bag::Bag;
 pub use boxes::{BoxSource, FrameBoxes, FrameDetections};
+pub use classes::{ClassSource, FrameClasses};
 pub use clouds::{CloudChannel, CloudFormat, CloudPose, Datatype, PackedCloud, PointField};
 pub use definitions::{DIAGNOSTIC_ARRAY, MARKER_ARRAY, MessageSchema, POINT_CLOUD2};
 pub use diagnostics::{Diagnostic, Level, diagnostic_array, diagnostic_schema};
-pub use frames::{CloudMessage, CloudMessages, CloudNumber, Which, cloud_message_at};
+pub use frames::{AskedCloud, CloudMessage, CloudMessages, CloudNumber, Which, cloud_message_at};
 pub use labelled::{
     LabelledFrame, LabelledFrames, LabelledOptions, SeenClasses, Truth, TruthSource,
 };

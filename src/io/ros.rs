@@ -111,6 +111,8 @@ numbers! {
     i16 2 get_i16 put_i16;
     u32 4 get_u32 put_u32;
     i32 4 get_i32 put_i32;
+    u64 8 get_u64 put_u64;
+    i64 8 get_i64 put_i64;
     f32 4 get_f32 put_f32;
     f64 8 get_f64 put_f64;
 }

@@ -12,7 +12,7 @@ mod columns;
 mod folder;
 mod literal;
 mod lzf;
-mod npy;
+pub(super) mod npy;
 mod pcd;
 mod write;
 

@@ -13,6 +13,15 @@ use crate::error::{Error, Result};
 /// # Errors
 /// [`Error::Io`] if it cannot be read, [`Error::Malformed`] if its size is not a whole number of points.
 pub fn read_scan(path: &Path) -> Result<PointCloud> {
+    let cloud = read_scan_with_remission(path)?;
+    Ok(PointCloud { remission: None, ..cloud })
+}
+
+/// The same with the intensity as remission.
+///
+/// # Errors
+/// Those of [`read_scan`].
+pub fn read_scan_with_remission(path: &Path) -> Result<PointCloud> {
     let bytes = read(path)?;
     let (points, rest) = bytes.as_chunks::<16>();
     if !rest.is_empty() {
@@ -22,7 +31,8 @@ pub fn read_scan(path: &Path) -> Result<PointCloud> {
         let floats = points.iter().map(|point| point[offset..].first_chunk());
         floats.map(|bytes| bytes.map_or(f32::NAN, |b| f32::from_le_bytes(*b))).collect()
     };
-    PointCloud::new(column(0), column(4), column(8))
+    let cloud = PointCloud::new(column(0), column(4), column(8))?;
+    Ok(PointCloud { remission: Some(column(12)), ..cloud })
 }
 
 /// Reads `.label` words: the class in the low 16 bits, the instance in the high 16.

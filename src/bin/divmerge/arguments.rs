@@ -1,49 +1,21 @@
 //! Arguments that several commands share, and how their values are read.
 
 use std::ops::Bound;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use divmerge::Taxonomy;
-use divmerge::annotate::{Method, Semantics};
+use divmerge::annotate::Method;
 use divmerge::baselines::{Alpine, AnyBaseline};
 use divmerge::cluster::params::{BirdsEye, ClusterParams, Region};
 use divmerge::pipeline::Config;
 use divmerge::replay::{FrameRange, Selection};
-use divmerge::semantics::GroundParams;
 
 use crate::boxes::BoxArguments;
 use crate::geometry::GeometryArguments;
 use crate::moments::{Moment, moment, window};
-
-/// What is an object.
-#[derive(Args)]
-pub struct ObjectArguments {
-    /// Where objects come from: `field:NAME` a semantic class per point; `ground` everything that ground
-    /// removal leaves; `all` every return; `auto` a field label, semantic, class_id or class_ids if the
-    /// cloud has one, else ground
-    #[arg(long, value_name = "SOURCE", default_value = "auto", value_parser = semantics)]
-    semantics: Semantics,
-
-    /// What the ids of a semantic field mean: a YAML file in semantic-kitti-api's form, with an optional
-    /// map `thing_class` (class: true) [default: SemanticKITTI's ids]
-    #[arg(long, value_name = "FILE")]
-    taxonomy: Option<PathBuf>,
-}
-
-impl ObjectArguments {
-    /// Preset `best` on these objects.
-    pub fn method(&self) -> Result<Method> {
-        Ok(Method {
-            semantics: self.semantics.clone(),
-            taxonomy: taxonomy(self.taxonomy.as_deref())?,
-            ground: GroundParams::default(),
-            config: Config::best(),
-            ..Method::default()
-        })
-    }
-}
+use crate::objects::ObjectArguments;
 
 /// How clouds are cut into instances.
 #[derive(Args)]
@@ -207,7 +179,7 @@ impl MethodArguments {
         }
         self.geometry.set(&mut config.projection);
         let (sensor_frame, transforms) = self.geometry.frame(recording)?;
-        let method = self.objects.method()?;
+        let method = self.objects.method(recording)?;
         config.baseline = self.method.baseline(&method.taxonomy);
         self.boxes.set(&mut config);
         let boxes = BoxArguments::open(box_source.as_ref(), recording, &method.taxonomy)?;
@@ -218,19 +190,10 @@ impl MethodArguments {
 impl MethodArguments {
     /// The same arguments as words of a command line; nothing for those that were left out.
     pub fn words(&self) -> Vec<String> {
-        let mut words = Vec::new();
+        let mut words = self.objects.words();
         let mut say = |name: &str, value: Option<String>| {
             words.extend(value.map(|value| [format!("--{name}"), value]).into_iter().flatten());
         };
-        let semantics = match &self.objects.semantics {
-            Semantics::Auto => None,
-            Semantics::Field(name) => Some(format!("field:{name}")),
-            Semantics::Ground => Some("ground".into()),
-            Semantics::All => Some("all".into()),
-        };
-        say("semantics", semantics);
-        let taxonomy = self.objects.taxonomy.as_ref();
-        say("taxonomy", taxonomy.map(|path| path.display().to_string()));
         say("method", (self.method != Cutter::DivideAndMerge).then(|| written(self.method)));
         say("preset", (self.preset != Preset::Best).then(|| written(self.preset)));
         say("voxel", self.voxel.map(|n| n.to_string()));
@@ -254,7 +217,7 @@ pub fn taxonomy(file: Option<&Path>) -> Result<Taxonomy> {
 }
 
 /// A value as the command line takes it.
-fn written(value: impl ValueEnum) -> String {
+pub fn written(value: impl ValueEnum) -> String {
     value.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned())
 }
 
@@ -283,18 +246,6 @@ fn region(preset: Option<BirdsEye>, region: Region) -> BirdsEye {
             transitive: true,
             grown_pixels_only: false,
         })
-    }
-}
-
-fn semantics(text: &str) -> Result<Semantics, String> {
-    match text {
-        "auto" => Ok(Semantics::Auto),
-        "ground" => Ok(Semantics::Ground),
-        "all" => Ok(Semantics::All),
-        _ => match text.strip_prefix("field:") {
-            Some(name) if !name.is_empty() => Ok(Semantics::Field(name.to_owned())),
-            _ => Err("use auto, field:NAME, ground or all".into()),
-        },
     }
 }
 

@@ -12,8 +12,9 @@ use divmerge::view::{Line, LineChart, line_charts};
 use serde::{Deserialize, Serialize};
 
 use crate::Outcome;
-use crate::arguments::{Cutter, ObjectArguments, Preset, positive};
+use crate::arguments::{Cutter, Preset, positive};
 use crate::boxes::BoxArguments;
+use crate::objects::ObjectArguments;
 use crate::table::{extension, output, table, write_json};
 use crate::terminal::frame_bar;
 use crate::truth::{TruthArguments, with_hint};
@@ -159,7 +160,7 @@ fn draw(rows: &[Row], output: &Path, force: bool) -> Result<()> {
 }
 
 fn measure_here(arguments: &Arguments, contender: Contender) -> Result<Row> {
-    let mut method = arguments.objects.method()?;
+    let mut method = arguments.objects.method(&arguments.truth.clouds.input)?;
     method.config = contender.config(&method.taxonomy);
     if contender == Contender::Other(Cutter::Boxes) {
         let (source, taxonomy) = (arguments.boxes.source(true), &method.taxonomy);
@@ -167,7 +168,7 @@ fn measure_here(arguments: &Arguments, contender: Contender) -> Result<Row> {
             BoxArguments::open(source.as_ref(), &arguments.truth.clouds.input, taxonomy)?;
         arguments.boxes.set(&mut method.config);
     }
-    let frames = arguments.truth.open(&method.semantics)?;
+    let frames = arguments.truth.open(&method)?;
     let bar = frame_bar(&contender.name(), frames.remaining());
     let measured = measure(frames, &method, arguments.truth.min_points, || bar.inc(1));
     let measured = measured.map_err(with_hint)?;

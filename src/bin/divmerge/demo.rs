@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use clap::Args;
 use divmerge::Taxonomy;
-use divmerge::annotate::{Event, Options, annotate};
+use divmerge::annotate::{Event, Options, Report, annotate};
 use divmerge::evaluate::panoptic::{MIN_POINTS, Panoptic};
 use divmerge::io::drive::{CLOUD_TOPIC, write_drive};
 use divmerge::io::{CloudMessages, WriteOptions};
 use divmerge::simulate::{Drive, Scene, Sensor};
 
+use crate::objects::ObjectArguments;
 use crate::terminal::{byte_bar, frame_bar};
 use crate::{Outcome, interrupt};
 
@@ -27,6 +28,13 @@ pub struct Arguments {
     /// Number of frames to simulate
     #[arg(long, default_value_t = 20)]
     frames: usize,
+
+    /// Seed of the street: another number, another street
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+
+    #[command(flatten)]
+    objects: ObjectArguments,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
@@ -35,8 +43,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
     let drive = folder.join("drive.mcap");
     let annotated = folder.join("annotated.mcap");
-    simulate(&drive, arguments.frames)?;
-    let options = Options { force: true, ..Options::default() };
+    simulate(&drive, arguments)?;
+    let method = arguments.objects.method(&drive)?;
+    let options = Options { force: true, method, ..Options::default() };
     let bar = byte_bar("annotating");
     let report = annotate(&drive, &annotated, &options, &mut |event| {
         match event {
@@ -50,9 +59,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         interrupt::wish()
     });
     bar.finish_and_clear();
-    crate::annotate::print(&report?);
+    let report = report?;
+    crate::annotate::print(&report);
     println!();
-    print_scores(&score(&annotated)?);
+    let taxonomy = &options.method.taxonomy;
+    print_scores(&score(&annotated, taxonomy)?, taxonomy, &classes_of(&report));
     let figure = folder.join("figure.png");
     if arguments.frames > 0 {
         let middle = arguments.frames as u64 / 2;
@@ -62,8 +73,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-fn simulate(drive: &Path, frames: usize) -> Result<()> {
-    let street = Drive::new(Sensor::Hdl64e, Scene::Street, 1);
+/// Where the classes came from, in words.
+fn classes_of(report: &Report) -> String {
+    let sources = report.topics.values().flat_map(|topic| topic.semantics.keys());
+    match sources.cloned().collect::<Vec<_>>().join(", ").as_str() {
+        "field:label" => "classes given".to_owned(),
+        "ground" | "all" => "no classes".to_owned(),
+        other => format!("classes from {other}"),
+    }
+}
+
+fn simulate(drive: &Path, arguments: &Arguments) -> Result<()> {
+    let frames = arguments.frames;
+    let street = Drive::new(Sensor::Hdl64e, Scene::Street, arguments.seed);
     let options = WriteOptions { force: true, ..WriteOptions::default() };
     let bar = frame_bar("simulating an HDL-64E in a street", frames as u64);
     write_drive(&street, frames, drive, &options, |_| {
@@ -75,10 +97,9 @@ fn simulate(drive: &Path, frames: usize) -> Result<()> {
 }
 
 /// Panoptic quality of an annotated simulated drive, from the fields of its clouds.
-fn score(annotated: &Path) -> Result<Panoptic> {
-    let taxonomy = Taxonomy::semantic_kitti();
+fn score(annotated: &Path, taxonomy: &Taxonomy) -> Result<Panoptic> {
     let class_of = taxonomy.lookup();
-    let mut scores = Panoptic::of(&taxonomy, MIN_POINTS);
+    let mut scores = Panoptic::of(taxonomy, MIN_POINTS);
     let topic = format!("{CLOUD_TOPIC}/instances");
     for message in CloudMessages::open(annotated, Some(&topic), 0..=u64::MAX)? {
         let message = message?;
@@ -98,11 +119,10 @@ fn score(annotated: &Path) -> Result<Panoptic> {
 }
 
 /// One line per thing class that occurs, and their mean.
-fn print_scores(scores: &Panoptic) {
-    let taxonomy = Taxonomy::semantic_kitti();
+fn print_scores(scores: &Panoptic, taxonomy: &Taxonomy, semantics: &str) {
     let classes = taxonomy.classes();
-    let occurs = |class: usize| scores.is_thing_present(&taxonomy, class);
-    println!("panoptic quality against the simulated truth, classes given (%):");
+    let occurs = |class: usize| scores.is_thing_present(taxonomy, class);
+    println!("panoptic quality against the simulated truth, {semantics} (%):");
     println!("class            PQ     SQ     RQ     found  spurious  missed");
     for class in (0..classes.len()).filter(|&class| occurs(class)) {
         let quality = scores.class(class);
@@ -120,6 +140,8 @@ fn print_scores(scores: &Panoptic) {
     let mean = scores.mean(occurs);
     let [pq, sq, rq] = [mean.pq, mean.sq, mean.rq].map(|figure| figure * 100.0);
     println!("{:<14} {pq:>5.1}  {sq:>5.1}  {rq:>5.1}", "mean");
+    let iou = scores.mean_iou_of_present() * 100.0;
+    println!("mean intersection over union of all classes that are there, points: {iou:.1}");
 }
 
 fn print_next(drive: &Path, annotated: &Path, figure: &Path) {

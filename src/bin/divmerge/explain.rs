@@ -94,7 +94,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let message = cloud_message_at(path, arguments.topic.as_deref(), which)?;
     let place = || format!("{}: frame {} of {}", path.display(), message.number, message.topic);
     let wire = message.decode().with_context(place)?;
-    let decoded = method.decode(&wire).with_context(place)?;
+    let decoded = method.decode(&wire, message.which()).with_context(place)?;
     let (cloud, mask, config) = (&decoded.cloud, decoded.mask, &method.config);
     // Places are given in the recording's frame.
     let asked: Vec<[f64; 3]> = arguments.at.iter().map(|&at| cloud.from_recorded(at)).collect();

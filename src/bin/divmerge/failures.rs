@@ -115,7 +115,7 @@ struct Written<'a> {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let method = arguments.method.method(&arguments.clouds.input)?;
-    let frames = arguments.clouds.open(&method.semantics)?;
+    let frames = arguments.clouds.open(&method)?;
     let bar = frame_bar("judging", frames.remaining());
     let (mut sums, mut rows) = (Sums::default(), Vec::new());
     let keeps_all = arguments.csv.is_some() || arguments.json.is_some();
@@ -165,7 +165,7 @@ fn judge(
     mut labelled: LabelledFrame,
     sums: &mut Sums,
 ) -> Result<Vec<Row>> {
-    method.turn(&mut labelled.cloud, &labelled.frame_id)?;
+    method.prepare(&mut labelled)?;
     let detections = method.detections(&labelled)?;
     let LabelledFrame { source, number, log_time_ns, cloud, truth, .. } = &labelled;
     let (number, log_time_ns) = (*number, *log_time_ns);

@@ -236,7 +236,7 @@ fn video(
         crate::refuse_existing(&output, arguments.force)?;
         let frame = match Frame::new(&message, method) {
             Ok(frame) => frame,
-            Err(error) if is_of_boxes(&error) => return Err(error),
+            Err(error) if is_of_what_was_asked(&error) => return Err(error),
             Err(error) => {
                 bar.suspend(|| eprintln!("warning: {error:#}; not drawn"));
                 unreadable += 1;
@@ -260,8 +260,8 @@ fn video(
 }
 
 /// Whether boxes do not fit the clouds, which the next cloud would meet again.
-fn is_of_boxes(error: &anyhow::Error) -> bool {
-    error.downcast_ref::<divmerge::Error>().is_some_and(divmerge::Error::is_of_boxes)
+fn is_of_what_was_asked(error: &anyhow::Error) -> bool {
+    error.downcast_ref::<divmerge::Error>().is_some_and(divmerge::Error::is_of_what_was_asked)
 }
 
 fn steps(

@@ -18,6 +18,7 @@ mod geometry;
 mod info;
 mod interrupt;
 mod moments;
+mod objects;
 mod profile;
 mod simulate;
 mod sweep;

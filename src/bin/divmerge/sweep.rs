@@ -10,7 +10,8 @@ use divmerge::view::{Line, LineChart, line_charts};
 use serde::Serialize;
 
 use crate::Outcome;
-use crate::arguments::{ObjectArguments, Preset, number};
+use crate::arguments::{Preset, number};
+use crate::objects::ObjectArguments;
 use crate::table::{extension, output, table, write_json};
 use crate::terminal::frame_bar;
 use crate::truth::{TruthArguments, with_hint};
@@ -146,14 +147,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             configs.push((value, config));
         }
     }
-    let mut method = arguments.objects.method()?;
-    let frames = arguments.truth.open(&method.semantics)?.remaining();
+    let mut method = arguments.objects.method(&arguments.truth.clouds.input)?;
+    let frames = arguments.truth.open(&method)?.remaining();
     let bar = frame_bar("sweeping", frames * configs.len() as u64);
     let mut rows = Vec::with_capacity(configs.len());
     for (value, config) in configs {
         let preset = config.preset;
         method.config = config;
-        let frames = arguments.truth.open(&method.semantics)?;
+        let frames = arguments.truth.open(&method)?;
         let measured = measure(frames, &method, arguments.truth.min_points, || bar.inc(1));
         let measured = measured.map_err(with_hint)?;
         rows.push(Row { preset, value, measured });

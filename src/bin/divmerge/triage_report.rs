@@ -62,7 +62,7 @@ fn pages(request: &Request, cases: &[Listed], method: &Method) -> Result<Vec<Cas
         let message = cloud_message_at(request.input, Some(topic), Which::Frame(frame))?;
         let decoding = || format!("frame {frame} of {topic}");
         let wire = message.decode().with_context(decoding)?;
-        let decoded = method.decode(&wire).with_context(decoding)?;
+        let decoded = method.decode(&wire, message.which()).with_context(decoding)?;
         let stages = pipeline::run(&decoded.cloud, decoded.mask, &method.config);
         let run =
             Run { request, message: &message, semantics: &decoded.semantics, stages: &stages };

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Result, anyhow};
 use clap::Args;
-use divmerge::annotate::Semantics;
+use divmerge::annotate::{Method, Semantics};
 use divmerge::evaluate::panoptic::MIN_POINTS;
 use divmerge::io::{LabelledFrames, LabelledOptions, SeenClasses, TruthSource};
 use divmerge::replay::FrameRange;
@@ -24,8 +24,8 @@ pub struct TruthArguments {
 
 impl TruthArguments {
     /// Opens the clouds for a method that gets its objects from there.
-    pub fn open(&self, semantics: &Semantics) -> Result<LabelledFrames> {
-        self.clouds.open(semantics)
+    pub fn open(&self, method: &Method) -> Result<LabelledFrames> {
+        self.clouds.open(method)
     }
 }
 
@@ -54,7 +54,7 @@ pub struct CloudArguments {
 
 impl CloudArguments {
     /// Opens the clouds for a method that gets its objects from there.
-    pub fn open(&self, semantics: &Semantics) -> Result<LabelledFrames> {
+    pub fn open(&self, method: &Method) -> Result<LabelledFrames> {
         let options = LabelledOptions {
             topic: self.topic.clone(),
             sequences: self.sequences.clone(),
@@ -66,11 +66,12 @@ impl CloudArguments {
                     instance: self.truth.true_instance_field.clone(),
                 },
             },
-            classes: match semantics {
+            classes: match &method.semantics {
                 Semantics::Auto => SeenClasses::Auto,
                 Semantics::Field(name) => SeenClasses::Field(name.clone()),
-                Semantics::Ground | Semantics::All => SeenClasses::Nothing,
+                _ => SeenClasses::Nothing,
             },
+            remission: method.wants_remission(),
         };
         Ok(LabelledFrames::open(&self.input, options)?)
     }

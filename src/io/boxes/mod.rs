@@ -7,7 +7,7 @@ pub mod topic;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use super::frames::CloudNumber;
+use super::frames::AskedCloud;
 use crate::error::Result;
 use crate::instances::Detection;
 use crate::taxonomy::Taxonomy;
@@ -39,17 +39,6 @@ pub enum FrameBoxes {
     Topic(TopicBoxes),
     /// Those of files.
     Kitti(KittiBoxes),
-}
-
-/// A cloud as a source of boxes knows it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct AskedCloud<'a> {
-    /// Which cloud of the recording.
-    pub which: CloudNumber<'a>,
-    /// Stamp of its header, nanoseconds since 1970.
-    pub stamp_ns: i64,
-    /// Its coordinate frame.
-    pub frame_id: &'a str,
 }
 
 /// The boxes of one cloud.

@@ -8,10 +8,10 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::super::frames::{cloud_format, type_name};
+use super::super::frames::{AskedCloud, cloud_format, type_name};
 use super::super::recording::{Channel, Overview, Record, RecordingReader, Wanted};
+use super::FrameDetections;
 use super::messages::{BoxMessage, DETECTION_ARRAY, MARKER_ARRAY, detection_boxes, marker_boxes};
-use super::{AskedCloud, FrameDetections};
 use crate::error::{Error, Result};
 use crate::taxonomy::Taxonomy;
 use crate::workers::Workers;

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use super::CloudFormat;
-use crate::cloud::PointCloud;
+use crate::cloud::{PointClasses, PointCloud};
 use crate::error::{Error, Result};
 use crate::io::ros::ByteOrder;
 
@@ -257,12 +257,21 @@ impl PackedCloud<'_> {
             cloud.ring = self.ring()?;
             cloud.source = self.source()?;
         }
-        cloud.class = class_field.map(|name| self.class(name)).transpose()?;
-        if class_field.is_some() && self.point_count() > 0 {
-            cloud.confidence = self.probability()?;
-        }
         cloud.check()?;
-        Ok(cloud)
+        match class_field {
+            Some(name) => cloud.with_classes(self.classes(name)?),
+            None => Ok(cloud),
+        }
+    }
+
+    /// The class of each point from a field, and how sure it is from a field `probability`.
+    ///
+    /// # Errors
+    /// Those of [`to_cloud`](Self::to_cloud).
+    pub fn classes(&self, name: &str) -> Result<PointClasses> {
+        let class = self.class(name)?;
+        let confidence = if class.is_empty() { None } else { self.probability()? };
+        Ok(PointClasses { class, confidence, entropy: None })
     }
 
     /// How much of the light came back to each point: the first of the fields `intensity`, `remission` and

@@ -6,6 +6,7 @@
 use super::literal::Literal;
 use super::{Columns, NAMED, Parsed, Scan, datatype, field, shape};
 use crate::io::clouds::{Datatype, PointField};
+use crate::io::ros::ByteOrder;
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 
@@ -39,6 +40,62 @@ pub(super) fn parse(mut bytes: Vec<u8>, columns: Option<&Columns>) -> Parsed<Sca
         data,
         left_out: layout.left_out,
     })
+}
+
+/// The numbers of an array of one plain type, the last dimension fastest.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::io) enum Numbers {
+    /// Of integers or truth values.
+    Integers(Vec<i64>),
+    /// Of floats.
+    Floats(Vec<f32>),
+}
+
+/// Reads an array of numbers: its dimensions, and the numbers.
+pub(in crate::io) fn numbers(bytes: &[u8]) -> Parsed<(Vec<usize>, Numbers)> {
+    let (header, start) = header(bytes)?;
+    let Some(Literal::Text(descr)) = header.get("descr") else {
+        return Err("records, where plain numbers are expected".into());
+    };
+    let dimensions = dimensions(&header)?;
+    let (kind, order) = (descr.trim_start_matches(['<', '>', '|']), Type::parse(descr)?);
+    let size = order.size as usize;
+    let count = dimensions.iter().try_fold(1_u64, |count, &side| count.checked_mul(side));
+    let expected = count.and_then(|count| count.checked_mul(size as u64));
+    let found = bytes.len() - start;
+    if expected != Some(found as u64) {
+        return Err(format!("{found} bytes of numbers for {dimensions:?} of type {descr}"));
+    }
+    let is_fortran = matches!(header.get("fortran_order"), Some(Literal::Bool(true)));
+    let data = match is_fortran && dimensions.len() > 1 {
+        true => last_fastest(&bytes[start..], &dimensions, size),
+        false => bytes[start..].to_vec(),
+    };
+    let order = match order.is_bigendian {
+        Some(true) => ByteOrder::Big,
+        _ => ByteOrder::Little,
+    };
+    macro_rules! each {
+        ($get:ident as $to:ty) => {
+            data.chunks_exact(size)
+                .filter_map(|bytes| Some(order.$get(*bytes.first_chunk()?) as $to))
+                .collect()
+        };
+    }
+    let numbers = match kind {
+        "i1" => Numbers::Integers(each!(get_i8 as i64)),
+        "u1" | "b1" => Numbers::Integers(each!(get_u8 as i64)),
+        "i2" => Numbers::Integers(each!(get_i16 as i64)),
+        "u2" => Numbers::Integers(each!(get_u16 as i64)),
+        "i4" => Numbers::Integers(each!(get_i32 as i64)),
+        "u4" => Numbers::Integers(each!(get_u32 as i64)),
+        "i8" => Numbers::Integers(each!(get_i64 as i64)),
+        "u8" => Numbers::Integers(each!(get_u64 as i64)),
+        "f4" => Numbers::Floats(each!(get_f32 as f32)),
+        "f8" => Numbers::Floats(each!(get_f64 as f32)),
+        _ => return Err(format!("numbers of type {descr}")),
+    };
+    Ok((dimensions.iter().map(|&side| side as usize).collect(), numbers))
 }
 
 /// The header and where the numbers begin.
@@ -236,4 +293,36 @@ fn last_fastest(bytes: &[u8], dimensions: &[u64], element: usize) -> Vec<u8> {
         }
     }
     data
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(header: &str, data: &[u8]) -> Vec<u8> {
+        let length = (header.len() as u16).to_le_bytes();
+        [MAGIC, &[1, 0], &length, header.as_bytes(), data].concat()
+    }
+
+    #[test]
+    fn integers_and_floats_of_both_orders() {
+        let header = "{'descr': '<i8', 'fortran_order': False, 'shape': (2,), }";
+        let data = [7_i64.to_le_bytes(), (-1_i64).to_le_bytes()].concat();
+        let expected = (vec![2], Numbers::Integers(vec![7, -1]));
+        assert_eq!(numbers(&file(header, &data)), Ok(expected));
+        let header = "{'descr': '>f4', 'fortran_order': True, 'shape': (2, 2), }";
+        let data = [1.0_f32, 3.0, 2.0, 4.0].map(f32::to_be_bytes).concat();
+        let expected = (vec![2, 2], Numbers::Floats(vec![1.0, 2.0, 3.0, 4.0]));
+        assert_eq!(numbers(&file(header, &data)), Ok(expected));
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let header = "{'descr': '<u2', 'fortran_order': False, 'shape': (3,), }";
+        assert!(numbers(&file(header, &[0; 4])).unwrap_err().contains("4 bytes"));
+        let huge = "{'descr': '<u8', 'fortran_order': False, 'shape': (4294967296, 4294967296), }";
+        assert!(numbers(&file(huge, &[])).is_err());
+        let times = "{'descr': '<M8[ns]', 'fortran_order': False, 'shape': (0,), }";
+        assert!(numbers(&file(times, &[])).is_err());
+    }
 }

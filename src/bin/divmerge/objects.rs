@@ -1,0 +1,276 @@
+//! What is an object: the arguments, and where classes come from.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::{Result, bail};
+use clap::{Args, ValueEnum};
+use divmerge::Taxonomy;
+use divmerge::annotate::{Method, Semantics};
+use divmerge::io::classes::TOLERANCE_NS;
+use divmerge::io::{ClassSource, FrameClasses, is_stream};
+use divmerge::network::runtime::{Device, RuntimeKind, RuntimeOptions};
+use divmerge::network::{Network, NetworkImage, NetworkOptions};
+use divmerge::pipeline::Config;
+use divmerge::semantics::GroundParams;
+
+use crate::arguments::{not_negative, positive, taxonomy, written};
+
+/// What is an object.
+#[derive(Args)]
+pub struct ObjectArguments {
+    /// Where objects come from: `field:NAME` a semantic class per point; `onnx:MODEL.onnx` a range-view network;
+    /// `labels:DIR` a .label or .npy file per cloud, named by its number (000012.label) or its stamp in nanoseconds;
+    /// `topic:T` a topic with a class per point, cloud or image; `ground` everything that ground removal leaves; `all` every
+    /// return; `auto` a field label, semantic, class_id or class_ids if the cloud has one, else ground
+    #[arg(long, value_name = "SOURCE", default_value = "auto", value_parser = source)]
+    semantics: Source,
+
+    /// What the ids of classes mean: a YAML file in semantic-kitti-api's form, with an optional map `thing_class`
+    /// (class: true) [default: the network's own configuration, else SemanticKITTI's ids]
+    #[arg(long, value_name = "FILE")]
+    taxonomy: Option<PathBuf>,
+
+    /// How far in seconds the stamp of `topic:` or `labels:` may be from that of their cloud
+    #[arg(long, value_name = "S", value_parser = not_negative, default_value_t = TOLERANCE_NS as f64 * 1e-9)]
+    tolerance: f64,
+
+    #[command(flatten)]
+    network: NetworkArguments,
+}
+
+/// How a network is run.
+#[derive(Args)]
+#[command(next_help_heading = "Networks (--semantics onnx:)")]
+struct NetworkArguments {
+    /// What the network takes and gives: arch_cfg.yaml and data_cfg.yaml of its project, one after the other, or the folder
+    /// with both [default: MODEL.yaml, or those two beside the model]
+    #[arg(long, value_name = "FILE")]
+    model_config: Vec<PathBuf>,
+
+    /// Which range image it is given
+    #[arg(long, value_enum, value_name = "IMAGE", default_value_t = Image::Auto)]
+    model_image: Image,
+
+    /// Multiply intensities by this to be those of its training, such as 0.00392 for a sensor that goes to 255 where the
+    /// network knows 0 to 1 [default: 1; 1/255 and 1/65535 for fields of UINT8 and UINT16]
+    #[arg(long, value_name = "X", value_parser = positive)]
+    remission_scale: Option<f64>,
+
+    /// Clouds that go through it at once: more pays off on graphics processors
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
+    batch: u16,
+
+    /// What runs it
+    #[arg(long, value_enum, default_value_t = Runtime::Auto)]
+    runtime: Runtime,
+
+    /// The shared library of ONNX Runtime, or the folder it is in [default: ORT_DYLIB_PATH, then that of PyPI's
+    /// onnxruntime, then the system's]
+    #[arg(long, value_name = "FILE")]
+    onnxruntime: Option<PathBuf>,
+
+    /// Where ONNX Runtime computes
+    #[arg(long, value_enum, default_value_t = On::Auto)]
+    device: On,
+}
+
+/// Where objects come from, as the command line says it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Source {
+    Auto,
+    Ground,
+    All,
+    Field(String),
+    Onnx(PathBuf),
+    Labels(PathBuf),
+    Topic(String),
+}
+
+/// Which image a network is given.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Image {
+    /// The one of its configuration, or the clustering's where that says none
+    Auto,
+    /// The one that is clustered, whatever its size; the network must take images of any
+    Clustering,
+}
+
+/// What runs a network.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Runtime {
+    /// ONNX Runtime where it is found, else tract
+    Auto,
+    /// ONNX Runtime, from its shared library (pip install onnxruntime)
+    Onnxruntime,
+    /// tract, which is built in
+    Tract,
+}
+
+/// Where ONNX Runtime computes.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum On {
+    /// CUDA where library and machine have it, else the processor
+    Auto,
+    /// The processor
+    Cpu,
+    /// An NVIDIA graphics processor
+    Cuda,
+    /// The same through TensorRT, which compiles for minutes at the start
+    Tensorrt,
+}
+
+impl fmt::Display for Source {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Source::Auto => write!(out, "auto"),
+            Source::Ground => write!(out, "ground"),
+            Source::All => write!(out, "all"),
+            Source::Field(name) => write!(out, "field:{name}"),
+            Source::Onnx(path) => write!(out, "onnx:{}", path.display()),
+            Source::Labels(path) => write!(out, "labels:{}", path.display()),
+            Source::Topic(topic) => write!(out, "topic:{topic}"),
+        }
+    }
+}
+
+fn source(text: &str) -> Result<Source, String> {
+    match text {
+        "auto" => return Ok(Source::Auto),
+        "ground" => return Ok(Source::Ground),
+        "all" => return Ok(Source::All),
+        _ => {}
+    }
+    match text.split_once(':') {
+        Some(("field", name)) if !name.is_empty() => Ok(Source::Field(name.to_owned())),
+        Some(("onnx", path)) if !path.is_empty() => Ok(Source::Onnx(path.into())),
+        Some(("labels", path)) if !path.is_empty() => Ok(Source::Labels(path.into())),
+        Some(("topic", topic)) if !topic.is_empty() => Ok(Source::Topic(topic.to_owned())),
+        _ => {
+            Err("use auto, field:NAME, onnx:MODEL.onnx, labels:DIR, topic:T, ground or all".into())
+        }
+    }
+}
+
+impl ObjectArguments {
+    /// Preset `best` on these objects, for the clouds of a recording or a folder.
+    pub fn method(&self, recording: &Path) -> Result<Method> {
+        let named = self.taxonomy.as_deref();
+        let mut method = Method {
+            taxonomy: taxonomy(named)?,
+            ground: GroundParams::default(),
+            config: Config::best(),
+            ..Method::default()
+        };
+        method.semantics = match &self.semantics {
+            Source::Auto => Semantics::Auto,
+            Source::Ground => Semantics::Ground,
+            Source::All => Semantics::All,
+            Source::Field(name) => Semantics::Field(name.clone()),
+            Source::Onnx(model) => {
+                let network = Network::open(self.network.options(model))?;
+                if let (None, Some(own)) = (named, network.taxonomy()) {
+                    method.taxonomy = own.clone();
+                }
+                Semantics::Network(Arc::new(network))
+            }
+            Source::Labels(folder) => {
+                self.given(ClassSource::Files(folder.clone()), recording, &method.taxonomy)?
+            }
+            Source::Topic(topic) => {
+                self.given(ClassSource::Topic(topic.clone()), recording, &method.taxonomy)?
+            }
+        };
+        Ok(method)
+    }
+
+    fn given(
+        &self,
+        source: ClassSource,
+        recording: &Path,
+        taxonomy: &Taxonomy,
+    ) -> Result<Semantics> {
+        if matches!(source, ClassSource::Topic(_)) && is_stream(recording) {
+            bail!(
+                "--semantics {}: classes of a topic are read from a file, not from a stream",
+                self.semantics
+            );
+        }
+        let tolerance_ns = (self.tolerance * 1e9).round() as u64;
+        let classes = FrameClasses::open(&source, recording, taxonomy, tolerance_ns)?;
+        Ok(Semantics::Given(Arc::new(classes)))
+    }
+
+    /// The same arguments as words of a command line; nothing for those that were left out.
+    pub fn words(&self) -> Vec<String> {
+        let mut words = Vec::new();
+        let mut say = |name: &str, value: Option<String>| {
+            words.extend(value.map(|value| [format!("--{name}"), value]).into_iter().flatten());
+        };
+        say("semantics", (self.semantics != Source::Auto).then(|| self.semantics.to_string()));
+        say("taxonomy", self.taxonomy.as_ref().map(|path| path.display().to_string()));
+        let usual = TOLERANCE_NS as f64 * 1e-9;
+        say("tolerance", (self.tolerance != usual).then(|| self.tolerance.to_string()));
+        let network = &self.network;
+        for path in &network.model_config {
+            say("model-config", Some(path.display().to_string()));
+        }
+        say(
+            "model-image",
+            (network.model_image != Image::Auto).then(|| written(network.model_image)),
+        );
+        say("remission-scale", network.remission_scale.map(|scale| scale.to_string()));
+        say("runtime", (network.runtime != Runtime::Auto).then(|| written(network.runtime)));
+        say("onnxruntime", network.onnxruntime.as_ref().map(|path| path.display().to_string()));
+        say("device", (network.device != On::Auto).then(|| written(network.device)));
+        words
+    }
+}
+
+impl NetworkArguments {
+    fn options(&self, model: &Path) -> NetworkOptions {
+        NetworkOptions {
+            model: model.to_owned(),
+            config: self.model_config.clone(),
+            image: match self.model_image {
+                Image::Auto => NetworkImage::Auto,
+                Image::Clustering => NetworkImage::Clustering,
+            },
+            remission_scale: self.remission_scale.map(|scale| scale as f32),
+            batch: usize::from(self.batch),
+            runtime: RuntimeOptions {
+                kind: match self.runtime {
+                    Runtime::Auto => RuntimeKind::Auto,
+                    Runtime::Onnxruntime => RuntimeKind::OnnxRuntime,
+                    Runtime::Tract => RuntimeKind::Tract,
+                },
+                library: self.onnxruntime.clone(),
+                device: match self.device {
+                    On::Auto => Device::Auto,
+                    On::Cpu => Device::Cpu,
+                    On::Cuda => Device::Cuda,
+                    On::Tensorrt => Device::TensorRt,
+                },
+                threads: 0,
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sources() {
+        for text in
+            ["auto", "ground", "all", "field:label", "onnx:a b.onnx", "labels:dir", "topic:/p"]
+        {
+            assert_eq!(source(text).map(|source| source.to_string()), Ok(text.to_owned()));
+        }
+        for text in ["", "field:", "onnx", "topic:", "networks:x"] {
+            assert!(source(text).is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! Classes of points that someone else found, for the clouds of a recording: in files, or on a topic beside the clouds.
+
+mod files;
+mod messages;
+mod topic;
+
+use std::path::{Path, PathBuf};
+
+use super::frames::AskedCloud;
+use crate::cloud::PointClasses;
+use crate::error::{Error, Result};
+use crate::taxonomy::Taxonomy;
+
+pub use files::ClassFiles;
+pub use topic::{ClassTopic, TOLERANCE_NS};
+
+/// Where classes are.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ClassSource {
+    /// A folder of files, one for each cloud.
+    Files(PathBuf),
+    /// A topic of the recording.
+    Topic(String),
+}
+
+/// Classes that can be asked for, cloud by cloud.
+#[derive(Debug, PartialEq)]
+pub enum FrameClasses {
+    /// Those of files.
+    Files(ClassFiles),
+    /// Those of a topic.
+    Topic(ClassTopic),
+}
+
+impl FrameClasses {
+    /// Opens the classes for a recording. What is more than so many nanoseconds from a cloud's stamp is not of that cloud.
+    ///
+    /// # Errors
+    /// [`Error::Io`], and [`Error::Classes`] if there are none.
+    pub fn open(
+        source: &ClassSource,
+        recording: &Path,
+        taxonomy: &Taxonomy,
+        tolerance_ns: u64,
+    ) -> Result<Self> {
+        match source {
+            ClassSource::Files(folder) => {
+                ClassFiles::open(folder, taxonomy, tolerance_ns).map(FrameClasses::Files)
+            }
+            ClassSource::Topic(topic) => {
+                ClassTopic::open(recording, topic, tolerance_ns).map(FrameClasses::Topic)
+            }
+        }
+    }
+
+    /// The classes of a cloud of so many rows and columns.
+    ///
+    /// # Errors
+    /// [`Error::NoClasses`] if there are none for it; [`Error::Classes`] if there are more or fewer than it has points, or they
+    /// cannot be read, so that every other cloud is likely to meet the same.
+    pub fn of(&self, cloud: &AskedCloud, shape: [usize; 2]) -> Result<PointClasses> {
+        match self {
+            FrameClasses::Files(files) => files.of(cloud, shape[0] * shape[1]),
+            FrameClasses::Topic(topic) => topic.of(cloud, shape),
+        }
+    }
+
+    /// What they are, without the name of a file: `labels` or `topic:/predictions`.
+    pub fn describe(&self) -> String {
+        match self {
+            FrameClasses::Files(_) => "labels".to_owned(),
+            FrameClasses::Topic(topic) => format!("topic:{}", topic.topic()),
+        }
+    }
+}
+
+/// Nothing for one cloud.
+fn no_classes(cloud: &AskedCloud, problem: String) -> Error {
+    Error::NoClasses { number: cloud.which.number, problem }
+}
+
+/// Nanoseconds as seconds, for people.
+fn seconds(ns: i64) -> String {
+    let (sign, ns) = (if ns < 0 { "-" } else { "" }, ns.unsigned_abs());
+    format!("{sign}{}.{:09}", ns / 1_000_000_000, ns % 1_000_000_000)
+}

@@ -1,0 +1,248 @@
+//! Classes on a topic beside the clouds, and which of them are of which cloud.
+//!
+//! To a cloud belongs the message in its coordinate frame whose stamp is nearest, if that is within the tolerance; of two
+//! that are equally near the earlier. Messages are read as clouds ask for them, and only some around the last that asked
+//! are kept: the stamps on the topic have to ascend. Whoever asks for a cloud far before the last makes the reading begin again.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use super::super::frames::AskedCloud;
+use super::super::recording::{Channel, Overview, Record, RecordingReader, Wanted};
+use super::messages::{ClassFormat, ClassMessage};
+use super::{no_classes, seconds};
+use crate::cloud::PointClasses;
+use crate::error::{Error, Result};
+use crate::workers::Workers;
+
+/// How far the stamp of classes may be from their cloud's unless something else is asked for, nanoseconds: they are those of
+/// the very same points, so only clocks and rounding lie between, and 10 ms are less than half the period of any sensor.
+pub const TOLERANCE_NS: u64 = 10_000_000;
+
+/// Messages that are kept behind the last cloud that asked: clouds are clustered by several threads, so not quite in
+/// their order.
+const KEPT: usize = 32;
+
+/// Messages that may lie within the tolerance of one stamp.
+const MOST: usize = 256;
+
+/// The classes of a topic.
+#[derive(Debug)]
+pub struct ClassTopic {
+    recording: PathBuf,
+    topic: String,
+    tolerance_ns: u64,
+    formats: BTreeMap<u16, ClassFormat>,
+    window: Mutex<Window>,
+}
+
+impl PartialEq for ClassTopic {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.recording, &self.topic, self.tolerance_ns)
+            == (&other.recording, &other.topic, other.tolerance_ns)
+    }
+}
+
+/// What has been read of the topic.
+#[derive(Default)]
+struct Window {
+    reader: Option<RecordingReader>,
+    /// In the topic's order.
+    found: VecDeque<ClassMessage>,
+    /// The latest stamp that was dropped again.
+    dropped_ns: Option<i64>,
+    is_over: bool,
+}
+
+impl std::fmt::Debug for Window {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.debug_struct("Window").field("found", &self.found.len()).finish_non_exhaustive()
+    }
+}
+
+impl ClassTopic {
+    /// Looks for the topic; nothing of it is read yet.
+    ///
+    /// # Errors
+    /// [`Error::Classes`] if there is no such topic or it carries something else; those of [`Overview::read`].
+    pub fn open(recording: &Path, topic: &str, tolerance_ns: u64) -> Result<Self> {
+        let overview = Overview::read(recording)?;
+        let formats = formats(&overview, topic)?;
+        Ok(ClassTopic {
+            recording: recording.to_owned(),
+            topic: topic.to_owned(),
+            tolerance_ns,
+            formats,
+            window: Mutex::default(),
+        })
+    }
+
+    /// The topic.
+    pub fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    /// The classes of a cloud of so many rows and columns.
+    ///
+    /// # Errors
+    /// Those of [`super::FrameClasses::of`], and of [`RecordingReader`].
+    pub fn of(&self, cloud: &AskedCloud, shape: [usize; 2]) -> Result<PointClasses> {
+        let mut window = self.window.lock().unwrap_or_else(PoisonError::into_inner);
+        let latest = cloud.stamp_ns.saturating_add_unsigned(self.tolerance_ns);
+        let earliest = cloud.stamp_ns.saturating_sub_unsigned(self.tolerance_ns);
+        if window.dropped_ns.is_some_and(|dropped| dropped >= earliest) {
+            *window = Window::default();
+        }
+        self.read_on(&mut window, earliest, latest)?;
+        let away = |message: &&ClassMessage| message.stamp_ns.abs_diff(cloud.stamp_ns);
+        let is_of_frame = |message: &&ClassMessage| {
+            message.frame_id.trim_start_matches('/') == cloud.frame_id.trim_start_matches('/')
+        };
+        let nearest = window.found.iter().filter(is_of_frame).min_by_key(away);
+        match nearest.filter(|message| away(message) <= self.tolerance_ns) {
+            Some(message) => self.fitting(message, cloud, shape),
+            None => Err(no_classes(cloud, self.what_is_there(cloud, &window, nearest))),
+        }
+    }
+
+    /// Reads until a message lies behind a stamp, and drops what lies far before another.
+    fn read_on(&self, window: &mut Window, earliest: i64, latest: i64) -> Result<()> {
+        while !window.is_over && window.found.back().is_none_or(|last| last.stamp_ns <= latest) {
+            match self.next(window)? {
+                Some(_) if window.found.len() == MOST => {
+                    let problem = format!(
+                        "{MOST} messages and more within the tolerance of one stamp ({}): stamps do not tell which is \
+                         of which cloud",
+                        seconds(latest)
+                    );
+                    return Err(self.problem(problem));
+                }
+                Some(message) => window.found.push_back(message),
+                None => window.is_over = true,
+            }
+            while window.found.len() > KEPT
+                && window.found.front().is_some_and(|first| first.stamp_ns < earliest)
+            {
+                let dropped = window.found.pop_front().map(|first| first.stamp_ns);
+                window.dropped_ns = window.dropped_ns.max(dropped);
+            }
+        }
+        Ok(())
+    }
+
+    fn next(&self, window: &mut Window) -> Result<Option<ClassMessage>> {
+        let reader = match &mut window.reader {
+            Some(reader) => reader,
+            none => none.insert(self.reader()?),
+        };
+        while let Some(record) = reader.next_record()? {
+            if let Record::Message { header, data, .. } = record
+                && let Some(format) = self.formats.get(&header.channel_id)
+            {
+                return format.read(&data).map(Some).map_err(|error| {
+                    let at = seconds(header.log_time as i64);
+                    self.problem(format!("the message logged at {at} s: {error}"))
+                });
+            }
+        }
+        Ok(None)
+    }
+
+    fn reader(&self) -> Result<RecordingReader> {
+        let overview = Overview::read(&self.recording)?;
+        let numbered = self.formats.keys().map(|&id| (id, self.topic.clone())).collect();
+        let wanted = Wanted { numbered, others: false, ..Wanted::default() };
+        RecordingReader::open_wanted(&overview, &wanted, &Workers::none())
+    }
+
+    /// The classes of a message if they are as many as the cloud has points.
+    fn fitting(
+        &self,
+        message: &ClassMessage,
+        cloud: &AskedCloud,
+        shape: [usize; 2],
+    ) -> Result<PointClasses> {
+        let points = shape[0] * shape[1];
+        let is_alike = message.shape == shape || message.shape[0] == 1 || shape[0] == 1;
+        if is_alike && message.classes.class.len() == points {
+            return Ok(message.classes.clone());
+        }
+        let size = |[rows, columns]: [usize; 2]| match rows {
+            1 => format!("{columns} points"),
+            _ => format!("{rows} x {columns}"),
+        };
+        Err(self.problem(format!(
+            "the message of stamp {} has classes of {}, and cloud {} on {} is {}",
+            seconds(message.stamp_ns),
+            size(message.shape),
+            cloud.which.number,
+            cloud.which.topic,
+            size(shape)
+        )))
+    }
+
+    fn what_is_there(
+        &self,
+        cloud: &AskedCloud,
+        window: &Window,
+        nearest: Option<&ClassMessage>,
+    ) -> String {
+        let within = seconds(self.tolerance_ns as i64);
+        let there = match (nearest, window.found.back()) {
+            (Some(message), _) => {
+                let away = message.stamp_ns.abs_diff(cloud.stamp_ns);
+                format!("the nearest is {} s away", seconds(away as i64))
+            }
+            (None, Some(other)) => format!(
+                "its messages are in frame `{}`, the cloud in `{}`",
+                other.frame_id, cloud.frame_id
+            ),
+            (None, None) => "it has no message at all".to_owned(),
+        };
+        let stamp = seconds(cloud.stamp_ns);
+        format!("nothing on {} within {within} s of stamp {stamp}: {there}", self.topic)
+    }
+
+    fn problem(&self, problem: String) -> Error {
+        of_topic(&self.topic, problem)
+    }
+}
+
+fn of_topic(topic: &str, problem: String) -> Error {
+    Error::Classes { source_name: format!("topic {topic}"), problem }
+}
+
+/// The channels of the topic; all must carry classes.
+fn formats(overview: &Overview, topic: &str) -> Result<BTreeMap<u16, ClassFormat>> {
+    let mut formats = BTreeMap::new();
+    for channel in overview.channels_of(topic) {
+        let Some(format) = ClassFormat::of(overview, channel) else {
+            let what = overview.schema_of(channel.id).map_or("no schema", |schema| &schema.name);
+            let encoding = &channel.message_encoding;
+            let problem = format!(
+                "it carries {what} in encoding `{encoding}`; classes are read from clouds and from images (sensor_msgs/Image)"
+            );
+            return Err(of_topic(topic, problem));
+        };
+        formats.insert(channel.id, format);
+    }
+    if formats.is_empty() {
+        let path = overview.path.display();
+        return Err(of_topic(topic, format!("{path} has no such topic; {}", others(overview))));
+    }
+    Ok(formats)
+}
+
+/// The topics that could carry classes, in words.
+fn others(overview: &Overview) -> String {
+    let could = |channel: &&Channel| ClassFormat::of(overview, channel).is_some();
+    let mut topics: Vec<&str> =
+        overview.channels.values().filter(could).map(|channel| channel.topic.as_str()).collect();
+    topics.sort_unstable();
+    topics.dedup();
+    match topics.is_empty() {
+        true => "none of its topics could carry classes".to_owned(),
+        false => format!("clouds and images are on {}", topics.join(", ")),
+    }
+}

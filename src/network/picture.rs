@@ -1,0 +1,208 @@
+//! A cloud as a network sees it: one of several images of numbers, and which point is in which pixel.
+
+use std::f64::consts::PI;
+
+use super::config::{Channel, NetworkConfig, Spherical};
+use crate::cloud::PointCloud;
+use crate::range_image::{NOWHERE, RangeImage};
+
+/// N points in an image of H x W.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    /// Rows H.
+    pub rows: usize,
+    /// Columns W.
+    pub columns: usize,
+    /// N: the pixel that each point falls into, or [`NOWHERE`] of one that is no return.
+    pub pixel_of_point: Vec<u32>,
+    /// H x W: the nearest point in each pixel, or [`NOWHERE`].
+    pub point_of_pixel: Vec<u32>,
+    /// N: distance from the sensor, metres.
+    pub range: Vec<f32>,
+}
+
+/// The projection of RangeNet++ (Milioto et al. 2019, section III.A): columns from the azimuth, clockwise from behind the
+/// sensor; rows of equal elevation, what lies above or below them in the first and the last. The nearest point of a pixel is
+/// seen, of several the first.
+pub fn spherical(cloud: &PointCloud, image: &Spherical) -> Picture {
+    let (rows, columns) = (image.rows, image.columns);
+    let mut picture = Picture {
+        rows,
+        columns,
+        pixel_of_point: vec![NOWHERE; cloud.len()],
+        point_of_pixel: vec![NOWHERE; rows * columns],
+        range: vec![0.0; cloud.len()],
+    };
+    let cell = |share: f64, count: usize| ((share * count as f64) as usize).min(count - 1);
+    for point in (0..cloud.len()).filter(|&point| cloud.is_return(point)) {
+        let [x, y, z] = cloud.position(point).map(f64::from);
+        let range = (x * x + y * y + z * z).sqrt();
+        let elevation = (z / range).clamp(-1.0, 1.0).asin();
+        let row = cell((image.top - elevation) / (image.top - image.bottom), rows);
+        let column = cell(0.5 * (1.0 - y.atan2(x) / PI), columns);
+        picture.range[point] = range as f32;
+        picture.place(point, row * columns + column);
+    }
+    picture
+}
+
+/// The image that is clustered, of a cloud that one sensor at the origin made, with empty rows and columns at its ends so
+/// that both are multiples of a number: networks halve their images several times.
+pub fn of_image(cloud: &PointCloud, image: &RangeImage, multiple: usize) -> Picture {
+    let own = image.columns();
+    let rows = image.rows().max(1).next_multiple_of(multiple);
+    let columns = own.max(1).next_multiple_of(multiple);
+    let padded = |pixel: u32| match pixel {
+        NOWHERE => NOWHERE,
+        pixel => (pixel as usize / own * columns + pixel as usize % own) as u32,
+    };
+    let mut point_of_pixel = vec![NOWHERE; rows * columns];
+    for (row, points) in image.point_of_pixel.values().chunks(own.max(1)).enumerate() {
+        // Row 0 is the highest beam for a network.
+        let row = if image.top_row_first { row } else { image.rows() - 1 - row };
+        point_of_pixel[row * columns..][..own].copy_from_slice(points);
+    }
+    let flipped = |pixel: u32| match (pixel, image.top_row_first) {
+        (NOWHERE, _) | (_, true) => pixel,
+        (pixel, false) => {
+            let (row, column) = (pixel as usize / own, pixel as usize % own);
+            ((image.rows() - 1 - row) * own + column) as u32
+        }
+    };
+    Picture {
+        rows,
+        columns,
+        pixel_of_point: image.pixel_of_point.iter().map(|&pixel| padded(flipped(pixel))).collect(),
+        point_of_pixel,
+        range: (0..cloud.len()).map(|point| cloud.squared_range(point).sqrt() as f32).collect(),
+    }
+}
+
+impl Picture {
+    fn place(&mut self, point: usize, pixel: usize) {
+        self.pixel_of_point[point] = pixel as u32;
+        let seen = &mut self.point_of_pixel[pixel];
+        if *seen == NOWHERE || self.range[point] < self.range[*seen as usize] {
+            *seen = point as u32;
+        }
+    }
+
+    /// Appends the channels, image by image and row by row: each value less the mean and over the standard deviation of its
+    /// channel, 0 where a pixel is empty. Remission that the cloud does not have is the mean.
+    pub fn write(
+        &self,
+        cloud: &PointCloud,
+        config: &NetworkConfig,
+        scale: f32,
+        out: &mut Vec<f32>,
+    ) {
+        for &(channel, mean, std) in &config.channels {
+            let value = |point: usize| match channel {
+                Channel::Range => self.range[point],
+                Channel::X => cloud.x[point],
+                Channel::Y => cloud.y[point],
+                Channel::Z => cloud.z[point],
+                Channel::Remission => {
+                    cloud.remission.as_ref().map_or(mean, |remission| remission[point] * scale)
+                }
+            };
+            out.extend(self.point_of_pixel.iter().map(|&point| match point {
+                NOWHERE => 0.0,
+                point => (value(point as usize) - mean) / std,
+            }));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::range_image::ProjectionParams;
+
+    fn cloud(points: &[[f32; 3]]) -> PointCloud {
+        let axis = |axis: usize| points.iter().map(|point| point[axis]).collect();
+        PointCloud::new(axis(0), axis(1), axis(2)).unwrap()
+    }
+
+    fn image() -> Spherical {
+        Spherical { rows: 4, columns: 8, top: 0.4, bottom: -0.4 }
+    }
+
+    #[test]
+    fn columns_run_from_behind_over_left_to_right() {
+        let around = [
+            [-1.0, 0.1, 0.0],
+            [0.0, 1.0, 0.0],
+            [1.0, 0.1, 0.0],
+            [0.1, -1.0, 0.0],
+            [-1.0, -0.1, 0.0],
+        ];
+        let seen = spherical(&cloud(&around), &image());
+        let columns: Vec<u32> = seen.pixel_of_point.iter().map(|pixel| pixel % 8).collect();
+        assert_eq!(columns, [0, 2, 3, 5, 7]);
+        assert!(seen.pixel_of_point.iter().all(|pixel| pixel / 8 == 2));
+    }
+
+    #[test]
+    fn rows_run_down_and_take_what_lies_beyond() {
+        let up = |elevation: f32| [elevation.cos(), -0.1, elevation.sin()];
+        let seen =
+            spherical(&cloud(&[up(1.2), up(0.3), up(0.1), up(-0.1), up(-0.3), up(-1.2)]), &image());
+        let rows: Vec<u32> = seen.pixel_of_point.iter().map(|pixel| pixel / 8).collect();
+        assert_eq!(rows, [0, 0, 1, 2, 3, 3]);
+    }
+
+    #[test]
+    fn the_nearest_is_seen_and_what_is_no_return_is_nowhere() {
+        let seen = spherical(
+            &cloud(&[
+                [9.0, -1.0, 0.1],
+                [4.5, -0.5, 0.05],
+                [f32::NAN, 0.0, 0.0],
+                [0.0; 3],
+                [4.5, -0.5, 0.05],
+            ]),
+            &image(),
+        );
+        let pixel = seen.pixel_of_point[0];
+        assert_eq!(seen.pixel_of_point, [pixel, pixel, NOWHERE, NOWHERE, pixel]);
+        assert_eq!(seen.point_of_pixel[pixel as usize], 1);
+        assert_eq!(seen.point_of_pixel.iter().filter(|&&point| point != NOWHERE).count(), 1);
+    }
+
+    #[test]
+    fn channels_are_normalised_and_empty_pixels_are_zero() {
+        let mut cloud = cloud(&[[3.0, -0.001, 4.0]]);
+        let channels = vec![
+            (Channel::Range, 1.0, 2.0),
+            (Channel::Z, 0.0, 4.0),
+            (Channel::Remission, 0.5, 0.25),
+        ];
+        let config =
+            NetworkConfig { channels, sensor: None, ids: vec![], nearest: None, taxonomy: None };
+        let mut out = Vec::new();
+        let seen = spherical(&cloud, &image());
+        seen.write(&cloud, &config, 1.0, &mut out);
+        assert_eq!(out.len(), 3 * 32);
+        let pixel = seen.pixel_of_point[0] as usize;
+        assert!((out[pixel] - 2.0).abs() < 1e-6);
+        assert_eq!([out[32 + pixel], out[64 + pixel]], [1.0, 0.0]);
+        assert_eq!(out.iter().filter(|&&value| value != 0.0).count(), 2);
+        cloud.remission = Some(vec![255.0]);
+        out.clear();
+        seen.write(&cloud, &config, 1.0 / 255.0, &mut out);
+        assert_eq!(out[64 + pixel], 2.0);
+    }
+
+    #[test]
+    fn the_clustering_s_image_stands_in_the_corner() {
+        let points: Vec<[f32; 3]> =
+            (0..6).map(|i| [5.0, i as f32 * -0.1, (i / 3) as f32 * -0.2]).collect();
+        let cloud = cloud(&points).organised(2, 3).unwrap();
+        let image = RangeImage::new(&cloud, &ProjectionParams::default());
+        let seen = of_image(&cloud, &image, 8);
+        assert_eq!((seen.rows, seen.columns), (8, 8));
+        assert_eq!(seen.pixel_of_point, [0, 1, 2, 8, 9, 10]);
+        assert_eq!(seen.point_of_pixel[9], 4);
+    }
+}
