@@ -7,11 +7,12 @@ use std::path::{Path, PathBuf};
 use divmerge::annotate::{Event, Method, Options, Report, annotate};
 use divmerge::baselines::{AnyBaseline, Boxes};
 use divmerge::instances::{Detection, UprightBox};
-use divmerge::io::boxes::AskedCloud;
+
 use divmerge::io::drive::{CLOUD_TOPIC, SENSOR_FRAME};
 use divmerge::io::{
-    BoxSource, ByteOrder, CloudFormat, CloudNumber, FrameBoxes, Layout, MARKER_ARRAY, ObjectBox,
-    ObjectEncoding, ObjectKind, Overview, Record, RecordingReader, RecordingWriter, WriteOptions,
+    AskedCloud, BoxSource, ByteOrder, CloudFormat, CloudNumber, FrameBoxes, Layout, MARKER_ARRAY,
+    ObjectBox, ObjectEncoding, ObjectKind, Overview, Record, RecordingReader, RecordingWriter,
+    WriteOptions,
 };
 use divmerge::pipeline::Config;
 use divmerge::simulate::{Drive, Scene, Sensor};

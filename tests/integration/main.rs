@@ -2,6 +2,7 @@
 
 mod boxes;
 mod broken;
+mod classes;
 mod cli;
 mod compare;
 mod convert;
@@ -14,6 +15,8 @@ mod figure;
 mod forms;
 mod inputs;
 mod layers;
+mod networks;
+mod onnx;
 mod oracle;
 mod partition;
 mod recordings;

@@ -100,11 +100,11 @@ enum Image {
 /// What runs a network.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Runtime {
-    /// ONNX Runtime where it is found, else tract
+    /// ONNX Runtime where it is found, else tract where it is built in
     Auto,
     /// ONNX Runtime, from its shared library (pip install onnxruntime)
     Onnxruntime,
-    /// tract, which is built in
+    /// tract, if this divmerge was built with the feature `tract`
     Tract,
 }
 

@@ -1,7 +1,8 @@
-//! What networks run on: ONNX Runtime where its shared library is found, else tract, which is built in.
+//! What networks run on: ONNX Runtime, whose shared library is loaded, or tract, which is built in with the feature `tract`.
 
 mod library;
 mod onnx_runtime;
+#[cfg(feature = "tract")]
 mod tract;
 
 use std::fmt::Debug;
@@ -10,12 +11,12 @@ use std::path::{Path, PathBuf};
 /// Which program runs a network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum RuntimeKind {
-    /// ONNX Runtime where its library is found, else tract.
+    /// ONNX Runtime where its library is found, else tract where that is built in.
     #[default]
     Auto,
     /// ONNX Runtime, whose shared library is loaded: quicker, and with graphics processors.
     OnnxRuntime,
-    /// tract: built in.
+    /// tract, in Rust alone, with the feature `tract`.
     Tract,
 }
 
@@ -77,22 +78,37 @@ pub trait Runtime: Send + Sync + Debug {
 /// # Errors
 /// What is wrong with it or with the runtime, in words.
 pub fn open(model: &Path, options: &RuntimeOptions) -> Result<Box<dyn Runtime>, String> {
-    match options.kind {
-        RuntimeKind::Tract => Ok(Box::new(tract::Tract::open(model)?)),
-        RuntimeKind::OnnxRuntime => {
-            let library = library::find(options.library.as_deref()).ok_or(
-                "the shared library of ONNX Runtime is not found: `pip install onnxruntime`, or name it with \
-                 --onnxruntime or ORT_DYLIB_PATH",
-            )?;
+    let library = library::find(options.library.as_deref());
+    match (options.kind, library) {
+        (RuntimeKind::Auto | RuntimeKind::OnnxRuntime, Some(library)) => {
             Ok(Box::new(onnx_runtime::OnnxRuntime::open(model, &library, options)?))
         }
-        RuntimeKind::Auto => match library::find(options.library.as_deref()) {
-            Some(library) => {
-                Ok(Box::new(onnx_runtime::OnnxRuntime::open(model, &library, options)?))
-            }
-            None => Ok(Box::new(tract::Tract::open(model)?)),
-        },
+        (RuntimeKind::OnnxRuntime, None) => Err(NO_LIBRARY.to_owned()),
+        (RuntimeKind::Auto, None) if !HAS_TRACT => Err(NO_LIBRARY.to_owned()),
+        (RuntimeKind::Tract | RuntimeKind::Auto, _) => open_tract(model),
     }
+}
+
+/// Whether tract is built in.
+pub const HAS_TRACT: bool = cfg!(feature = "tract");
+
+/// Whether the library of ONNX Runtime is found.
+pub fn has_onnx_runtime() -> bool {
+    library::find(None).is_some()
+}
+
+const NO_LIBRARY: &str = "nothing to run it: the shared library of ONNX Runtime is not found. `pip install onnxruntime` in \
+                          the active environment, or name the library with --onnxruntime or ORT_DYLIB_PATH; or build \
+                          divmerge with `--features tract`";
+
+#[cfg(feature = "tract")]
+fn open_tract(model: &Path) -> Result<Box<dyn Runtime>, String> {
+    Ok(Box::new(tract::Tract::open(model)?))
+}
+
+#[cfg(not(feature = "tract"))]
+fn open_tract(_: &Path) -> Result<Box<dyn Runtime>, String> {
+    Err("this divmerge was built without tract; build it with `--features tract`".to_owned())
 }
 
 /// The shape of an output, which must have four dimensions.

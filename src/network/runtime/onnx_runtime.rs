@@ -44,7 +44,7 @@ impl OnnxRuntime {
             return Err(format!("its input is {:?} and no tensor", input.dtype()));
         };
         let input = shape.iter().map(|&size| usize::try_from(size).ok()).collect();
-        let version = version();
+        let version = version(library);
         Ok(OnnxRuntime { session: Mutex::new(session), input, device, version })
     }
 }
@@ -63,8 +63,16 @@ fn providers(device: Device) -> (Vec<ep::ExecutionProviderDispatch>, &'static st
     }
 }
 
-fn version() -> String {
-    ort::info().to_owned()
+/// The version by the name of the library, `libonnxruntime.so.1.22.0` or `libonnxruntime.1.22.0.dylib`; else what it says of its
+/// build.
+fn version(library: &Path) -> String {
+    let real = library.canonicalize().unwrap_or_else(|_| library.to_owned());
+    let name = real.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let parts: Vec<&str> = name.split('.').filter(|part| part.parse::<u32>().is_ok()).collect();
+    match parts.is_empty() {
+        true => ort::info().to_owned(),
+        false => parts.join("."),
+    }
 }
 
 impl Runtime for OnnxRuntime {
