@@ -33,6 +33,8 @@ pub fn spherical(cloud: &PointCloud, image: &Spherical) -> Picture {
         point_of_pixel: vec![NOWHERE; rows * columns],
         range: vec![0.0; cloud.len()],
     };
+    // Sensors round: many ranges are alike in single precision.
+    let mut nearest = vec![f64::INFINITY; rows * columns];
     let cell = |share: f64, count: usize| ((share * count as f64) as usize).min(count - 1);
     for point in (0..cloud.len()).filter(|&point| cloud.is_return(point)) {
         let [x, y, z] = cloud.position(point).map(f64::from);
@@ -41,7 +43,12 @@ pub fn spherical(cloud: &PointCloud, image: &Spherical) -> Picture {
         let row = cell((image.top - elevation) / (image.top - image.bottom), rows);
         let column = cell(0.5 * (1.0 - y.atan2(x) / PI), columns);
         picture.range[point] = range as f32;
-        picture.place(point, row * columns + column);
+        let pixel = row * columns + column;
+        picture.pixel_of_point[point] = pixel as u32;
+        if range < nearest[pixel] {
+            nearest[pixel] = range;
+            picture.point_of_pixel[pixel] = point as u32;
+        }
     }
     picture
 }
@@ -79,14 +86,6 @@ pub fn of_image(cloud: &PointCloud, image: &RangeImage, multiple: usize) -> Pict
 }
 
 impl Picture {
-    fn place(&mut self, point: usize, pixel: usize) {
-        self.pixel_of_point[point] = pixel as u32;
-        let seen = &mut self.point_of_pixel[pixel];
-        if *seen == NOWHERE || self.range[point] < self.range[*seen as usize] {
-            *seen = point as u32;
-        }
-    }
-
     /// Appends the channels, image by image and row by row: each value less the mean and over the standard deviation of its
     /// channel, 0 where a pixel is empty. Remission that the cloud does not have is the mean.
     pub fn write(

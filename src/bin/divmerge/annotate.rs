@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use divmerge::annotate::{
-    Event, Flavor, Form, INSTANCES, MessageTypes, OBJECTS, Options, Report, TopicReport, annotate,
+    Event, Flavor, Form, FrameTimes, INSTANCES, MessageTypes, OBJECTS, Options, Report,
+    TopicReport, annotate,
 };
 use divmerge::io::{Compression, ObjectKind, STANDARD_STREAM, is_stream, write_file};
 use divmerge::view::{ShownTopic, Target, viewer_layout};
@@ -363,21 +364,23 @@ fn summary(report: &TopicReport) -> String {
     if report.frames + report.unreadable == 0 {
         return "no clouds".into();
     }
-    let stages = &report.times.stages;
+    let FrameTimes { decode_ms, semantics_ms, stages, encode_ms } = &report.times;
+    let classes = match semantics_ms {
+        0.0 => String::new(),
+        ms => format!(", classes {ms:.1}"),
+    };
     let mut line = format!(
-        "{} frames, {} points, {:.1} instances per frame, {:.1} ms per frame (decode {:.1}, \
-             project {:.1}, mask {:.1}, divide {:.1}, merge {:.1}, label {:.1}, encode {:.1})",
+        "{} frames, {} points, {:.1} instances per frame, {:.1} ms per frame (decode {decode_ms:.1}{classes}, \
+             project {:.1}, mask {:.1}, divide {:.1}, merge {:.1}, label {:.1}, encode {encode_ms:.1})",
         grouped(report.frames),
         grouped(report.points),
         report.instances as f64 / report.frames.max(1) as f64,
         report.times.total_ms(),
-        report.times.decode_ms,
         stages.projection_ms,
         stages.mask_ms,
         stages.divide_ms,
         stages.merge_ms,
         stages.labels_ms,
-        report.times.encode_ms,
     );
     if report.unreadable > 0 {
         line += &format!("; {} clouds could not be read", grouped(report.unreadable));
