@@ -90,6 +90,8 @@ pub struct Taxonomy {
     pub name: String,
     classes: Vec<Class>,
     class_of: BTreeMap<u16, u16>,
+    /// Whether no class is easily taken for another.
+    is_strict: bool,
 }
 
 impl Taxonomy {
@@ -103,7 +105,12 @@ impl Taxonomy {
             classes.push(Class { name: (*name).into(), is_thing: *is_thing, is_ignored: false });
             class_of.extend(ids.iter().map(|&id| (id, number as u16 + 1)));
         }
-        Taxonomy { name: "semantic-kitti".into(), classes, class_of }
+        Taxonomy { name: "semantic-kitti".into(), classes, class_of, is_strict: false }
+    }
+
+    /// The same with every class a family of its own: no object carries several.
+    pub fn without_families(self) -> Self {
+        Taxonomy { is_strict: true, ..self }
     }
 
     /// Reads a YAML file in semantic-kitti-api's form (`labels`, `learning_map`, `learning_map_inv`,
@@ -154,7 +161,7 @@ impl Taxonomy {
         if !classes.iter().any(|class| class.is_thing) {
             return Err("no class is a thing: add a map `thing_class` (class: true)".into());
         }
-        Ok(Taxonomy { name: name.into(), classes, class_of: learning_map })
+        Ok(Taxonomy { name: name.into(), classes, class_of: learning_map, is_strict: false })
     }
 
     /// The classes; the index is the class number, 0 is "no class".
@@ -181,7 +188,8 @@ impl Taxonomy {
     pub fn families(&self) -> Vec<u16> {
         let family = |class: &Class| {
             let name = normalised(&class.name);
-            FAMILIES.iter().position(|names| names.contains(&name.as_str()))
+            let named = FAMILIES.iter().position(|names| names.contains(&name.as_str()));
+            named.filter(|_| !self.is_strict)
         };
         let families: Vec<Option<usize>> = self.classes.iter().map(family).collect();
         let first = |(class, family): (usize, &Option<usize>)| match family {
@@ -314,6 +322,8 @@ mod tests {
         assert_ne!(family("bicycle"), family("motorcycle"));
         assert_ne!(family("person"), family("bicyclist"));
         assert_eq!(family("road"), taxonomy.class_named("road").unwrap());
+        let own: Vec<u16> = (0..taxonomy.classes().len() as u16).collect();
+        assert_eq!(taxonomy.clone().without_families().families(), own);
     }
 
     #[test]
