@@ -70,6 +70,14 @@ const FAMILIES: &[&[&str]] = &[
     &["person", "people", "pedestrian"],
 ];
 
+/// Names of classes that look alike without being of one family: they are cut apart, but a piece of one that lies
+/// where an object of the other would reach is part of it.
+const LOOKALIKES: &[&[&str]] = &[
+    &["person", "people", "pedestrian", "bicyclist", "cyclist"],
+    &["bicycle", "motorcycle"],
+    &["bicyclist", "cyclist", "motorcyclist", "rider"],
+];
+
 /// Names, mean length and width in metres.
 const SIZES: &[(&[&str], f64, f64)] = &[
     (&["car"], 4.63, 1.97),
@@ -199,6 +207,19 @@ impl Taxonomy {
         families.iter().enumerate().map(first).collect()
     }
 
+    /// By class number: bit k is set for the classes of the k-th group that look alike (a person and a rider, a bicycle
+    /// and a motorcycle, the riders of both).
+    pub fn lookalikes(&self) -> Vec<u8> {
+        let groups = |class: &Class| {
+            let name = normalised(&class.name);
+            let bits = LOOKALIKES.iter().enumerate().filter(|_| !self.is_strict);
+            bits.fold(0, |bits, (bit, names)| {
+                bits | u8::from(names.contains(&name.as_str())) << bit
+            })
+        };
+        self.classes.iter().map(groups).collect()
+    }
+
     /// The raw ids that the taxonomy knows, ascending, each with its class number.
     pub fn known_ids(&self) -> impl DoubleEndedIterator<Item = (u16, u16)> {
         self.class_of.iter().map(|(&raw, &class)| (raw, class))
@@ -322,6 +343,12 @@ mod tests {
         assert_ne!(family("bicycle"), family("motorcycle"));
         assert_ne!(family("person"), family("bicyclist"));
         assert_eq!(family("road"), taxonomy.class_named("road").unwrap());
+        let bits = taxonomy.lookalikes();
+        let bits = |name: &str| bits[usize::from(taxonomy.class_named(name).unwrap())];
+        assert!(
+            bits("person") & bits("bicyclist") != 0 && bits("bicycle") & bits("motorcycle") != 0
+        );
+        assert_eq!((bits("person") & bits("bicycle"), bits("car"), bits("road")), (0, 0, 0));
         let own: Vec<u16> = (0..taxonomy.classes().len() as u16).collect();
         assert_eq!(taxonomy.clone().without_families().families(), own);
     }
