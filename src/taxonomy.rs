@@ -116,7 +116,7 @@ impl Taxonomy {
         Taxonomy { name: "semantic-kitti".into(), classes, class_of, is_strict: false }
     }
 
-    /// The same with every class a family of its own: no object carries several.
+    /// The same with every class a family of its own that looks like no other: no object carries several.
     pub fn without_families(self) -> Self {
         Taxonomy { is_strict: true, ..self }
     }
