@@ -29,8 +29,11 @@ const DRAWS: u64 = 2;
 /// A frame as it is seen, what each method finds in it, and points of things that are spoiled and all.
 type Run = (Frame, Vec<Found>, [usize; 2]);
 
-/// The kinds, what they are drawn as, and what a share of each is; all together last.
-const KINDS: [(&str, fn(f64) -> Corruption); 9] = [
+/// A kind of corruption by name, and what a share of it is.
+type Kind = (&'static str, fn(f64) -> Corruption);
+
+/// The kinds; all together last.
+const KINDS: [Kind; 9] = [
     ("border flips", |border_flips| Corruption { border_flips, ..none() }),
     ("border flips in patches", |border_flips| Corruption { border_flips, patch: PATCH, ..none() }),
     ("inner flicker", |inner_flicker| Corruption { inner_flicker, ..none() }),

@@ -321,36 +321,47 @@ fn confidence(
 /// of another class.
 fn before_each(cloud: &PointCloud, class: &[u16], taxonomy: &Taxonomy) -> Vec<Option<u32>> {
     let kind = |point: usize| &taxonomy.classes()[usize::from(class[point])];
-    let range = |point: usize| cloud.squared_range(point).sqrt();
-    let is_seen = |point: &usize| cloud.is_return(*point) && range(*point) > 0.0;
-    let direction =
-        |point: usize| cloud.position(point).map(|along| f64::from(along) / range(point));
+    let is_seen = |point: usize| cloud.is_return(point) && cloud.squared_range(point) > 0.0;
     let things: Vec<usize> =
-        (0..cloud.len()).filter(|point| is_seen(point) && kind(*point).is_thing).collect();
-    let tree = KdTree::new(&things.iter().map(|&point| direction(point)).collect::<Vec<_>>());
-    // Straight across from one direction to the other.
-    let reach = 2.0 * (BESIDE / 2.0).sin();
+        (0..cloud.len()).filter(|&point| is_seen(point) && kind(point).is_thing).collect();
+    let directions: Vec<[f64; 3]> = things.iter().map(|&point| direction(cloud, point)).collect();
+    let tree = KdTree::new(&directions);
     let before = |point: usize| {
-        let at = direction(point);
-        let near = tree.within(at, reach).into_iter().map(|thing| things[thing as usize]);
-        let is_nearer = |&thing: &usize| {
-            range(point) - range(thing) > BORDER.max(BORDER_BY_RANGE * range(point))
-        };
-        let apart = |thing: usize| -> f64 {
-            let other = direction(thing);
-            (0..3).map(|axis| (at[axis] - other[axis]).powi(2)).sum()
-        };
-        let nearest = near
-            .filter(is_nearer)
-            .min_by(|&a, &b| apart(a).total_cmp(&apart(b)).then(a.cmp(&b)))?;
+        let nearest = things[seen_before(cloud, point, &things, &tree, &directions)?];
         (class[nearest] != class[point]).then_some(nearest as u32)
     };
-    (0..cloud.len())
-        .map(|point| {
-            let counts = is_seen(&point) && !kind(point).is_ignored;
-            counts.then(|| before(point)).flatten()
-        })
-        .collect()
+    let before = |point: usize| {
+        let counts = is_seen(point) && !kind(point).is_ignored;
+        counts.then(|| before(point)).flatten()
+    };
+    (0..cloud.len()).map(before).collect()
+}
+
+/// Of some points of things that which is seen beside a point and clearly before it, the nearest as seen from the
+/// sensor.
+fn seen_before(
+    cloud: &PointCloud,
+    point: usize,
+    things: &[usize],
+    tree: &KdTree<3>,
+    directions: &[[f64; 3]],
+) -> Option<usize> {
+    let range = |point: usize| cloud.squared_range(point).sqrt();
+    let at = direction(cloud, point);
+    let farthest = range(point) - BORDER.max(BORDER_BY_RANGE * range(point));
+    let apart = |thing: usize| -> f64 {
+        (0..3).map(|axis| (at[axis] - directions[thing][axis]).powi(2)).sum()
+    };
+    // Straight across from one direction to the other.
+    let near = tree.within(at, 2.0 * (BESIDE / 2.0).sin()).into_iter().map(|thing| thing as usize);
+    near.filter(|&thing| range(things[thing]) < farthest)
+        .min_by(|&a, &b| apart(a).total_cmp(&apart(b)).then(a.cmp(&b)))
+}
+
+/// Where a point is seen from the origin: a vector of length 1.
+fn direction(cloud: &PointCloud, point: usize) -> [f64; 3] {
+    let range = cloud.squared_range(point).sqrt();
+    cloud.position(point).map(|along| f64::from(along) / range)
 }
 
 /// Which points lie on the side of a direction of the upright plane through the middle of some points.
