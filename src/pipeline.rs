@@ -255,8 +255,7 @@ fn divide_and_merge(
             (cluster::birds_eye(objects, &components, &merge, params.birds_eye), vec![])
         } // III.E
         (None, Some(by_size)) => {
-            let fragments =
-                cluster::fragments(objects, &components, &merge, &mask.sizes, &mask.families);
+            let fragments = cluster::fragments(objects, &components, &merge, mask);
             cluster::assemble(&fragments, by_size)
         }
     };

@@ -70,6 +70,14 @@ const FAMILIES: &[&[&str]] = &[
     &["person", "people", "pedestrian"],
 ];
 
+/// Names of classes that look alike without being of one family: they are cut apart, but a piece of one that lies
+/// where an object of the other would reach is part of it.
+const LOOKALIKES: &[&[&str]] = &[
+    &["person", "people", "pedestrian", "bicyclist", "cyclist"],
+    &["bicycle", "motorcycle"],
+    &["bicyclist", "cyclist", "motorcyclist", "rider"],
+];
+
 /// Names, mean length and width in metres.
 const SIZES: &[(&[&str], f64, f64)] = &[
     (&["car"], 4.63, 1.97),
@@ -90,6 +98,8 @@ pub struct Taxonomy {
     pub name: String,
     classes: Vec<Class>,
     class_of: BTreeMap<u16, u16>,
+    /// Whether no class is easily taken for another.
+    is_strict: bool,
 }
 
 impl Taxonomy {
@@ -103,7 +113,12 @@ impl Taxonomy {
             classes.push(Class { name: (*name).into(), is_thing: *is_thing, is_ignored: false });
             class_of.extend(ids.iter().map(|&id| (id, number as u16 + 1)));
         }
-        Taxonomy { name: "semantic-kitti".into(), classes, class_of }
+        Taxonomy { name: "semantic-kitti".into(), classes, class_of, is_strict: false }
+    }
+
+    /// The same with every class a family of its own that looks like no other: no object carries several.
+    pub fn without_families(self) -> Self {
+        Taxonomy { is_strict: true, ..self }
     }
 
     /// Reads a YAML file in semantic-kitti-api's form (`labels`, `learning_map`, `learning_map_inv`,
@@ -154,7 +169,7 @@ impl Taxonomy {
         if !classes.iter().any(|class| class.is_thing) {
             return Err("no class is a thing: add a map `thing_class` (class: true)".into());
         }
-        Ok(Taxonomy { name: name.into(), classes, class_of: learning_map })
+        Ok(Taxonomy { name: name.into(), classes, class_of: learning_map, is_strict: false })
     }
 
     /// The classes; the index is the class number, 0 is "no class".
@@ -181,7 +196,8 @@ impl Taxonomy {
     pub fn families(&self) -> Vec<u16> {
         let family = |class: &Class| {
             let name = normalised(&class.name);
-            FAMILIES.iter().position(|names| names.contains(&name.as_str()))
+            let named = FAMILIES.iter().position(|names| names.contains(&name.as_str()));
+            named.filter(|_| !self.is_strict)
         };
         let families: Vec<Option<usize>> = self.classes.iter().map(family).collect();
         let first = |(class, family): (usize, &Option<usize>)| match family {
@@ -189,6 +205,19 @@ impl Taxonomy {
             Some(_) => families.iter().position(|other| other == family).unwrap_or(class) as u16,
         };
         families.iter().enumerate().map(first).collect()
+    }
+
+    /// By class number: bit k is set for the classes of the k-th group that look alike (a person and a rider, a bicycle
+    /// and a motorcycle, the riders of both).
+    pub fn lookalikes(&self) -> Vec<u8> {
+        let groups = |class: &Class| {
+            let name = normalised(&class.name);
+            let bits = LOOKALIKES.iter().enumerate().filter(|_| !self.is_strict);
+            bits.fold(0, |bits, (bit, names)| {
+                bits | u8::from(names.contains(&name.as_str())) << bit
+            })
+        };
+        self.classes.iter().map(groups).collect()
     }
 
     /// The raw ids that the taxonomy knows, ascending, each with its class number.
@@ -314,6 +343,14 @@ mod tests {
         assert_ne!(family("bicycle"), family("motorcycle"));
         assert_ne!(family("person"), family("bicyclist"));
         assert_eq!(family("road"), taxonomy.class_named("road").unwrap());
+        let bits = taxonomy.lookalikes();
+        let bits = |name: &str| bits[usize::from(taxonomy.class_named(name).unwrap())];
+        assert!(
+            bits("person") & bits("bicyclist") != 0 && bits("bicycle") & bits("motorcycle") != 0
+        );
+        assert_eq!((bits("person") & bits("bicycle"), bits("car"), bits("road")), (0, 0, 0));
+        let own: Vec<u16> = (0..taxonomy.classes().len() as u16).collect();
+        assert_eq!(taxonomy.clone().without_families().families(), own);
     }
 
     #[test]

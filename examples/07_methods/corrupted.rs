@@ -31,7 +31,8 @@ pub fn tables(real: &[Frame], figures: Option<&Path>, seed: u64) -> Result<()> {
     Ok(())
 }
 
-fn simulations() -> Vec<Frame> {
+/// Two frames of each scene and sensor.
+pub fn simulations() -> Vec<Frame> {
     let each =
         |scene| Sensor::USUAL.map(|sensor| [1, 2].map(|seed| simulated(scene, sensor, seed)));
     Scene::ALL.map(each).into_iter().flatten().flatten().collect()
@@ -112,7 +113,7 @@ fn table(title: &str, frames: &[Frame], first_seed: u64) -> LineChart {
 }
 
 /// The frame as a network might see it. Dropped returns are no part of the truth any more.
-fn spoil(frame: &Frame, around: &Surroundings, corruption: &Corruption, seed: u64) -> Frame {
+pub fn spoil(frame: &Frame, around: &Surroundings, corruption: &Corruption, seed: u64) -> Frame {
     let taxonomy = Taxonomy::semantic_kitti();
     let cloud = corrupt(&frame.cloud, &frame.true_id, &taxonomy, around, corruption, seed);
     let mut true_class = frame.true_class.clone();

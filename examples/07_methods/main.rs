@@ -5,9 +5,10 @@
 //!     [--drive NAME] [--figures FOLDER] [--seed 0]
 //! ```
 //!
-//! Tables: `real` (needs the data), `simulated`, `corrupted`, `drives` (needs the data), `lost` (the
-//! objects that preset `best` loses, one by one); all but the last where none is named. Classes are given
-//! in all of them; `corrupted` spoils them, with the seed. Mean panoptic quality over the thing classes that truth has
+//! Tables: `real` (needs the data), `simulated`, `corrupted`, `drives` (needs the data), `robustness` (each kind of
+//! corruption by itself and all together; minutes), `lost` (the objects that preset `best` loses, one by one); all but
+//! the last two where none is named. Classes are given in all of them; `corrupted` and `robustness` spoil them, with the
+//! seed. Mean panoptic quality over the thing classes that truth has
 //! with 50 points or more.
 
 mod corrupted;
@@ -16,6 +17,7 @@ mod frames;
 mod lost;
 mod methods;
 mod real;
+mod robustness;
 mod scores;
 mod simulated;
 
@@ -33,7 +35,7 @@ struct Arguments {
     seed: u64,
 }
 
-const TABLES: [&str; 5] = ["real", "simulated", "corrupted", "drives", "lost"];
+const TABLES: [&str; 6] = ["real", "simulated", "corrupted", "drives", "robustness", "lost"];
 
 fn main() -> Result<()> {
     let arguments = arguments()?;
@@ -49,6 +51,9 @@ fn main() -> Result<()> {
             "simulated" => simulated::tables(),
             "corrupted" => corrupted::tables(&real, arguments.figures.as_deref(), arguments.seed)?,
             "drives" => drives::tables(&real),
+            "robustness" => {
+                robustness::tables(&real, arguments.figures.as_deref(), arguments.seed)?
+            }
             _ => lost::tables(&real),
         }
     }
@@ -69,7 +74,7 @@ fn arguments() -> Result<Arguments> {
         }
     }
     if arguments.tables.is_empty() {
-        let all = TABLES.iter().filter(|table| **table != "lost");
+        let all = TABLES.iter().filter(|table| !["robustness", "lost"].contains(*table));
         arguments.tables = all.map(|table| table.to_string()).collect();
     }
     Ok(arguments)

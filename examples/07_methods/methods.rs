@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use divmerge::Taxonomy;
 use divmerge::baselines::{
     Alpine, AnyBaseline, Baseline, Boxes, Dbscan, DepthClustering, Detection, Euclidean,
     OnePerClass, ScanLineRun, Supervoxel, View, majority_class, without_classes,
@@ -13,6 +12,7 @@ use divmerge::instances::UprightBox;
 use divmerge::pipeline::{self, Config};
 use divmerge::range_image::{ProjectionParams, RangeImage};
 use divmerge::semantics::{MaskSource, object_mask};
+use divmerge::{PointCloud, Taxonomy};
 
 use crate::frames::{Frame, classes};
 
@@ -25,6 +25,10 @@ pub struct Method {
 
 enum How {
     Ours(Box<Config>),
+    /// The same without the confidence of the classes.
+    Unsure(Box<Config>),
+    /// The same with every class a family of its own.
+    WithoutFamilies(Box<Config>),
     /// Clusters objects of all classes alike, and takes shadowed points back by range in 5 x 5.
     Classless(AnyBaseline),
     /// A preset whose points keep the class that was given, whatever their instance's.
@@ -59,6 +63,13 @@ impl Method {
     pub fn run(&self, frame: &Frame) -> Found {
         match &self.how {
             How::Ours(config) => ours(frame, config),
+            How::Unsure(config) => {
+                let cloud = PointCloud { confidence: None, ..frame.cloud.clone() };
+                ours(&Frame { cloud, ..frame.clone() }, config)
+            }
+            How::WithoutFamilies(config) => {
+                by(frame, config, &Taxonomy::semantic_kitti().without_families())
+            }
             How::Classless(baseline) => classes_alike(frame, baseline),
             How::OwnClass(config) => {
                 let class = classes(frame.cloud.class.as_deref().unwrap_or_default());
@@ -84,8 +95,11 @@ fn truth(frame: &Frame) -> Found {
 }
 
 fn ours(frame: &Frame, config: &Config) -> Found {
-    let taxonomy = Taxonomy::semantic_kitti();
-    let stages = pipeline::run(&frame.cloud, MaskSource::Classes(&taxonomy), config);
+    by(frame, config, &Taxonomy::semantic_kitti())
+}
+
+fn by(frame: &Frame, config: &Config, taxonomy: &Taxonomy) -> Found {
+    let stages = pipeline::run(&frame.cloud, MaskSource::Classes(taxonomy), config);
     Found { class: classes(&stages.labels.semantic), instance: stages.labels.instance }
 }
 
@@ -128,6 +142,21 @@ fn classes_alike(frame: &Frame, baseline: &AnyBaseline) -> Found {
 /// Preset `best`.
 pub fn best() -> Method {
     Method::ours("`best`", Config::best())
+}
+
+/// Preset `best` and what it is without each of the parts that bear wrong classes; the whole comes first.
+pub fn parts() -> Vec<Method> {
+    let best = || Box::new(Config::best());
+    let as_given = Config { smoothing: None, ..Config::best() };
+    let without = |name, how| Method { name, how };
+    vec![
+        Method::ours("`best`", Config::best()),
+        without("without confidence", How::Unsure(best())),
+        Method::ours("without smoothing", as_given),
+        without("without families", How::WithoutFamilies(best())),
+        without("without the vote", How::OwnClass(best())),
+        true_instances(),
+    ]
 }
 
 /// Preset `paper`.

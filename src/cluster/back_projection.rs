@@ -10,8 +10,8 @@ use crate::semantics::ObjectMask;
 const BEYOND: f64 = 1.5;
 
 /// The object pixel whose label a point of an object takes: its own, or if it is shadowed the nearest of its
-/// class. `None` for points that are no objects, and for shadowed ones without a match: with
-/// [`Nearest::Space`] also for those far beyond the length of their class.
+/// class, with [`Nearest::Space`] else of its family. `None` for points that are no objects, and for shadowed ones
+/// without a match: with [`Nearest::Space`] also for those far beyond the length of their class.
 pub fn label_source(
     cloud: &PointCloud,
     image: &RangeImage,
@@ -25,10 +25,21 @@ pub fn label_source(
     }
     if image.is_shadowed(point) {
         let class = mask.class[point];
-        let (object, distance) = nearest_object(cloud, image, objects, point, class, window)?;
-        let size = mask.sizes[usize::from(class)].filter(|_| window.nearest == Nearest::Space);
-        let is_beyond = size.is_some_and(|size| distance > (BEYOND * size.length).powi(2));
-        (!is_beyond).then_some(object)
+        let by_space = window.nearest == Nearest::Space;
+        let size = mask.sizes[usize::from(class)].filter(|_| by_space);
+        let in_reach = |&(_, distance): &(usize, f64)| {
+            size.is_none_or(|size| distance <= (BEYOND * size.length).powi(2))
+        };
+        let nearest = |is_kin: &dyn Fn(usize) -> bool| {
+            nearest_object(cloud, image, objects, point, is_kin, window).filter(in_reach)
+        };
+        let found = nearest(&|object| objects.class[object] == class);
+        // One object may carry several classes of a family.
+        let family = mask.families[usize::from(class)];
+        let found = found.or_else(|| {
+            by_space.then(|| nearest(&|object| objects.family[object] == family)).flatten()
+        });
+        found.map(|(object, _)| object)
     } else {
         image.pixel_of(point).and_then(|pixel| objects.at(pixel))
     }
@@ -41,7 +52,7 @@ fn nearest_object(
     image: &RangeImage,
     objects: &ObjectPixels,
     point: usize,
-    class: u16,
+    is_kin: impl Fn(usize) -> bool,
     window: BackProjection,
 ) -> Option<(usize, f64)> {
     let own = image.pixel_of(point)?;
@@ -61,7 +72,7 @@ fn nearest_object(
             }
             for row in rows.clone() {
                 let object = objects.at(row * columns + column);
-                let Some(object) = object.filter(|&object| objects.class[object] == class) else {
+                let Some(object) = object.filter(|&object| is_kin(object)) else {
                     continue;
                 };
                 let distance = distance(position, objects.position[object], window.nearest);

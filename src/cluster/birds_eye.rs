@@ -10,7 +10,7 @@ use super::objects::ObjectPixels;
 use super::params::{BirdsEye, Region};
 use crate::disjoint_sets::DisjointSets;
 use crate::footprint::{PlanePoint, convex_hull, distance, minimum_area_rectangle};
-use crate::taxonomy::ClassSize;
+use crate::semantics::ObjectMask;
 
 /// For each instance of the merge step (instance k at k - 1) the instance it belongs to after the
 /// bird's-eye merge, numbered from 1 in the order of their first members.
@@ -47,15 +47,15 @@ pub fn fragments(
     objects: &ObjectPixels,
     components: &Components,
     merge: &Merge,
-    sizes: &[Option<ClassSize>],
-    families: &[u16],
+    mask: &ObjectMask,
 ) -> Vec<Fragment> {
     let classes = classes(objects, components, merge);
     let points = points(objects, components, merge, false);
     let fragment = |(class, points): (u16, Vec<PlanePoint>)| Fragment {
         class,
-        family: families[usize::from(class)],
-        size: sizes[usize::from(class)],
+        family: mask.families[usize::from(class)],
+        lookalikes: mask.lookalikes[usize::from(class)],
+        size: mask.sizes[usize::from(class)],
         hull: convex_hull(&points),
         pixels: points.len() as u32,
     };

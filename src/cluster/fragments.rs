@@ -4,7 +4,8 @@
 //! An occluded or dark object comes out of the votes in pieces. Two pieces of one class, or of two that are
 //! easily taken for each other, belong together when they all but touch, or when the rectangle around both
 //! still fits an object of that class; a wide gap between them asks for a tight fit. The pair with the least
-//! evidence against it goes first, and outlines grow as pieces join. The outline of a few pixels says little:
+//! evidence against it goes first, and outlines grow as pieces join. Classes that only look alike, a person and a
+//! rider, are cut apart, since the two do meet: pieces of them must touch, and fit what the larger is. The outline of a few pixels says little:
 //! they wait until the larger pieces around them have become what they are.
 
 use std::cmp::Ordering;
@@ -27,6 +28,9 @@ pub struct Fragment {
     pub class: u16,
     /// Number of the family of classes that may be one object.
     pub family: u16,
+    /// A bit for each group of look-alikes that the class is in; classes that share one may be one object where
+    /// they touch.
+    pub lookalikes: u8,
     /// Usual size of the class; pieces of a class without one are left alone.
     pub size: Option<ClassSize>,
     /// Convex hull in metres; empty for a piece without points.
@@ -83,10 +87,15 @@ pub fn assemble(fragments: &[Fragment], params: &FragmentMerge) -> (Vec<u32>, Ve
     (assembly.sets.numbered(), assembly.joins)
 }
 
+/// The layer of all classes that look like others; no class has this number.
+const LOOKALIKES: u16 = u16::MAX;
+
 /// A class and the usual size of its objects.
 #[derive(Debug, Clone, Copy)]
 struct Kind {
     class: u16,
+    family: u16,
+    lookalikes: u8,
     size: Option<ClassSize>,
 }
 
@@ -153,6 +162,9 @@ impl<'a> Assembly<'a> {
             let reach = self.params.touching_gap(size);
             for other in self.cells.near(self.layer(number), group.low, group.high, reach) {
                 let (one, two) = (self.sets.root(number), self.sets.root(other));
+                if self.fragments[number].family != self.fragments[other].family {
+                    continue;
+                }
                 if one == two || self.groups[number].least_distance(&self.groups[other]) > reach {
                     continue;
                 }
@@ -238,7 +250,8 @@ impl<'a> Assembly<'a> {
     /// their class.
     fn layer(&self, number: usize) -> Layer {
         let side = if self.has_grown { 2.0 } else { 2.0 * self.params.touching };
-        Layer { number: self.fragments[number].family, side }
+        let piece = &self.fragments[number];
+        Layer { number: if piece.lookalikes == 0 { piece.family } else { LOOKALIKES }, side }
     }
 
     fn enter(&mut self, number: usize) {
@@ -309,14 +322,16 @@ impl<'a> Assembly<'a> {
         let touching = self.params.touching_gap(size);
         let gap = distance(&one.hull, &two.hull);
         let is_touching = gap <= touching;
+        let is_family = one.kind.family == two.kind.family;
+        let may_be_one = is_family || one.kind.lookalikes & two.kind.lookalikes != 0;
         let may_fit = || one.kind.class == two.kind.class && !self.is_too_large(a, b, size);
-        if gap >= self.params.bridged_gap(size) || (!is_touching && !may_fit()) {
+        if !may_be_one || gap >= self.params.bridged_gap(size) || (!is_touching && !may_fit()) {
             return None;
         }
         let union = self.union(a, b)?.size;
         let limit = self.params.longest_sides(size, gap);
         let fits = union[0] <= limit[0] && union[1] <= limit[1];
-        let evidence = if is_touching && union[1] <= self.params.widest(size) {
+        let evidence = if is_touching && is_family && union[1] <= self.params.widest(size) {
             Evidence::Touching
         } else if fits {
             Evidence::Fits { union, limit }
@@ -354,7 +369,8 @@ impl<'a> Assembly<'a> {
 
 impl Group {
     fn of_piece(piece: &Fragment) -> Self {
-        let kind = Kind { class: piece.class, size: piece.size };
+        let Fragment { class, family, lookalikes, size, .. } = *piece;
+        let kind = Kind { class, family, lookalikes, size };
         Group::new(piece.hull.clone(), piece.pixels, kind)
     }
 
@@ -414,7 +430,14 @@ mod tests {
     /// A piece of a car: the box between two corners.
     fn piece(low: PlanePoint, high: PlanePoint) -> Fragment {
         let corners = [low, [high[0], low[1]], high, [low[0], high[1]]];
-        Fragment { class: 1, family: 1, size: Some(CAR), hull: convex_hull(&corners), pixels: 9 }
+        Fragment {
+            class: 1,
+            family: 1,
+            lookalikes: 0,
+            size: Some(CAR),
+            hull: convex_hull(&corners),
+            pixels: 9,
+        }
     }
 
     fn best() -> FragmentMerge {
@@ -462,6 +485,32 @@ mod tests {
     }
 
     #[test]
+    fn look_alikes_join_where_they_touch_and_fit_the_larger() {
+        let of = |class: u16, size, low, high, pixels| {
+            let lookalikes = 1;
+            Fragment {
+                class,
+                family: class,
+                lookalikes,
+                size: Some(size),
+                pixels,
+                ..piece(low, high)
+            }
+        };
+        let person = ClassSize { length: 0.73, width: 0.67 };
+        let rider = ClassSize { length: 1.7, width: 0.6 };
+        let body = of(1, person, [0.0, 0.0], [0.5, 0.3], 60);
+        let arm = of(2, rider, [0.5, 0.0], [0.6, 0.3], 9);
+        assert_eq!(groups(&[body.clone(), arm.clone()]), [1, 1]);
+        let unlike = Fragment { lookalikes: 2, ..arm.clone() };
+        assert_eq!(groups(&[body.clone(), unlike]), [1, 2]);
+        let apart = of(2, rider, [0.7, 0.0], [0.8, 0.3], 9);
+        assert_eq!(groups(&[body.clone(), apart]), [1, 2]);
+        let beside = of(2, rider, [0.5, 0.0], [2.0, 0.3], 9);
+        assert_eq!(groups(&[body, beside]), [1, 2], "too long for a person");
+    }
+
+    #[test]
     fn the_union_fits_the_class_of_the_larger_part() {
         let bus = ClassSize { length: 10.5, width: 2.9 };
         let mut pieces = [piece([0.0, 0.0], [2.0, 1.8]), piece([3.5, 0.0], [9.0, 1.8])];
@@ -503,7 +552,14 @@ mod tests {
     #[test]
     fn nothing_and_pieces_without_points() {
         assert!(groups(&[]).is_empty());
-        let empty = Fragment { class: 1, family: 1, size: Some(CAR), hull: Vec::new(), pixels: 0 };
+        let empty = Fragment {
+            class: 1,
+            family: 1,
+            lookalikes: 0,
+            size: Some(CAR),
+            hull: Vec::new(),
+            pixels: 0,
+        };
         assert_eq!(groups(&[empty.clone(), piece([0.0, 0.0], [1.0, 1.0]), empty]), [1, 2, 3]);
     }
 }

@@ -131,7 +131,8 @@ fn connected(
             let to = to as usize;
             let apart = pixels_apart(objects.pixel[from], objects.pixel[to], columns, along);
             let [p, q] = [from, to].map(|object| band.from_sensor(wide(objects.position[object])));
-            let size = sizes[usize::from(objects.class[from])];
+            let class = |object: usize| sizes[usize::from(objects.class[object])];
+            let size = narrower(class(from), class(to));
             let holds = match objects.reach.is_empty() {
                 true => judge.is_connected(p, q, apart, along, size),
                 false => gaps::separation(objects, from, to) <= 1.0,
@@ -141,6 +142,14 @@ fn connected(
         }
     }
     connected
+}
+
+/// Of two sizes the one that reaches less far: what is near for a bus is far for a car.
+fn narrower(a: Option<ClassSize>, b: Option<ClassSize>) -> Option<ClassSize> {
+    match (a, b) {
+        (Some(one), Some(two)) if two.width < one.width => b,
+        _ => a,
+    }
 }
 
 /// Pixels from one pixel rightwards or downwards to another.

@@ -6,15 +6,27 @@
 //! 1. **Flicker**: a share of the objects gets a class that it is easily taken for (car and truck, person
 //!    and bicyclist, ...), one half of these objects on all points, the other on the points on one side of
 //!    an upright plane through their middle.
-//! 2. **Border flips**: a share of the points of the border band gets the class of the nearest point of
+//! 2. **Inner flicker**: a share of the points of things gets such a class, each point on its own or patch by
+//!    patch: cubes of the frame in which all points of things do so together.
+//! 3. **Border flips**: a share of the points of the border band gets the class of the nearest point of
 //!    another class. The band is every point near another class where one of the two is a thing: object
 //!    points beside another object or the ground, and what lies beside objects. Near is within 0.3 m or a
 //!    hundredth of the range, about the step from beam to beam, whichever is more. Points flip each on
 //!    its own, or patch by patch: cubes of the frame in which all points of the band flip together, as the
 //!    errors of networks do.
-//! 3. **Lost people**: a share of the points of people gets the class of the nearest point that is no
+//! 4. **Lost people**: a share of the points of people gets the class of the nearest point that is no
 //!    thing.
-//! 4. **Dropped returns**: a share of all returns is not there.
+//! 5. **Ghosts**: a share of the points just behind the silhouettes of objects gets the class of the object, as
+//!    networks give it that see an image of ranges in which the two are side by side. Just behind is within 0.6
+//!    degrees of a return of the object as seen from the origin of the cloud, and farther from there than the object
+//!    by more than a border is felt.
+//! 6. **Dropped returns**: a share of all returns is not there.
+//!
+//! On request the classes come with how sure they are. Confidence runs from 0.3 to 1 whether the class is right or
+//! wrong: it is 1 - 0.7 u^k, u drawn evenly from 0 to 1. Wrong classes have k = 1 (0.65 on average), right ones near
+//! a border k = 2 (0.77), and all others k = 6 (0.90), so that no confidence gives an error away. Patches that
+//! are spoiled together have one u, and so has what an object that flickers is taken for: who misnames a thing in one
+//! piece is equally sure of all of it.
 //!
 //! Every point, patch and object draws once for each of these, whatever the shares: what is spoiled at 5 %
 //! is spoiled at 10 % too.
@@ -36,19 +48,41 @@ const BORDER: f64 = 0.3;
 /// ... and the share of the range, where that is more.
 const BORDER_BY_RANGE: f64 = 0.01;
 
+/// Radians within which a point is seen beside an object: two to three columns, or one to two rows, of the images of
+/// 64 x 2048 pixels that networks see, about as far as their filters and their way back to points smear.
+const BESIDE: f64 = 0.6 * std::f64::consts::PI / 180.0;
+
+/// How far confidence reaches down from 1.
+const DOUBT: f64 = 0.7;
+
+/// How fast doubt falls (the k of the confidence): where a class is wrong, ...
+const WRONG: i32 = 1;
+
+/// ... right but near a border, ...
+const NEAR_BORDER: i32 = 2;
+
+/// ... and right elsewhere.
+const RIGHT: i32 = 6;
+
 /// How much is spoiled: shares from 0 to 1. Default: nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Corruption {
     /// Of the points of the border band: flipped to the class beyond the border.
     pub border_flips: f64,
-    /// Side of the cubes whose points flip together, metres; 0: each point on its own.
+    /// Side of the cubes whose points flip or flicker together, metres; 0: each point on its own.
     pub patch: f64,
+    /// Of the points of things: taken for something similar.
+    pub inner_flicker: f64,
     /// Of the points of people: given to what is behind or below them.
     pub lost_people: f64,
+    /// Of the points just behind the silhouettes of objects: called what the object is.
+    pub ghosts: f64,
     /// Of the objects: taken for something similar, wholly or in part.
     pub flicker: f64,
     /// Of the returns: gone.
     pub dropped: f64,
+    /// Whether the classes come with how sure they are.
+    pub confidence: bool,
 }
 
 /// What lies around each of N points; the same for all corruptions of a frame.
@@ -58,6 +92,8 @@ pub struct Surroundings {
     pub beyond: Vec<Option<u32>>,
     /// N: for points of people the nearest point that is no thing.
     pub background: Vec<Option<u32>>,
+    /// N: for points just behind the silhouette of an object of another class the point of it that is seen nearest.
+    pub before: Vec<Option<u32>>,
 }
 
 impl Surroundings {
@@ -83,12 +119,18 @@ impl Surroundings {
             (beyond, is_person[own].then(background).flatten())
         });
         let (beyond, background) = around.unzip();
-        Surroundings { beyond, background }
+        let before = before_each(cloud, &class, taxonomy);
+        Surroundings { beyond, background, before }
     }
 
     /// Points in the border band.
     pub fn band(&self) -> usize {
         self.beyond.iter().flatten().count()
+    }
+
+    /// Points just behind the silhouettes of objects.
+    pub fn behind(&self) -> usize {
+        self.before.iter().flatten().count()
     }
 }
 
@@ -108,14 +150,29 @@ pub fn corrupt(
     let mut spoiled = cloud.clone();
     let truth = cloud.class.as_deref().unwrap_or_default();
     let mut class = truth.to_vec();
-    flicker(cloud, object, taxonomy, corruption.flicker, seed, &mut class);
-    let chance = match corruption.patch > 0.0 {
-        true => patch_draws(cloud, corruption.patch, seed),
-        false => draws(cloud.len(), seed, Purpose::Border),
+    let together = |purpose| match corruption.patch > 0.0 {
+        true => patch_draws(cloud, corruption.patch, seed, purpose),
+        false => draws(cloud.len(), seed, purpose),
     };
+    let mut doubt = match corruption.confidence {
+        true => together(Purpose::Confidence),
+        false => vec![0.0; cloud.len()],
+    };
+    flicker(cloud, object, taxonomy, corruption.flicker, seed, &mut class, &mut doubt);
+    if corruption.inner_flicker > 0.0 {
+        let [chance, which] = [Purpose::Inner, Purpose::Similar].map(together);
+        inner_flicker(cloud, taxonomy, corruption.inner_flicker, &chance, &which, &mut class);
+    }
+    let chance = together(Purpose::Border);
     flip(&mut class, truth, &surroundings.beyond, &chance, corruption.border_flips);
     let chance = draws(cloud.len(), seed, Purpose::People);
     flip(&mut class, truth, &surroundings.background, &chance, corruption.lost_people);
+    let chance = draws(cloud.len(), seed, Purpose::Ghosts);
+    flip(&mut class, truth, &surroundings.before, &chance, corruption.ghosts);
+    if corruption.confidence {
+        let sure = confidence(truth, &class, taxonomy, &surroundings.beyond, &doubt);
+        spoiled.confidence = Some(sure);
+    }
     let chance = draws(cloud.len(), seed, Purpose::Dropped);
     for point in (0..cloud.len()).filter(|&point| chance[point] < corruption.dropped) {
         spoiled.x[point] = f32::NAN;
@@ -142,14 +199,14 @@ fn draws(count: usize, seed: u64, purpose: Purpose) -> Vec<f64> {
 }
 
 /// A draw for each of N points that is the same for all points of a cube of that side in metres.
-fn patch_draws(cloud: &PointCloud, side: f64, seed: u64) -> Vec<f64> {
+fn patch_draws(cloud: &PointCloud, side: f64, seed: u64, purpose: Purpose) -> Vec<f64> {
     let cube =
         |point: usize| cloud.position(point).map(|along| (f64::from(along) / side).floor() as i32);
     let draw = |[x, y, z]: [i32; 3]| {
         let place = [x, y, z].iter().fold(seed, |mixed, &along| {
             mixed.wrapping_mul(APART).rotate_left(23) ^ u64::from(along as u32)
         });
-        stream(place, Purpose::Border).random()
+        stream(place, purpose).random()
     };
     let mut known: FxHashMap<[i32; 3], f64> = FxHashMap::default();
     (0..cloud.len())
@@ -164,6 +221,10 @@ enum Purpose {
     People = 2,
     Flicker = 3,
     Dropped = 4,
+    Inner = 5,
+    Similar = 6,
+    Ghosts = 7,
+    Confidence = 8,
 }
 
 /// An odd number that spreads bits (2^64 over the golden ratio).
@@ -185,7 +246,7 @@ const SIMILAR: &[(&str, &[&str])] = &[
     ("motorcyclist", &["bicyclist"]),
 ];
 
-/// Gives a share of the objects a similar class on all or some of their points.
+/// Gives a share of the objects a similar class on all or some of their points, and those points one doubt.
 fn flicker(
     cloud: &PointCloud,
     object: &[u32],
@@ -193,12 +254,15 @@ fn flicker(
     share: f64,
     seed: u64,
     raw: &mut [u16],
+    doubt: &mut [f64],
 ) {
     let class = class_numbers(cloud, taxonomy);
     let similar = similar_ids(taxonomy);
     let mut draw = stream(seed, Purpose::Flicker);
+    let mut doubts = stream(!seed, Purpose::Confidence);
     for ((class, _), points) in objects(cloud, object, &class, taxonomy) {
         let [is_hit, which, half, turn] = [(); 4].map(|()| draw.random::<f64>());
+        let one_doubt = doubts.random();
         let ids = &similar[usize::from(class)];
         if is_hit >= share || ids.is_empty() {
             continue;
@@ -207,8 +271,97 @@ fn flicker(
         let is_beyond = beyond_a_plane(cloud, &points, turn * std::f64::consts::TAU);
         for &point in points.iter().filter(|&&point| half < 0.5 || is_beyond(point)) {
             raw[point] = id;
+            doubt[point] = one_doubt;
         }
     }
+}
+
+/// Gives the points of things whose chance is below a share a similar class; `which` draws which one.
+fn inner_flicker(
+    cloud: &PointCloud,
+    taxonomy: &Taxonomy,
+    share: f64,
+    chance: &[f64],
+    which: &[f64],
+    raw: &mut [u16],
+) {
+    let class = class_numbers(cloud, taxonomy);
+    let similar = similar_ids(taxonomy);
+    for (point, &class) in class.iter().enumerate().filter(|&(point, _)| chance[point] < share) {
+        let ids = &similar[usize::from(class)];
+        if let Some(&id) = ids.get((which[point] * ids.len() as f64) as usize) {
+            raw[point] = id;
+        }
+    }
+}
+
+/// How sure the given raw classes of N points are, by a doubt from 0 to 1 each.
+fn confidence(
+    truth: &[u16],
+    given: &[u16],
+    taxonomy: &Taxonomy,
+    beyond: &[Option<u32>],
+    doubt: &[f64],
+) -> Vec<f32> {
+    let class_of = taxonomy.lookup();
+    let is_right =
+        |point: usize| class_of[usize::from(truth[point])] == class_of[usize::from(given[point])];
+    let sure = |(point, &doubt): (usize, &f64)| {
+        let fall = match (is_right(point), beyond.get(point)) {
+            (false, _) => WRONG,
+            (true, Some(Some(_))) => NEAR_BORDER,
+            (true, _) => RIGHT,
+        };
+        (1.0 - DOUBT * doubt.powi(fall)) as f32
+    };
+    doubt.iter().enumerate().map(sure).collect()
+}
+
+/// For each of N points just behind the silhouette of an object the point of it that is seen nearest, if that is
+/// of another class.
+fn before_each(cloud: &PointCloud, class: &[u16], taxonomy: &Taxonomy) -> Vec<Option<u32>> {
+    let kind = |point: usize| &taxonomy.classes()[usize::from(class[point])];
+    let is_seen = |point: usize| cloud.is_return(point) && cloud.squared_range(point) > 0.0;
+    let things: Vec<usize> =
+        (0..cloud.len()).filter(|&point| is_seen(point) && kind(point).is_thing).collect();
+    let directions: Vec<[f64; 3]> = things.iter().map(|&point| direction(cloud, point)).collect();
+    let tree = KdTree::new(&directions);
+    let before = |point: usize| {
+        let nearest = things[seen_before(cloud, point, &things, &tree, &directions)?];
+        (class[nearest] != class[point]).then_some(nearest as u32)
+    };
+    let before = |point: usize| {
+        let counts = is_seen(point) && !kind(point).is_ignored;
+        counts.then(|| before(point)).flatten()
+    };
+    (0..cloud.len()).map(before).collect()
+}
+
+/// Of some points of things that which is seen beside a point and clearly before it, the nearest as seen from the
+/// sensor.
+fn seen_before(
+    cloud: &PointCloud,
+    point: usize,
+    things: &[usize],
+    tree: &KdTree<3>,
+    directions: &[[f64; 3]],
+) -> Option<usize> {
+    let range = |point: usize| cloud.squared_range(point).sqrt();
+    let at = direction(cloud, point);
+    let farthest = range(point) - BORDER.max(BORDER_BY_RANGE * range(point));
+    let apart = |thing: usize| -> f64 {
+        (0..3).map(|axis| (at[axis] - directions[thing][axis]).powi(2)).sum()
+    };
+    // Straight across from one direction to the other.
+    let near = tree.within(at, 2.0 * (BESIDE / 2.0).sin()).into_iter().map(|thing| thing as usize);
+    near.filter(|&thing| range(things[thing]) < farthest)
+        .min_by(|&a, &b| apart(a).total_cmp(&apart(b)).then(a.cmp(&b)))
+}
+
+/// Where a point is seen from the origin: a vector of length 1.
+fn direction(cloud: &PointCloud, point: usize) -> [f64; 3] {
+    let range = cloud.squared_range(point).sqrt();
+    cloud.position(point).map(|along| f64::from(along) / range)
 }
 
 /// Which points lie on the side of a direction of the upright plane through the middle of some points.
@@ -481,6 +634,120 @@ mod tests {
         assert!(is_likely(whole, hits.len(), 0.5), "{whole} of {}", hits.len());
         assert!(class.iter().all(|class| [CAR, TRUCK, BUS].contains(class)));
         assert!(class.contains(&TRUCK) && class.contains(&BUS));
+    }
+
+    /// One car of `count` points in a row, 1 m apart, 10 m off.
+    fn cars(count: usize) -> PointCloud {
+        let points: Vec<([f32; 3], u16)> =
+            (0..count).map(|i| ([10.0, i as f32, 0.0], CAR)).collect();
+        cloud(&points)
+    }
+
+    fn alone(cloud: &PointCloud, corruption: Corruption, seed: u64) -> PointCloud {
+        let object = vec![1; cloud.len()];
+        let (taxonomy, around) = (Taxonomy::semantic_kitti(), Surroundings::default());
+        corrupt(cloud, &object, &taxonomy, &around, &corruption, seed)
+    }
+
+    #[test]
+    fn inner_flicker_hits_the_stated_share_of_things_and_nothing_else() {
+        let inner = |inner_flicker| Corruption { inner_flicker, ..Corruption::default() };
+        let cars = cars(4000);
+        let [few, many] = [0.05, 0.2].map(|share| alone(&cars, inner(share), 3));
+        let (few_hit, many_hit) = (changed(&cars, &few), changed(&cars, &many));
+        assert!(is_likely(few_hit.len(), 4000, 0.05), "{}", few_hit.len());
+        assert!(is_likely(many_hit.len(), 4000, 0.2), "{}", many_hit.len());
+        assert!(few_hit.iter().all(|point| many_hit.contains(point)));
+        let class = many.class.as_ref().unwrap();
+        let trucks = class.iter().filter(|&&class| class == TRUCK).count();
+        assert!(is_likely(trucks, many_hit.len(), 0.5), "{trucks} of {}", many_hit.len());
+        let (people, spoiled, _) = spoiled(inner(0.2), 2);
+        let hit = changed(&people, &spoiled);
+        assert!(hit.iter().all(|&point| people.class.as_ref().unwrap()[point] == PERSON));
+        assert!(is_likely(hit.len(), 5000, 0.2), "{}", hit.len());
+    }
+
+    #[test]
+    fn patches_flicker_together() {
+        let cars = cars(4000);
+        let corruption = Corruption { inner_flicker: 0.2, patch: 10.0, ..Corruption::default() };
+        let spoiled = alone(&cars, corruption, 3);
+        let class = spoiled.class.as_ref().unwrap();
+        let patches: Vec<&[u16]> = class.chunks(10).collect();
+        assert!(patches.iter().all(|patch| patch.iter().all(|class| class == &patch[0])));
+        let hit = patches.iter().filter(|patch| patch[0] != CAR).count();
+        assert!(is_likely(hit, 400, 0.2), "{hit} of 400");
+    }
+
+    #[test]
+    fn what_is_seen_just_past_an_object_is_behind_it() {
+        let degrees = |angle: f32, range: f32| {
+            let (sin, cos) = angle.to_radians().sin_cos();
+            [range * cos, range * sin, 0.0]
+        };
+        let cloud = cloud(&[
+            (degrees(0.0, 10.0), CAR),
+            (degrees(0.5, 20.0), WALL),
+            (degrees(0.7, 20.0), WALL),
+            (degrees(-0.3, 10.2), ROAD),
+            (degrees(-0.3, 5.0), ROAD),
+            (degrees(-0.5, 20.0), 0),
+            (degrees(0.2, 30.0), CAR),
+            (degrees(0.35, 20.0), TRUCK),
+            (degrees(0.3, 30.0), WALL),
+        ]);
+        let before = Surroundings::new(&cloud, &Taxonomy::semantic_kitti()).before;
+        assert_eq!(before[..3], [None, Some(0), None], "0.5 degrees beside, 0.7 degrees beside");
+        assert_eq!(before[3..6], [None; 3], "as far, nearer, unlabelled");
+        assert_eq!(before[6], Some(7), "the truck, not the car");
+    }
+
+    #[test]
+    fn ghosts_are_the_stated_share_of_what_is_just_behind() {
+        let mut points = vec![([10.0, 0.0, 0.0], PERSON)];
+        points.extend((0..2000).map(|i| ([20.0 + i as f32 * 0.01, 0.05, 0.0], WALL)));
+        let cloud = cloud(&points);
+        let object = vec![0; cloud.len()];
+        let taxonomy = Taxonomy::semantic_kitti();
+        let around = Surroundings::new(&cloud, &taxonomy);
+        assert_eq!(around.behind(), 2000);
+        let corruption = Corruption { ghosts: 0.1, ..Corruption::default() };
+        let spoiled = corrupt(&cloud, &object, &taxonomy, &around, &corruption, 1);
+        let hit = changed(&cloud, &spoiled);
+        assert!(is_likely(hit.len(), 2000, 0.1), "{}", hit.len());
+        assert!(hit.iter().all(|&point| spoiled.class.as_ref().unwrap()[point] == PERSON));
+    }
+
+    #[test]
+    fn confidence_is_lower_where_classes_are_wrong_and_gives_none_of_them_away() {
+        let corruption =
+            Corruption { border_flips: 0.3, confidence: true, ..Corruption::default() };
+        let without = spoiled(Corruption { confidence: false, ..corruption }, 6).1;
+        let (cloud, spoiled, around) = spoiled(corruption, 6);
+        assert_eq!((without.class, without.confidence), (spoiled.class.clone(), None));
+        let sure = spoiled.confidence.as_ref().expect("asked for");
+        let wrong = changed(&cloud, &spoiled);
+        let mean = |points: &[usize]| {
+            points.iter().map(|&point| f64::from(sure[point])).sum::<f64>() / points.len() as f64
+        };
+        let right = |is_border: bool| -> Vec<usize> {
+            let all = 0..cloud.len();
+            all.filter(|p| wrong.binary_search(p).is_err())
+                .filter(|&p| around.beyond[p].is_some() == is_border)
+                .collect()
+        };
+        let means = [mean(&wrong), mean(&right(true)), mean(&right(false))];
+        for (mean, expected) in means.iter().zip([0.65, 1.0 - 0.7 / 3.0, 0.9]) {
+            assert!((mean - expected).abs() < 0.02, "{means:?}");
+        }
+        let ends = |points: &[usize]| {
+            let sure = points.iter().map(|&point| sure[point]);
+            (sure.clone().fold(1.0_f32, f32::min), sure.fold(0.0_f32, f32::max))
+        };
+        for points in [wrong.clone(), right(true), right(false)] {
+            let (least, most) = ends(&points);
+            assert!((0.3..0.35).contains(&least) && (0.98..=1.0).contains(&most));
+        }
     }
 
     #[test]

@@ -169,10 +169,13 @@ fn on_the_plane(frame: &Frame, a: &PointFacts, b: &PointFacts) -> Option<LaterSt
         });
     }
     let [of_a, of_b] = [from, to].map(|group| class_of_group(frame.stages, group));
-    let families = &frame.stages.mask.families;
+    let mask = &frame.stages.mask;
+    let may_be_one = |a: usize, b: usize| {
+        mask.families[a] == mask.families[b] || mask.lookalikes[a] & mask.lookalikes[b] != 0
+    };
     let differ = !joined
         && match frame.config.cluster.fragments {
-            Some(_) => families[usize::from(of_a)] != families[usize::from(of_b)],
+            Some(_) => !may_be_one(usize::from(of_a), usize::from(of_b)),
             None => of_a != of_b,
         };
     Some(match frame.config.cluster.fragments {

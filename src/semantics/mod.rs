@@ -41,6 +41,8 @@ pub struct ObjectMask {
     /// By class number: the class that stands for it and those it is easily taken for
     /// ([`Taxonomy::families`]).
     pub families: Vec<u16>,
+    /// By class number: the groups of classes that look alike ([`Taxonomy::lookalikes`]).
+    pub lookalikes: Vec<u8>,
     /// Points whose class was corrected, ascending, with the raw ids they have now.
     pub corrected: Vec<(u32, u16)>,
     /// N: how likely the point is ground, 0 to 1 ([`ground::Ground::confidence`]); `None` where the mask does not come
@@ -133,6 +135,7 @@ fn by_class(cloud: &PointCloud, image: &RangeImage, taxonomy: &Taxonomy) -> Obje
         unknown_ids: 0,
         sizes: taxonomy.classes().iter().map(Class::size).collect(),
         families: taxonomy.families(),
+        lookalikes: taxonomy.lookalikes(),
         ..ObjectMask::default()
     };
     let mut unknown = 0;
@@ -191,6 +194,7 @@ fn without_classes(cloud: &PointCloud, is_ground: impl Fn(usize) -> bool) -> Obj
         unknown_ids: 0,
         sizes: vec![None],
         families: vec![0],
+        lookalikes: vec![0],
         corrected: Vec::new(),
         ground: None,
         ground_is_overhead: false,

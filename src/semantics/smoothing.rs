@@ -5,6 +5,9 @@
 //! rarely happens in true classes. How often it happens in a frame tells how far its classes are to be trusted:
 //! below a limit they are taken as they are, above it the neighbours of a point outvote it, the more easily
 //! the noisier the frame.
+//!
+//! The classes of a family count as one here: which of them an object is, all of its points decide later, and
+//! points that flicker between car and truck say nothing against its borders.
 
 use serde::Serialize;
 
@@ -80,8 +83,15 @@ pub(super) fn smooth(
     mask: &mut ObjectMask,
 ) -> Vec<(u32, u16)> {
     let is_thing: Vec<bool> = taxonomy.classes().iter().map(|class| class.is_thing).collect();
-    let mut votes =
-        Electorate { cloud, image, params, counts: vec![0.0; is_thing.len()], named: Vec::new() };
+    let families = taxonomy.families();
+    let mut votes = Electorate {
+        cloud,
+        image,
+        params,
+        families: &families,
+        counts: vec![0.0; is_thing.len()],
+        named: Vec::new(),
+    };
     let noise = votes.noise(mask, &is_thing);
     if noise.iter().all(|&noise| noise <= params.trusted) {
         return Vec::new();
@@ -89,8 +99,10 @@ pub(super) fn smooth(
     let mut ids = raw.to_vec();
     for _ in 0..params.rounds {
         let mut changes = Vec::new();
-        for point in votes.near_objects(mask, |class| noise[usize::from(class)] > params.trusted) {
-            let own = mask.class[point];
+        for point in votes.near_objects(mask, |class| {
+            noise[usize::from(families[usize::from(class)])] > params.trusted
+        }) {
+            let own = families[usize::from(mask.class[point])];
             let Some(verdict) = votes.around(point, &mask.class) else { continue };
             let noise = noise[usize::from(own)].max(noise[usize::from(verdict.class)]);
             if noise <= params.trusted {
@@ -104,7 +116,7 @@ pub(super) fn smooth(
                 && concerns_things
                 && verdict.votes >= needed.max(verdict.own + own_votes)
             {
-                changes.push((point, verdict.class, ids[verdict.voter]));
+                changes.push((point, mask.class[verdict.voter], ids[verdict.voter]));
             }
         }
         for (point, class, id) in changes {
@@ -127,19 +139,21 @@ struct Electorate<'a> {
     cloud: &'a PointCloud,
     image: &'a RangeImage,
     params: &'a Smoothing,
-    /// By class.
+    /// By class: its family.
+    families: &'a [u16],
+    /// By family.
     counts: Vec<f32>,
-    /// Classes that have votes.
+    /// Families that have votes.
     named: Vec<u16>,
 }
 
 /// What the neighbours of a point say.
 struct Verdict {
-    /// Votes for the point's own class.
+    /// Votes for the family of the point's own class.
     own: f32,
     /// All votes.
     total: f32,
-    /// The class with most votes ...
+    /// The family with most votes ...
     class: u16,
     /// ... how many they are ...
     votes: f32,
@@ -153,7 +167,7 @@ impl Electorate<'_> {
         self.cloud.confidence.as_ref().map_or(1.0, |confidence| confidence[point])
     }
 
-    /// By class of things: the share of the points on and beside its objects, near a border, that stand against
+    /// By family of things: the share of the points on and beside its objects, near a border, that stand against
     /// their neighbours.
     fn noise(&mut self, mask: &ObjectMask, is_thing: &[bool]) -> Vec<f64> {
         let mut members: Vec<Vec<u32>> = vec![Vec::new(); is_thing.len()];
@@ -172,7 +186,7 @@ impl Electorate<'_> {
                     .and_then(|pixel| self.image.point_at((pixel + 1) % pixels))
                     .filter(|&beside| mask.class[beside] != own);
                 for point in [Some(point as usize), beside].into_iter().flatten() {
-                    let own = mask.class[point];
+                    let own = self.families[usize::from(mask.class[point])];
                     let Some(found) = self.around(point, &mask.class) else { continue };
                     if found.own < found.total && found.total >= LEAST_VOTES {
                         let thing = if is_thing[usize::from(own)] { own } else { found.class };
@@ -246,9 +260,10 @@ impl Electorate<'_> {
             let closeness = 1.0 - squared * scale;
             if closeness > 0.0 {
                 let vote = closeness * closeness * self.weight(other);
-                let count = &mut counts[usize::from(class[other])];
+                let family = self.families[usize::from(class[other])];
+                let count = &mut counts[usize::from(family)];
                 if *count == 0.0 {
-                    named.push(class[other]);
+                    named.push(family);
                 }
                 *count += vote;
                 total += vote;
@@ -257,12 +272,13 @@ impl Electorate<'_> {
                 }
             }
         });
-        let own = counts[usize::from(class[point])];
-        for class in named.drain(..) {
-            counts[usize::from(class)] = 0.0;
+        let family = |point: usize| self.families[usize::from(class[point])];
+        let own = counts[usize::from(family(point))];
+        for family in named.drain(..) {
+            counts[usize::from(family)] = 0.0;
         }
         (self.counts, self.named) = (counts, named);
-        best.map(|(voter, votes)| Verdict { own, total, class: class[voter], votes, voter })
+        best.map(|(voter, votes)| Verdict { own, total, class: family(voter), votes, voter })
     }
 }
 
@@ -333,6 +349,17 @@ mod tests {
             assert_eq!(after.is_object[point], id == CAR);
             assert_eq!(after.reason[point] == Reason::None, id == CAR);
         }
+    }
+
+    #[test]
+    fn classes_of_one_family_are_left_to_the_vote_on_the_object() {
+        const TRUCK: u16 = 18;
+        let mut flickering = scene();
+        for class in flickering.class.iter_mut().flatten().step_by(7).filter(|c| **c == CAR) {
+            *class = TRUCK;
+        }
+        let found = mask(&flickering, Some(&Smoothing::default()));
+        assert_eq!(found, mask(&flickering, None));
     }
 
     #[test]
