@@ -170,16 +170,7 @@ fn what_is_wrong_with_a_network_is_said_before_anything_is_written() {
         let model = files(&own, &model, CONFIG);
         let output = folder.path().join("out.mcap");
         let semantics = format!("onnx:{}", path(&model));
-        let arguments = [
-            "annotate",
-            path(&input),
-            "-o",
-            path(&output),
-            "--semantics",
-            &semantics,
-            "--runtime",
-            "tract",
-        ];
+        let arguments = ["annotate", path(&input), "-o", path(&output), "--semantics", &semantics];
         let done = divmerge(&arguments);
         let said = text(&done.stderr);
         let expected = if problem.is_empty() { 0 } else { 1 };
@@ -224,6 +215,7 @@ fn files_that_are_no_network() {
     std::fs::remove_file(model.with_extension("yaml")).unwrap();
     let (code, said) = try_with(&semantics, &[]);
     assert!(code == Some(1) && said.contains("arch_cfg.yaml"), "{said}");
+    std::fs::write(model.with_extension("yaml"), CONFIG).unwrap();
     let (code, said) =
         try_with(&semantics, &["--onnxruntime", "/nowhere", "--runtime", "onnxruntime"]);
     assert!(code != Some(0) && said.contains("nowhere"), "{said}");

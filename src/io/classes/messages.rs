@@ -124,7 +124,7 @@ mod tests {
     fn write(layout: Layout, encoding: &str, step: u32, data: &[u8]) -> Vec<u8> {
         let mut out = Vec::new();
         let mut writer = RosWriter::new(layout, &mut out);
-        writer.header((5, 7), "lidar");
+        writer.header((5, 7, "lidar"));
         writer.u32(2);
         writer.u32(3);
         writer.string(encoding);

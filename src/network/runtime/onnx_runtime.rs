@@ -1,8 +1,9 @@
 //! ONNX Runtime, through its shared library.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use ort::environment::Environment;
 use ort::ep;
 use ort::session::Session;
 use ort::value::{TensorRef, ValueType};
@@ -25,10 +26,7 @@ impl OnnxRuntime {
         options: &RuntimeOptions,
     ) -> Result<Self, String> {
         let loading = |problem: String| format!("ONNX Runtime in {}: {problem}", library.display());
-        let environment = ort::init_from(library)
-            .map_err(|error| loading(error.to_string()))?
-            .build()
-            .map_err(|error| loading(error.to_string()))?;
+        let environment = environment(library).map_err(loading)?;
         let (providers, device) = providers(options.device);
         let open = || {
             let builder = Session::builder(&environment)?;
@@ -46,6 +44,22 @@ impl OnnxRuntime {
         let input = shape.iter().map(|&size| usize::try_from(size).ok()).collect();
         let version = version(library);
         Ok(OnnxRuntime { session: Mutex::new(session), input, device, version })
+    }
+}
+
+/// The environment of this process, of which ONNX Runtime allows one; and so one library.
+fn environment(library: &Path) -> Result<Environment, String> {
+    static KNOWN: Mutex<Option<(PathBuf, Environment)>> = Mutex::new(None);
+    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    match &*known {
+        Some((loaded, environment)) if loaded == library => Ok(environment.clone()),
+        Some((loaded, _)) => Err(format!("{} is in use already", loaded.display())),
+        None => {
+            let builder = ort::init_from(library).map_err(|error| error.to_string())?;
+            let made = builder.build().map_err(|error| error.to_string())?;
+            *known = Some((library.to_owned(), made.clone()));
+            Ok(made)
+        }
     }
 }
 
