@@ -96,12 +96,12 @@ pub(super) fn smooth(
     if noise.iter().all(|&noise| noise <= params.trusted) {
         return Vec::new();
     }
+    let is_noisy = |class: u16| noise[usize::from(families[usize::from(class)])] > params.trusted;
     let mut ids = raw.to_vec();
-    for _ in 0..params.rounds {
+    let mut looked_at = votes.near_objects(mask, is_noisy);
+    for round in 0..params.rounds {
         let mut changes = Vec::new();
-        for point in votes.near_objects(mask, |class| {
-            noise[usize::from(families[usize::from(class)])] > params.trusted
-        }) {
+        for point in looked_at {
             let own = families[usize::from(mask.class[point])];
             let Some(verdict) = votes.around(point, &mask.class) else { continue };
             let noise = noise[usize::from(own)].max(noise[usize::from(verdict.class)]);
@@ -119,13 +119,20 @@ pub(super) fn smooth(
                 changes.push((point, mask.class[verdict.voter], ids[verdict.voter]));
             }
         }
-        for (point, class, id) in changes {
+        for &(point, class, id) in &changes {
             ids[point] = id;
             mask.class[point] = class;
             mask.is_object[point] = is_thing[usize::from(class)];
             mask.reason[point] =
                 if mask.is_object[point] { Reason::None } else { Reason::NotAnObject };
         }
+        if changes.is_empty() || round + 1 == params.rounds {
+            break;
+        }
+        // Where nothing changed, nobody votes otherwise than before.
+        let changed = votes.windows(changes.iter().map(|change| change.0));
+        looked_at = votes.near_objects(mask, is_noisy);
+        looked_at.retain(|&point| image.pixel_of(point).is_some_and(|pixel| changed[pixel]));
     }
     (0_u32..)
         .zip(raw.iter().zip(&ids))
@@ -208,16 +215,21 @@ impl Electorate<'_> {
 
     /// The objects' points of some classes, and points in whose window there are any.
     fn near_objects(&self, mask: &ObjectMask, is_wanted: impl Fn(u16) -> bool) -> Vec<usize> {
-        let mut is_near = vec![false; self.image.rows() * self.image.columns()];
         let objects = mask.is_object.iter().zip(&mask.class).enumerate();
-        for (point, _) in objects.filter(|&(_, (&is, &class))| is && is_wanted(class)) {
-            if let Some(pixel) = self.image.pixel_of(point) {
-                self.window(pixel, |near| is_near[near] = true);
-            }
-        }
+        let wanted = objects.filter(|&(_, (&is, &class))| is && is_wanted(class));
+        let is_near = self.windows(wanted.map(|(point, _)| point));
         let is_near =
             |&point: &usize| self.image.pixel_of(point).is_some_and(|pixel| is_near[pixel]);
         (0..self.cloud.len()).filter(is_near).collect()
+    }
+
+    /// The pixels in whose windows some points are, and so those in the windows of these.
+    fn windows(&self, points: impl Iterator<Item = usize>) -> Vec<bool> {
+        let mut is_near = vec![false; self.image.rows() * self.image.columns()];
+        for pixel in points.filter_map(|point| self.image.pixel_of(point)) {
+            self.window(pixel, |near| is_near[near] = true);
+        }
+        is_near
     }
 
     /// Calls a function with the pixels of the window around a pixel, itself among them.
