@@ -92,6 +92,9 @@ pub struct Instance {
     pub semantic: u16,
     /// Name of the class, empty where there are no classes.
     pub class_name: String,
+    /// Mean over its points of the confidence in that class, 0 where a point has another; `None` where classes come
+    /// without any.
+    pub confidence: Option<f64>,
     /// What it looks like, where there are no classes.
     pub likeness: Option<Likeness>,
     /// Number of its points.

@@ -408,6 +408,10 @@ fn describe(
             continue;
         };
         let (class, semantic) = majority(points, &mask.class, &labels.semantic, weights.as_deref());
+        let confidence = weights.as_ref().map(|weights| {
+            let own = points.iter().filter(|&&point| mask.class[point as usize] == class);
+            own.map(|&point| f64::from(weights[point as usize])).sum::<f64>() / points.len() as f64
+        });
         for &point in points {
             labels.semantic[point as usize] = semantic;
         }
@@ -420,6 +424,7 @@ fn describe(
                 }
                 _ => String::new(),
             },
+            confidence,
             likeness: None,
             points: points.len() as u32,
             pixels: pixels.pixels[id as usize - 1],
@@ -535,4 +540,31 @@ fn majority(points: &[u32], class: &[u16], raw: &[u16], weights: Option<&[f32]>)
 fn most(votes: impl Iterator<Item = (u16, f64)>) -> u16 {
     let best = votes.reduce(|best, next| if next.1 > best.1 { next } else { best });
     best.map_or(0, |(number, _)| number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_surer_points_decide_and_ties_go_to_the_lower() {
+        let (class, raw) = ([1, 1, 2, 2, 2], [10, 10, 30, 30, 254]);
+        let points = [0, 1, 2, 3, 4];
+        assert_eq!(majority(&points, &class, &raw, None), (2, 30));
+        assert_eq!(majority(&points, &class, &raw, Some(&[0.9, 0.9, 0.3, 0.3, 0.4])), (1, 10));
+        assert_eq!(majority(&points, &class, &raw, Some(&[0.1, 0.1, 0.1, 0.1, 0.4])), (2, 254));
+        assert_eq!(majority(&points[1..3], &class, &raw, None), (1, 10));
+        assert_eq!(majority(&points, &class, &raw, Some(&[0.0; 5])), (2, 30));
+        assert_eq!(majority(&points[..2], &class, &raw, None), (1, 10));
+        assert_eq!(majority(&[], &class, &raw, None), (0, 0));
+    }
+
+    #[test]
+    fn a_corrected_point_counts_what_its_first_class_left() {
+        let cloud = PointCloud { confidence: Some(vec![0.9, 0.4]), ..PointCloud::default() };
+        let mask = ObjectMask { corrected: vec![(1, 10)], ..ObjectMask::default() };
+        assert_eq!(class_weights(&cloud, &mask), Some(vec![0.9, 0.6]));
+        let given = PointCloud::default();
+        assert_eq!(class_weights(&given, &mask), None);
+    }
 }

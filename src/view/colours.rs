@@ -68,6 +68,7 @@ mod tests {
             id,
             semantic,
             class_name: String::new(),
+            confidence: None,
             likeness: None,
             points: 1,
             pixels: 1,

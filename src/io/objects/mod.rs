@@ -66,7 +66,7 @@ impl ObjectBox {
         let (name, probability) = match instance.likeness {
             Some(Likeness { kind: Kind::Unknown, .. }) => ("", 0.0),
             Some(Likeness { kind, probability, .. }) => (kind.name(), probability),
-            None => (instance.class_name.as_str(), 1.0),
+            None => (instance.class_name.as_str(), instance.confidence.unwrap_or(1.0)),
         };
         ObjectBox {
             id: instance.id,
