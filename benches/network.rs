@@ -42,12 +42,15 @@ fn main() {
         .into_iter()
         .map(|(name, kind, threads)| measure(&arguments, &clouds, name, kind, threads))
         .collect();
-    if let [Some((tract, found)), Some((single, _)), Some((all, other))] = &measured[..] {
+    if let [Some((tract, found)), Some((single, single_found)), Some((all, other))] = &measured[..]
+    {
         println!(
             "\ntract / ONNX Runtime: {:.2} on one thread, {:.2} on all cores",
             tract / single,
             tract / all
         );
+        let same = if single_found == other { "the same bits" } else { "other bits" };
+        println!("ONNX Runtime on one thread and on all cores: {same}");
         let alike = found.class.iter().zip(&other.class).filter(|(a, b)| a == b).count();
         println!(
             "classes alike: {:.4} % of {} points",
