@@ -213,6 +213,8 @@ pub struct Clustered {
     pub semantics: String,
     /// Why the source of boxes says nothing about the cloud, where that is so.
     pub missing_boxes: Option<String>,
+    /// Whether a network asked for remission, and the message has none.
+    pub lacks_remission: bool,
     /// A name that several fields of the message have, of which the first was read.
     pub repeated_field: Option<String>,
     /// Milliseconds from message to cloud, its boxes included.
@@ -243,11 +245,14 @@ fn cluster_decoded(
     let decode_ms = decode_ms + ms_since(started);
     let stages = pipeline::run_with(&cloud, mask, &detections, &method.config);
     let repeated_field = wire.repeated_field().map(str::to_owned);
+    let lacks_remission =
+        method.wants_remission() && cloud.remission.is_none() && !cloud.is_empty();
     Ok(Clustered {
         cloud,
         stages,
         semantics,
         missing_boxes,
+        lacks_remission,
         repeated_field,
         decode_ms,
         semantics_ms,

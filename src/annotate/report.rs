@@ -217,6 +217,10 @@ pub fn remarks(clustered: &Clustered, taxonomy: &Taxonomy) -> Vec<(&'static str,
         let problem = format!("several fields are named `{name}`: the first of them is read");
         remarks.push(("with a field name that comes again", problem));
     }
+    if clustered.lacks_remission {
+        let problem = "no field `intensity`, `remission` or `reflectivity`: the network is given the mean of its training";
+        remarks.push(("without remission", problem.to_owned()));
+    }
     if stages.mask.ground_is_overhead {
         let problem = "the largest level surface lies above the sensor. If that is the ground, z points down in the \
                        cloud's frame: `--sensor-frame frd` turns a frame whose y is to the right and z down, \

@@ -20,6 +20,7 @@ use crate::error::{Error, Result};
 use crate::range_image::{BandView, NOWHERE, ProjectionParams, RangeImage};
 use crate::taxonomy::Taxonomy;
 
+use config::Channel;
 pub use config::NetworkConfig;
 use nearest::classify;
 use picture::{Picture, of_image, spherical};
@@ -46,7 +47,7 @@ pub struct NetworkOptions {
     pub config: Vec<PathBuf>,
     /// Which image it is given.
     pub image: NetworkImage,
-    /// By what remission is multiplied to be that of its training. Default: 1.
+    /// By what remission is multiplied to be that of its training. Default: found in each cloud ([`remission_scale`]).
     pub remission_scale: Option<f32>,
     /// Images that go through it at once. 0, the default: one.
     pub batch: usize,
@@ -108,7 +109,7 @@ impl Network {
 
     /// Whether it looks at how much light comes back.
     pub fn wants_remission(&self) -> bool {
-        self.config.channels.iter().any(|channel| channel.0 == config::Channel::Remission)
+        self.config.channels.iter().any(|channel| channel.0 == Channel::Remission)
     }
 
     /// Images that it takes at once.
@@ -198,6 +199,20 @@ impl Network {
         image.views(cloud).into_iter().map(of_band).collect()
     }
 
+    fn scale(&self, cloud: &PointCloud) -> f32 {
+        let own = self.options.remission_scale;
+        own.unwrap_or_else(|| match &cloud.remission {
+            Some(remission) if self.knows_shares() => remission_scale(remission),
+            _ => 1.0,
+        })
+    }
+
+    /// Whether the remission of its training goes to 1, by mean and deviation.
+    fn knows_shares(&self) -> bool {
+        let remission = |channel: &&(Channel, f32, f32)| channel.0 == Channel::Remission;
+        self.config.channels.iter().find(remission).is_some_and(|(_, mean, std)| mean + std <= 1.0)
+    }
+
     fn picture(&self, cloud: &PointCloud, image: &RangeImage) -> Picture {
         match self.own_image() {
             Some(own) => spherical(cloud, &own),
@@ -212,8 +227,8 @@ impl Network {
         };
         let channels = self.config.channels.len();
         let mut values = Vec::with_capacity(views.len() * channels * rows * columns);
-        let scale = self.options.remission_scale.unwrap_or(1.0);
         for view in views {
+            let scale = self.scale(&view.cloud);
             view.picture.write(&view.cloud, &self.config, scale, &mut values);
         }
         self.run(Tensor { shape: [views.len(), channels, *rows, *columns], values })
@@ -353,6 +368,20 @@ impl From<Classes> for PointClasses {
     }
 }
 
+/// By what to multiply remission so that it goes to 1: drivers give a share, or an integer of 8 or of 16 bits, whatever the
+/// type of the field. One value in a hundred may lie beyond, since some drivers mark what is odd that way.
+pub fn remission_scale(remission: &[f32]) -> f32 {
+    let beyond = |limit: f32| {
+        let count = remission.iter().filter(|&&value| value > limit).count();
+        count * 100 > remission.len()
+    };
+    match (beyond(1.0), beyond(255.0)) {
+        (false, _) => 1.0,
+        (true, false) => 1.0 / 255.0,
+        (true, true) => 1.0 / 65535.0,
+    }
+}
+
 fn no_config(model: &Path) -> Error {
     let problem =
         "no configuration: name its arch_cfg.yaml and data_cfg.yaml, or put them beside it"
@@ -379,4 +408,28 @@ pub fn distributions(scores: &[f32], classes: usize) -> std::result::Result<Poin
         entropy: Some(shares().map(nearest::entropy).collect()),
         class: scores.best,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_bytes_and_words_of_remission() {
+        assert_eq!(remission_scale(&[0.0, 0.3, 1.0]), 1.0);
+        assert_eq!(remission_scale(&[0.0, 0.3, 40.0]), 1.0 / 255.0);
+        assert_eq!(remission_scale(&[0.0, 255.0, 256.0]), 1.0 / 65535.0);
+        let mut bytes = vec![7.0; 200];
+        bytes[0] = 9999.0;
+        assert_eq!(remission_scale(&bytes), 1.0 / 255.0);
+        assert_eq!(remission_scale(&[]), 1.0);
+    }
+
+    #[test]
+    fn probabilities_and_logits_of_points() {
+        let found = distributions(&[0.1, 0.9, 5.0, -5.0], 2).unwrap();
+        assert_eq!(found.class, [1, 0]);
+        assert!(found.confidence.unwrap()[1] > 0.999);
+        assert!(distributions(&[f32::NAN; 2], 2).is_err());
+    }
 }

@@ -53,8 +53,8 @@ struct NetworkArguments {
     #[arg(long, value_enum, value_name = "IMAGE", default_value_t = Image::Auto)]
     model_image: Image,
 
-    /// Multiply intensities by this to be those of its training, such as 0.00392 for a sensor that goes to 255 where the
-    /// network knows 0 to 1 [default: 1; 1/255 and 1/65535 for fields of UINT8 and UINT16]
+    /// Multiply intensities by this to be those of its training [default: found in each cloud: 1, or where they go to 255 or
+    /// 65535 and the network knows 0 to 1, 1/255 or 1/65535]
     #[arg(long, value_name = "X", value_parser = positive)]
     remission_scale: Option<f64>,
 

@@ -274,9 +274,8 @@ impl PackedCloud<'_> {
         Ok(PointClasses { class, confidence, entropy: None })
     }
 
-    /// How much of the light came back to each point: the first of the fields `intensity`, `remission` and
-    /// `reflectivity`. Unsigned integers of 8 and 16 bits are shares of the most that they can hold, other types are taken
-    /// as they are; what is no finite number is 0. `None` of a cloud without such a field.
+    /// How much of the light came back to each point, as the driver gives it: the first of the fields `intensity`,
+    /// `remission` and `reflectivity`; what is no finite number is 0. `None` of a cloud without such a field.
     ///
     /// # Errors
     /// [`Error::Malformed`] if the field does not fit into a point.
@@ -285,12 +284,7 @@ impl PackedCloud<'_> {
         let Some(field) = names.find_map(|name| self.field(name)) else {
             return Ok(None);
         };
-        let scale = match field.datatype {
-            Datatype::UInt8 => 1.0 / f64::from(u8::MAX),
-            Datatype::UInt16 => 1.0 / f64::from(u16::MAX),
-            _ => 1.0,
-        };
-        let finite = |number: f64| if number.is_finite() { (number * scale) as f32 } else { 0.0 };
+        let finite = |number: f64| if number.is_finite() { number as f32 } else { 0.0 };
         Ok(Some(self.column(&field.name, finite)?))
     }
 
