@@ -126,6 +126,52 @@ pub fn detections() -> Vec<Vec<u8>> {
     vec![bytes]
 }
 
+/// Images of classes: of both ROS, one and two bytes a pixel.
+pub fn class_images() -> Vec<Vec<u8>> {
+    let image = |layout: Layout, encoding: &str, bytes: u32| {
+        let mut out = Vec::new();
+        let mut writer = divmerge::io::ros::RosWriter::new(layout, &mut out);
+        writer.header((5, 6, "lidar"));
+        writer.u32(4);
+        writer.u32(6);
+        writer.string(encoding);
+        writer.bool(false);
+        writer.u32(6 * bytes);
+        writer.length(24 * bytes as usize);
+        writer.bytes(&vec![10; 24 * bytes as usize]);
+        out
+    };
+    let layouts = [Layout::Ros1, Layout::Cdr(ByteOrder::Little), Layout::Cdr(ByteOrder::Big)];
+    let both = |layout| [image(layout, "mono8", 1), image(layout, "16UC1", 2)];
+    layouts.into_iter().flat_map(both).collect()
+}
+
+/// Arrays of classes and of scores, for five points.
+pub fn class_arrays() -> Vec<Vec<u8>> {
+    let file = |descr: &str, shape: &str, bytes: usize| {
+        let header =
+            format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}\n");
+        let length = (header.len() as u16).to_le_bytes();
+        let data = vec![0; bytes];
+        [b"\x93NUMPY\x01\x00".as_slice(), &length, header.as_bytes(), &data].concat()
+    };
+    vec![
+        file("<i8", "(5,)", 40),
+        file("<u2", "(5, 1)", 10),
+        file(">f4", "(5, 20)", 400),
+        file("|u1", "(5,)", 5),
+    ]
+}
+
+/// Configurations of networks.
+pub fn network_configs() -> Vec<Vec<u8>> {
+    let text = "backbone: {input_depth: {range: True, xyz: True, remission: False}}\ndataset:\n  sensor:\n    fov_up: 3\n    \
+                fov_down: -25.0\n    img_prop: {width: 64, height: 16}\n    img_means: [1, 2, 3, 4, 0.5]\n    img_stds: \
+                [1, 1, 1, 1, 0.1]\npost: {KNN: {use: True, params: {knn: 5, search: 5, sigma: 1.0, cutoff: 1.0}}}\n\
+                labels: {0: none, 10: car}\nlearning_map: {0: 0, 10: 1}\nlearning_map_inv: {0: 0, 1: 10}\n";
+    vec![text.as_bytes().to_vec()]
+}
+
 /// PCD files: text and bytes, and a compressed one of a single literal run.
 pub fn pcd_files() -> Vec<Vec<u8>> {
     let header = |data: &str, points: usize| {

@@ -9,9 +9,14 @@ use std::sync::OnceLock;
 use divmerge::annotate::{self, Event, MessageTypes, Method, Options, Semantics, annotate_message};
 use divmerge::io::boxes::kitti::KittiBoxes;
 use divmerge::io::boxes::messages::{detection_boxes, marker_boxes};
+use divmerge::io::classes::ClassFiles;
+use divmerge::io::classes::messages::image_classes;
 use divmerge::io::scans::{Format, Scan};
 use divmerge::io::semantic_kitti::{drive_files, read_labels, read_scan};
-use divmerge::io::{CloudFormat, CloudNumber, Item, Overview, Part, Record, RecordingReader};
+use divmerge::io::{
+    AskedCloud, CloudFormat, CloudNumber, Item, Overview, Part, Record, RecordingReader,
+};
+use divmerge::network::NetworkConfig;
 use divmerge::pipeline::{self, Config};
 use divmerge::semantics::{GroundParams, MaskSource};
 use divmerge::{Taxonomy, error};
@@ -56,7 +61,7 @@ const READING: Bound = Bound { times: 256, plus: 4 << 20 };
 const ANNOTATING: Bound = Bound { times: 4096, plus: 104 << 20 };
 
 /// Every target.
-pub const TARGETS: [Target; 17] = [
+pub const TARGETS: [Target; 20] = [
     Target {
         name: "point-cloud2",
         what: "`CloudFormat::decode` of ROS 2, all its columns, `to_cloud`, and writing it again",
@@ -165,6 +170,36 @@ pub const TARGETS: [Target; 17] = [
         make: None,
         run: |bytes| detection_boxes(bytes, taxonomy()).ends(),
         bound: DECODER,
+    },
+    Target {
+        name: "class-image",
+        what: "`image_classes` of both ROS",
+        share: 100,
+        seeds: seeds::class_images,
+        words: &[b"mono16\0", b"32SC1\0", b"8UC1", b"\xff\xff\xff\xff"],
+        make: None,
+        run: |bytes| image_classes(bytes, false).or_else(|_| image_classes(bytes, true)).ends(),
+        bound: DECODER,
+    },
+    Target {
+        name: "class-npy",
+        what: "`ClassFiles` on a `.npy` file of classes or scores",
+        share: 20,
+        seeds: seeds::class_arrays,
+        words: &[b"4294967295,", b"True", b"'<f4'", b"'>i8'", b"'|b1'", b"20)", b"0, "],
+        make: None,
+        run: class_array,
+        bound: DECODER,
+    },
+    Target {
+        name: "network-config",
+        what: "`NetworkConfig::read`",
+        share: 10,
+        seeds: seeds::network_configs,
+        words: &[b"True", b"&a [*a]", b"{{{{{{{{{{", b"img_stds: ", b".inf", b"65535", b"\n  "],
+        make: None,
+        run: |bytes| NetworkConfig::read(&[place("network.yaml", bytes)]).ends(),
+        bound: Bound { times: 4096, plus: 16 << 20 },
     },
     Target {
         name: "pcd",
@@ -364,6 +399,15 @@ fn kitti(bytes: &[u8]) -> Ended {
     let odometry = drive_files::Calibration::parse(&text).is_ok();
     let (poses, times) = (drive_files::poses(&text).is_ok(), drive_files::times(&text).is_ok());
     Ok(format!("{found:?} {calibration:?} {odometry} {poses} {times}"))
+}
+
+fn class_array(bytes: &[u8]) -> Ended {
+    let folder = folder().join("classes");
+    fs::create_dir_all(&folder).expect("a folder");
+    fs::write(folder.join("0.npy"), bytes).expect("a file");
+    let files = ClassFiles::open(&folder, taxonomy(), 0).expect("a file of classes");
+    let which = CloudNumber { topic: "/points", number: 0 };
+    files.of(&AskedCloud { which, stamp_ns: 0, frame_id: "lidar" }, 5).ends()
 }
 
 fn yaml(bytes: &[u8]) -> Ended {

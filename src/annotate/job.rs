@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::message::{Annotated, Clustered, Method, annotate_message};
+use super::message::{Annotated, Clustered, Method, Semantics, annotate_message};
 use super::profile::Profile;
 use super::report::{FrameReport, METADATA_NAME, Report, TopicReport, asked, metadata};
 use super::resume::{CutOff, Journal, Note, clean_up, journal_of};
@@ -556,6 +556,10 @@ fn asked_of(overview: &Overview, options: &Options, compression: Compression) ->
         "length of the input": overview.file_size,
         "method": asked(&options.method),
         "semantics": options.method.semantics.describe(None),
+        "classes": match &options.method.semantics {
+            Semantics::Given(given) => Some(given.source()),
+            _ => None,
+        },
         "topic": options.topics,
         "from": options.from_ns,
         "to": options.to_ns,

@@ -116,6 +116,10 @@ impl ClassFiles {
         }
     }
 
+    pub(super) fn source(&self) -> String {
+        format!("{}, within {} ns", self.folder.display(), self.tolerance_ns)
+    }
+
     fn path(&self, cloud: &AskedCloud) -> Result<&Path> {
         let number = cloud.which.number;
         match &self.by {

@@ -21,7 +21,7 @@ pub(super) enum ClassFormat {
 
 /// The classes of one message.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct ClassMessage {
+pub struct ClassMessage {
     /// Stamp, nanoseconds since 1970.
     pub stamp_ns: i64,
     /// Coordinate frame.
@@ -52,8 +52,8 @@ impl ClassFormat {
     pub fn read(self, message: &[u8]) -> Result<ClassMessage> {
         match self {
             ClassFormat::Cloud(format) => cloud(format, message),
-            ClassFormat::ImageRos1 => image(RosReader::ros1(IMAGE, message)),
-            ClassFormat::ImageRos2 => image(RosReader::cdr(IMAGE, message)?),
+            ClassFormat::ImageRos1 => image_classes(message, true),
+            ClassFormat::ImageRos2 => image_classes(message, false),
         }
     }
 }
@@ -74,7 +74,15 @@ fn cloud(format: CloudFormat, message: &[u8]) -> Result<ClassMessage> {
     })
 }
 
-fn image(mut reader: RosReader) -> Result<ClassMessage> {
+/// The classes in a `sensor_msgs/Image` of ROS 1 or of ROS 2, a pixel each.
+///
+/// # Errors
+/// [`Error::Malformed`] if its sizes do not agree, [`Error::Unsupported`] for other encodings than integers of one channel.
+pub fn image_classes(message: &[u8], is_ros1: bool) -> Result<ClassMessage> {
+    let mut reader = match is_ros1 {
+        true => RosReader::ros1(IMAGE, message),
+        false => RosReader::cdr(IMAGE, message)?,
+    };
     let (seconds, nanoseconds, frame_id) = reader.header()?;
     let stamp_ns = i64::from(seconds) * 1_000_000_000 + i64::from(nanoseconds);
     let (rows, columns) = (reader.u32()? as usize, reader.u32()? as usize);

@@ -1,7 +1,7 @@
 //! Classes of points that someone else found, for the clouds of a recording: in files, or on a topic beside the clouds.
 
 mod files;
-mod messages;
+pub mod messages;
 mod topic;
 
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ pub enum FrameClasses {
     /// Those of files.
     Files(ClassFiles),
     /// Those of a topic.
-    Topic(ClassTopic),
+    Topic(Box<ClassTopic>),
 }
 
 impl FrameClasses {
@@ -48,7 +48,8 @@ impl FrameClasses {
                 ClassFiles::open(folder, taxonomy, tolerance_ns).map(FrameClasses::Files)
             }
             ClassSource::Topic(topic) => {
-                ClassTopic::open(recording, topic, tolerance_ns).map(FrameClasses::Topic)
+                let topic = ClassTopic::open(recording, topic, tolerance_ns)?;
+                Ok(FrameClasses::Topic(Box::new(topic)))
             }
         }
     }
@@ -62,6 +63,14 @@ impl FrameClasses {
         match self {
             FrameClasses::Files(files) => files.of(cloud, shape[0] * shape[1]),
             FrameClasses::Topic(topic) => topic.of(cloud, shape),
+        }
+    }
+
+    /// Where they are and how they are told apart, with the name of the folder.
+    pub fn source(&self) -> String {
+        match self {
+            FrameClasses::Files(files) => files.source(),
+            FrameClasses::Topic(topic) => topic.source(),
         }
     }
 

@@ -83,6 +83,10 @@ impl ClassTopic {
         &self.topic
     }
 
+    pub(super) fn source(&self) -> String {
+        format!("{}, within {} ns", self.topic, self.tolerance_ns)
+    }
+
     /// The classes of a cloud of so many rows and columns.
     ///
     /// # Errors
