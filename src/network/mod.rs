@@ -49,7 +49,7 @@ pub struct NetworkOptions {
     pub image: NetworkImage,
     /// By what remission is multiplied to be that of its training. Default: found in each cloud ([`remission_scale`]).
     pub remission_scale: Option<f32>,
-    /// Images that go through it at once. 0, the default: one.
+    /// Images that go through it at once. 0, the default: as many as it takes, one where it takes any number.
     pub batch: usize,
     /// What it runs on.
     pub runtime: RuntimeOptions,
@@ -78,7 +78,7 @@ const MULTIPLE: usize = 32;
 const TRIAL: (usize, usize) = (64, 512);
 
 impl Network {
-    /// Opens a network and tries it on an empty image.
+    /// Opens a network and tries it.
     ///
     /// # Errors
     /// [`Error::Io`] if there is no such file; [`Error::Network`] if it is no ONNX, takes or gives something else than such
@@ -112,9 +112,14 @@ impl Network {
         self.config.channels.iter().any(|channel| channel.0 == Channel::Remission)
     }
 
-    /// Images that it takes at once.
+    /// Images that it is given at once.
     pub fn batch(&self) -> usize {
-        self.options.batch.max(1)
+        self.fixed_batch().unwrap_or(self.options.batch.max(1)).max(1)
+    }
+
+    /// The number of images that it takes, if it takes no other.
+    fn fixed_batch(&self) -> Option<usize> {
+        self.runtime.input().first().copied().flatten()
     }
 
     /// What gives the classes, without the name of a file: the model's hash, the image, the runtime.
@@ -226,12 +231,16 @@ impl Network {
             return Ok(Vec::new());
         };
         let channels = self.config.channels.len();
-        let mut values = Vec::with_capacity(views.len() * channels * rows * columns);
+        let images = self.fixed_batch().unwrap_or(views.len());
+        let shape = [images, channels, *rows, *columns];
+        let mut values = Vec::with_capacity(shape.iter().product());
         for view in views {
             let scale = self.scale(&view.cloud);
             view.picture.write(&view.cloud, &self.config, scale, &mut values);
         }
-        self.run(Tensor { shape: [views.len(), channels, *rows, *columns], values })
+        // A network that takes a number of images alone gets empty ones for those that are missing.
+        values.resize(shape.iter().product(), 0.0);
+        self.run(Tensor { shape, values })
     }
 
     /// The output for some images, checked.
@@ -286,8 +295,9 @@ impl Network {
             let problem = format!("it takes {found} channels, and its configuration has {own}");
             return Err(self.problem(problem));
         }
-        if let Some(most) = batch.filter(|&most| most != self.batch()) {
-            let problem = format!("it takes {most} images at once, not {}", self.batch());
+        let asked = self.options.batch;
+        if let Some(fixed) = batch.filter(|&fixed| asked > 1 && fixed != asked) {
+            let problem = format!("it takes {fixed} images at once, not {asked}");
             return Err(self.problem(problem));
         }
         let size = self.own_image().map(|own| (own.rows, own.columns));
@@ -314,11 +324,13 @@ impl Network {
         }))
     }
 
-    /// Refuses a network that cannot be run or gives something else than scores.
+    /// Refuses a network that cannot be run or gives something else than scores for some small numbers.
     fn try_out(&self) -> Result<()> {
         let (rows, columns) = self.own_image().map_or(TRIAL, |own| (own.rows, own.columns));
         let shape = [self.batch(), self.config.channels.len(), rows, columns];
-        self.run(Tensor { shape, values: vec![0.0; shape.iter().product()] }).map(drop)
+        let values =
+            (0..shape.iter().product()).map(|i: usize| (i % 7) as f32 / 3.0 - 1.0).collect();
+        self.run(Tensor { shape, values }).map(drop)
     }
 
     fn problem(&self, problem: String) -> Error {

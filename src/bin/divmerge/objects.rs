@@ -58,9 +58,9 @@ struct NetworkArguments {
     #[arg(long, value_name = "X", value_parser = positive)]
     remission_scale: Option<f64>,
 
-    /// Clouds that go through it at once: more pays off on graphics processors
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
-    batch: u16,
+    /// Clouds that go through it at once, which pays off on graphics processors [default: 1, or as many as it must have]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    batch: Option<u16>,
 
     /// What runs it
     #[arg(long, value_enum, default_value_t = Runtime::Auto)]
@@ -238,7 +238,7 @@ impl NetworkArguments {
                 Image::Clustering => NetworkImage::Clustering,
             },
             remission_scale: self.remission_scale.map(|scale| scale as f32),
-            batch: usize::from(self.batch),
+            batch: self.batch.map_or(0, usize::from),
             runtime: RuntimeOptions {
                 kind: match self.runtime {
                     Runtime::Auto => RuntimeKind::Auto,
