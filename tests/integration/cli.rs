@@ -207,3 +207,15 @@ fn wrong_usage_of_the_viewer_exits_with_2() {
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", text(&output.stderr));
     }
 }
+
+#[test]
+fn help_lists_what_is_about_networks_by_itself() {
+    let help = text(&divmerge(&["annotate", "--help"]).stdout);
+    let (options, networks) = help.split_once("Networks (--semantics onnx:):").expect("a heading");
+    for of_networks in ["--model-config", "--runtime", "--batch"] {
+        assert!(networks.contains(of_networks) && !options.contains(of_networks), "{of_networks}");
+    }
+    for other in ["--semantics", "--voxel", "--threads"] {
+        assert!(options.contains(other), "{other}");
+    }
+}

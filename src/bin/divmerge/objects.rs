@@ -40,39 +40,41 @@ pub struct ObjectArguments {
     network: NetworkArguments,
 }
 
+/// Where `--help` lists what is about networks.
+const NETWORKS: &str = "Networks (--semantics onnx:)";
+
 /// How a network is run.
 #[derive(Args)]
-#[command(next_help_heading = "Networks (--semantics onnx:)")]
 struct NetworkArguments {
     /// What the network takes and gives: arch_cfg.yaml and data_cfg.yaml of its project, one after the other, or the folder
     /// with both [default: MODEL.yaml, or those two beside the model]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, help_heading = NETWORKS, value_name = "FILE")]
     model_config: Vec<PathBuf>,
 
     /// Which range image it is given
-    #[arg(long, value_enum, value_name = "IMAGE", default_value_t = Image::Auto)]
+    #[arg(long, help_heading = NETWORKS, value_enum, value_name = "IMAGE", default_value_t = Image::Auto)]
     model_image: Image,
 
     /// Multiply intensities by this to be those of its training [default: found in each cloud: 1, or where they go to 255 or
     /// 65535 and the network knows 0 to 1, 1/255 or 1/65535]
-    #[arg(long, value_name = "X", value_parser = positive)]
+    #[arg(long, help_heading = NETWORKS, value_name = "X", value_parser = positive)]
     remission_scale: Option<f64>,
 
     /// Clouds that go through it at once, which pays off on graphics processors [default: 1, or as many as it must have]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    #[arg(long, help_heading = NETWORKS, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     batch: Option<u16>,
 
     /// What runs it
-    #[arg(long, value_enum, default_value_t = Runtime::Auto)]
+    #[arg(long, help_heading = NETWORKS, value_enum, default_value_t = Runtime::Auto)]
     runtime: Runtime,
 
     /// The shared library of ONNX Runtime, or the folder it is in [default: ORT_DYLIB_PATH, then that of PyPI's
     /// onnxruntime, then the system's]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, help_heading = NETWORKS, value_name = "FILE")]
     onnxruntime: Option<PathBuf>,
 
     /// Where ONNX Runtime computes
-    #[arg(long, value_enum, default_value_t = On::Auto)]
+    #[arg(long, help_heading = NETWORKS, value_enum, default_value_t = On::Auto)]
     device: On,
 }
 
