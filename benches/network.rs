@@ -42,23 +42,23 @@ fn main() {
         .into_iter()
         .map(|(name, kind, threads)| measure(&arguments, &clouds, name, kind, threads))
         .collect();
-    if let [Some((tract, found)), Some((single, single_found)), Some((all, other))] = &measured[..]
-    {
+    let [tract, single, all] = &measured[..] else { return };
+    println!();
+    if let (Some((_, one)), Some((_, other))) = (single, all) {
+        let same = if one == other { "the same bits" } else { "other bits" };
+        println!("ONNX Runtime on one thread and on all cores: {same}");
+    }
+    if let (Some((tract, found)), Some((single, _)), Some((all, other))) = (tract, single, all) {
         println!(
-            "\ntract / ONNX Runtime: {:.2} on one thread, {:.2} on all cores",
+            "tract / ONNX Runtime: {:.2} on one thread, {:.2} on all cores",
             tract / single,
             tract / all
         );
-        let same = if single_found == other { "the same bits" } else { "other bits" };
-        println!("ONNX Runtime on one thread and on all cores: {same}");
         let alike = found.class.iter().zip(&other.class).filter(|(a, b)| a == b).count();
-        println!(
-            "classes alike: {:.4} % of {} points",
-            100.0 * alike as f64 / found.class.len() as f64,
-            found.class.len()
-        );
+        let share = 100.0 * alike as f64 / found.class.len() as f64;
+        println!("classes alike: {share:.4} % of {} points", found.class.len());
     } else {
-        println!("\n(no ONNX Runtime: nothing to compare with)");
+        println!("(one of the two is not there: nothing to compare)");
     }
 }
 
