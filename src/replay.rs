@@ -108,7 +108,7 @@ pub fn play(
     watcher: &mut dyn Watcher,
 ) -> Result<Replayed> {
     let overview = Overview::read(input)?;
-    let clouds = annotate::choose(&overview, &selection.topics)?;
+    let clouds = annotate::choose_beside(&overview, &selection.topics, method.class_topic())?;
     refuse_missing(&overview, &clouds, selection)?;
     let mut reader = match watcher.wants_all() {
         true => RecordingReader::open(input)?,

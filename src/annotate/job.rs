@@ -11,7 +11,7 @@ use super::message::{Annotated, Clustered, Method, Semantics, annotate_message};
 use super::profile::Profile;
 use super::report::{FrameReport, METADATA_NAME, Report, TopicReport, asked, metadata};
 use super::resume::{CutOff, Journal, Note, clean_up, journal_of};
-use super::topics::{CloudTopic, choose, refuse_annotated};
+use super::topics::{CloudTopic, choose, choose_beside, refuse_annotated};
 use super::{Event, Form, Frame, Options, place};
 use crate::error::{Error, Result};
 use crate::io::{
@@ -131,7 +131,7 @@ impl<'a> Job<'a> {
         workers: &Workers,
         on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
     ) -> Result<Self> {
-        let clouds = choose(&overview, &options.topics)?;
+        let clouds = choose_beside(&overview, &options.topics, options.method.class_topic())?;
         options.types.check(&overview, clouds.values().map(|cloud| cloud.format), options.form)?;
         let mut job = Self::with(overview, clouds, output, options, workers, on_event)?;
         refuse_annotated(&job.overview, job.wanted.numbered.values())?;

@@ -99,6 +99,14 @@ impl Method {
         }
     }
 
+    /// The topic of the recording that classes are taken from, if one is.
+    pub fn class_topic(&self) -> Option<&str> {
+        match &self.semantics {
+            Semantics::Given(given) => given.topic(),
+            _ => None,
+        }
+    }
+
     /// Whether clouds are looked at with how much light came back.
     pub fn wants_remission(&self) -> bool {
         matches!(&self.semantics, Semantics::Network(network) if network.wants_remission())

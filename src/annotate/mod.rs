@@ -24,7 +24,9 @@ pub use message::{Annotated, Clustered, Decoded, Method, Semantics, annotate_mes
 pub use profile::{Profile, SlowFrame};
 pub use report::{FrameTimes, METADATA_NAME, Report, TopicReport, remarks};
 pub(crate) use topics::added_metadata;
-pub use topics::{CloudTopic, INSTANCES, OBJECTS, annotated_topics, choose, is_annotation};
+pub use topics::{
+    CloudTopic, INSTANCES, OBJECTS, annotated_topics, choose, choose_beside, is_annotation,
+};
 pub use types::{Flavor, MessageTypes};
 
 /// What the output holds.

@@ -45,9 +45,23 @@ pub struct CloudTopic {
 /// # Errors
 /// [`Error::NoCloud`] if there is none, or none of a topic that was asked for.
 pub fn choose(overview: &Overview, topics: &[String]) -> Result<BTreeMap<u16, CloudTopic>> {
+    choose_beside(overview, topics, None)
+}
+
+/// The same, without a topic that says something of the clouds of others, unless it is asked for by name.
+///
+/// # Errors
+/// Those of [`choose`].
+pub fn choose_beside(
+    overview: &Overview,
+    topics: &[String],
+    beside: Option<&str>,
+) -> Result<BTreeMap<u16, CloudTopic>> {
+    let is_beside = |topic: &str| topics.is_empty() && beside == Some(topic);
     let readable: BTreeMap<u16, CloudTopic> = overview
         .channels
         .values()
+        .filter(|channel| !is_beside(&channel.topic))
         .filter_map(|channel| Some((channel.id, chosen(overview, channel, &[])?)))
         .collect();
     let no_cloud = |problem: String| Error::NoCloud { path: overview.path.clone(), problem };

@@ -95,8 +95,7 @@ fn run(input: &Path, source: Option<ClassSource>, threads: usize) -> Result<(Pat
     };
     let output = input.with_extension("annotated.mcap");
     let method = Method { semantics, ..Method::default() };
-    let topics = vec![CLOUD_TOPIC.to_owned()];
-    let options = Options { method, topics, threads, force: true, ..Options::default() };
+    let options = Options { method, threads, force: true, ..Options::default() };
     let report = annotate(input, &output, &options, &mut |_: Event| ControlFlow::Continue(()))?;
     Ok((output, report))
 }
@@ -120,6 +119,7 @@ fn classes_of_a_topic_and_of_files_are_those_of_the_field() {
             with_predictions(&input, 3_000_000, SENSOR_FRAME, |_, classes| Some(classes));
         let (output, report) = run(&predicted, of_topic(), threads).unwrap();
         assert!(instances(&output) == expected);
+        assert_eq!(report.topics.len(), 1, "the predictions are no clouds to be annotated");
         let semantics = &report.topics[CLOUD_TOPIC].semantics;
         assert_eq!(semantics.get("topic:/predictions"), Some(&4));
     }

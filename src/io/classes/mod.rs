@@ -66,6 +66,14 @@ impl FrameClasses {
         }
     }
 
+    /// The topic of the recording that they are on, if they are on one.
+    pub fn topic(&self) -> Option<&str> {
+        match self {
+            FrameClasses::Files(_) => None,
+            FrameClasses::Topic(topic) => Some(topic.topic()),
+        }
+    }
+
     /// Where they are and how they are told apart, with the name of the folder.
     pub fn source(&self) -> String {
         match self {
