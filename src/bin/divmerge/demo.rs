@@ -73,13 +73,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
+/// What stands before the source of classes that were found, not given.
+const FOUND: &str = "classes from";
+
 /// Where the classes came from, in words.
 fn classes_of(report: &Report) -> String {
     let sources = report.topics.values().flat_map(|topic| topic.semantics.keys());
     match sources.cloned().collect::<Vec<_>>().join(", ").as_str() {
         "field:label" => "classes given".to_owned(),
         "ground" | "all" => "no classes".to_owned(),
-        other => format!("classes from {other}"),
+        other => format!("{FOUND} {other}"),
     }
 }
 
@@ -140,8 +143,10 @@ fn print_scores(scores: &Panoptic, taxonomy: &Taxonomy, semantics: &str) {
     let mean = scores.mean(occurs);
     let [pq, sq, rq] = [mean.pq, mean.sq, mean.rq].map(|figure| figure * 100.0);
     println!("{:<14} {pq:>5.1}  {sq:>5.1}  {rq:>5.1}", "mean");
-    let iou = scores.mean_iou_of_present() * 100.0;
-    println!("mean intersection over union of all classes that are there, points: {iou:.1}");
+    if semantics.starts_with(FOUND) {
+        let iou = scores.mean_iou_of_present() * 100.0;
+        println!("mean intersection over union of all classes that are there, points: {iou:.1}");
+    }
 }
 
 fn print_next(drive: &Path, annotated: &Path, figure: &Path) {
