@@ -5,6 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use ort::environment::Environment;
 use ort::ep;
+use ort::logging::LogLevel;
 use ort::session::Session;
 use ort::value::{TensorRef, ValueType};
 
@@ -32,6 +33,8 @@ impl OnnxRuntime {
             let builder = Session::builder(&environment)?;
             let builder = builder.with_execution_providers(providers)?;
             let builder = builder.with_intra_threads(options.threads)?;
+            // What goes wrong is returned; it is not told twice.
+            let builder = builder.with_log_level(LogLevel::Fatal)?;
             let mut builder = builder.with_deterministic_compute(true)?;
             builder.commit_from_file(model)
         };
