@@ -313,38 +313,33 @@ pub(super) fn annotate_messages(
     types: &MessageTypes,
 ) -> Vec<Result<(Clustered, Annotated)>> {
     let started = Instant::now();
-    let opened = |one: &OneOfSeveral<'_>| {
+    let opened = messages.iter().map(|one| {
         let wire = one.format.decode(one.message)?;
         let (cloud, _) = method.unclassified(&wire)?;
-        Ok(cloud)
-    };
-    let mut clouds: Vec<Result<PointCloud>> = messages.iter().map(opened).collect();
+        Ok((wire, cloud))
+    });
+    let opened: Vec<Result<(PackedCloud, PointCloud)>> = opened.collect();
     let decode_ms = ms_since(started) / messages.len() as f64;
 
     let started = Instant::now();
-    let readable: Vec<&PointCloud> = clouds.iter().flatten().collect();
+    let readable: Vec<&PointCloud> = opened.iter().flatten().map(|(_, cloud)| cloud).collect();
     let mut classes = match network.classes_of(&readable, &method.config.projection) {
         Ok(classes) => classes.into_iter(),
-        Err(error) => {
-            let all = messages.iter().map(|_| Err(error.of_network_again()));
-            return all.collect();
-        }
+        Err(error) => return messages.iter().map(|_| Err(error.of_network_again())).collect(),
     };
     let semantics_ms = ms_since(started) / messages.len() as f64;
 
-    let classified =
-        clouds.drain(..).map(|cloud| cloud?.with_classes(classes.next().unwrap_or_default()));
-    let annotate = |(one, cloud): (&OneOfSeveral<'_>, Result<PointCloud>)| {
-        let cloud = cloud?;
+    let annotate = |(one, opened): (&OneOfSeveral<'_>, Result<(PackedCloud, PointCloud)>)| {
+        let (wire, cloud) = opened?;
+        let cloud = cloud.with_classes(classes.next().unwrap_or_default())?;
         let mut annotated = Annotated::default();
         let semantics = method.semantics.describe(None);
         let decoded =
             Decoded { mask: method.mask(&cloud), cloud, semantics, decode_ms, semantics_ms };
-        let wire = one.format.decode(one.message)?;
         let clustered = annotate_decoded(&wire, one.which, method, types, decoded, &mut annotated)?;
         Ok((clustered, annotated))
     };
-    messages.iter().zip(classified).map(annotate).collect()
+    messages.iter().zip(opened).map(annotate).collect()
 }
 
 fn annotate_decoded(

@@ -270,6 +270,49 @@ pub(super) fn type_name<'a>(overview: &'a Overview, channel: &Channel) -> &'a st
     name.rsplit(['/', '.']).next().unwrap_or(name)
 }
 
+/// What is said where a topic beside the clouds carries something else, or is not there.
+pub(super) struct BesideWords {
+    /// What can be read.
+    pub readable: &'static str,
+    /// Stands before the topics that carry such.
+    pub on: &'static str,
+    /// Stands where there are none.
+    pub none: &'static str,
+}
+
+/// The channels of a topic beside the clouds, with how each is read; all must carry what `of` knows.
+///
+/// # Errors
+/// What a channel carries instead, or that there is no such topic, in words.
+pub(super) fn channels_beside<T>(
+    overview: &Overview,
+    topic: &str,
+    of: impl Fn(&Overview, &Channel) -> Option<T>,
+    words: &BesideWords,
+) -> std::result::Result<BTreeMap<u16, T>, String> {
+    let mut channels = BTreeMap::new();
+    for channel in overview.channels_of(topic) {
+        let Some(read) = of(overview, channel) else {
+            let what = overview.schema_of(channel.id).map_or("no schema", |schema| &schema.name);
+            let encoding = &channel.message_encoding;
+            return Err(format!("it carries {what} in encoding `{encoding}`; {}", words.readable));
+        };
+        channels.insert(channel.id, read);
+    }
+    if !channels.is_empty() {
+        return Ok(channels);
+    }
+    let others = overview.channels.values().filter(|channel| of(overview, channel).is_some());
+    let mut topics: Vec<&str> = others.map(|channel| channel.topic.as_str()).collect();
+    topics.sort_unstable();
+    topics.dedup();
+    let others = match topics.is_empty() {
+        true => words.none.to_owned(),
+        false => format!("{} {}", words.on, topics.join(", ")),
+    };
+    Err(format!("{} has no such topic; {others}", overview.path.display()))
+}
+
 /// The topic asked for, or the first with clouds, else the first that could have some.
 fn choose(overview: &Overview, topic: Option<&str>) -> Result<String> {
     let channels = overview.channels.values();

@@ -22,7 +22,7 @@ use crate::taxonomy::Taxonomy;
 
 use config::Channel;
 pub use config::NetworkConfig;
-use nearest::classify;
+use nearest::{NOTHING, classify};
 use picture::{Picture, of_image, spherical};
 use runtime::{Runtime, RuntimeOptions, Tensor};
 use scores::Scores;
@@ -270,10 +270,7 @@ impl Network {
     /// Gives the points of a view their classes.
     fn take(&self, view: &View, scores: &Scores, all: &mut Classes) {
         let found = classify(&view.picture, scores, self.config.nearest.as_ref());
-        let seen = view.picture.pixel_of_point.iter();
-        for (own, ((class, confidence, entropy), _)) in
-            found.into_iter().zip(seen).enumerate().filter(|(_, (_, pixel))| **pixel != NOWHERE)
-        {
+        for (own, (class, confidence, entropy)) in found.into_iter().enumerate() {
             let point = view.points.as_ref().map_or(own, |points| points[own] as usize);
             all.class[point] = self.config.ids[usize::from(class)];
             all.confidence[point] = confidence;
@@ -365,10 +362,11 @@ struct Classes {
 impl Classes {
     /// Nothing known.
     fn unknown(points: usize, id: u16) -> Self {
+        let (_, confidence, entropy) = NOTHING;
         Classes {
             class: vec![id; points],
-            confidence: vec![0.0; points],
-            entropy: vec![1.0; points],
+            confidence: vec![confidence; points],
+            entropy: vec![entropy; points],
         }
     }
 }

@@ -69,8 +69,11 @@ impl NearestParams {
 /// Class number, confidence and entropy of a point.
 pub(super) type Verdict = (u16, f32, f32);
 
+/// Where nothing is known.
+pub(super) const NOTHING: Verdict = (0, 0.0, 1.0);
+
 /// The class of each of N points, how sure it is, and the entropy: the mean distribution of the neighbours that vote.
-/// Points without a pixel have class 0 and confidence 0.
+/// Of points without a pixel [`NOTHING`] is known.
 pub(super) fn classify(
     picture: &Picture,
     scores: &Scores,
@@ -113,7 +116,7 @@ impl<'a> Voters<'a> {
     fn verdict(&mut self, point: usize) -> Verdict {
         let pixel = self.picture.pixel_of_point[point];
         if pixel == NOWHERE {
-            return (0, 0.0, 0.0);
+            return NOTHING;
         }
         let voters = match self.params {
             None => {

@@ -56,30 +56,23 @@ pub fn spherical(cloud: &PointCloud, image: &Spherical) -> Picture {
 /// The image that is clustered, of a cloud that one sensor at the origin made, with empty rows and columns at its ends so
 /// that both are multiples of a number: networks halve their images several times.
 pub fn of_image(cloud: &PointCloud, image: &RangeImage, multiple: usize) -> Picture {
-    let own = image.columns();
+    let own = image.columns().max(1);
     let rows = image.rows().max(1).next_multiple_of(multiple);
-    let columns = own.max(1).next_multiple_of(multiple);
-    let padded = |pixel: u32| match pixel {
+    let columns = own.next_multiple_of(multiple);
+    // Row 0 is the highest beam for a network.
+    let row = |row: usize| if image.top_row_first { row } else { image.rows() - 1 - row };
+    let pixel = |pixel: u32| match pixel {
         NOWHERE => NOWHERE,
-        pixel => (pixel as usize / own * columns + pixel as usize % own) as u32,
+        pixel => (row(pixel as usize / own) * columns + pixel as usize % own) as u32,
     };
     let mut point_of_pixel = vec![NOWHERE; rows * columns];
-    for (row, points) in image.point_of_pixel.values().chunks(own.max(1)).enumerate() {
-        // Row 0 is the highest beam for a network.
-        let row = if image.top_row_first { row } else { image.rows() - 1 - row };
-        point_of_pixel[row * columns..][..own].copy_from_slice(points);
+    for (own_row, points) in image.point_of_pixel.values().chunks(own).enumerate() {
+        point_of_pixel[row(own_row) * columns..][..own].copy_from_slice(points);
     }
-    let flipped = |pixel: u32| match (pixel, image.top_row_first) {
-        (NOWHERE, _) | (_, true) => pixel,
-        (pixel, false) => {
-            let (row, column) = (pixel as usize / own, pixel as usize % own);
-            ((image.rows() - 1 - row) * own + column) as u32
-        }
-    };
     Picture {
         rows,
         columns,
-        pixel_of_point: image.pixel_of_point.iter().map(|&pixel| padded(flipped(pixel))).collect(),
+        pixel_of_point: image.pixel_of_point.iter().map(|&own| pixel(own)).collect(),
         point_of_pixel,
         range: (0..cloud.len()).map(|point| cloud.squared_range(point).sqrt() as f32).collect(),
     }

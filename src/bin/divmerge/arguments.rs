@@ -191,9 +191,7 @@ impl MethodArguments {
     /// The same arguments as words of a command line; nothing for those that were left out.
     pub fn words(&self) -> Vec<String> {
         let mut words = self.objects.words();
-        let mut say = |name: &str, value: Option<String>| {
-            words.extend(value.map(|value| [format!("--{name}"), value]).into_iter().flatten());
-        };
+        let mut say = |name: &str, value| say(&mut words, name, value);
         say("method", (self.method != Cutter::DivideAndMerge).then(|| written(self.method)));
         say("preset", (self.preset != Preset::Best).then(|| written(self.preset)));
         say("voxel", self.voxel.map(|n| n.to_string()));
@@ -214,6 +212,11 @@ pub fn taxonomy(file: Option<&Path>) -> Result<Taxonomy> {
         Some(path) => Taxonomy::from_yaml_file(path)?,
         None => Taxonomy::semantic_kitti(),
     })
+}
+
+/// Adds an option and its value to the words of a command line, if it has one.
+pub fn say(words: &mut Vec<String>, name: &str, value: Option<String>) {
+    words.extend(value.map(|value| [format!("--{name}"), value]).into_iter().flatten());
 }
 
 /// A value as the command line takes it.

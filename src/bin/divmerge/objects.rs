@@ -15,7 +15,7 @@ use divmerge::network::{Network, NetworkImage, NetworkOptions};
 use divmerge::pipeline::Config;
 use divmerge::semantics::GroundParams;
 
-use crate::arguments::{not_negative, positive, taxonomy, written};
+use crate::arguments::{not_negative, positive, say, taxonomy, written};
 
 /// What is an object.
 #[derive(Args)]
@@ -207,9 +207,7 @@ impl ObjectArguments {
     /// The same arguments as words of a command line; nothing for those that were left out.
     pub fn words(&self) -> Vec<String> {
         let mut words = Vec::new();
-        let mut say = |name: &str, value: Option<String>| {
-            words.extend(value.map(|value| [format!("--{name}"), value]).into_iter().flatten());
-        };
+        let mut say = |name: &str, value| say(&mut words, name, value);
         say("semantics", (self.semantics != Source::Auto).then(|| self.semantics.to_string()));
         say("taxonomy", self.taxonomy.as_ref().map(|path| path.display().to_string()));
         let usual = TOLERANCE_NS as f64 * 1e-9;

@@ -8,7 +8,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::super::frames::{AskedCloud, cloud_format, type_name};
+use super::super::frames::{AskedCloud, BesideWords, channels_beside, cloud_format, type_name};
 use super::super::recording::{Channel, Overview, Record, RecordingReader, Wanted};
 use super::FrameDetections;
 use super::messages::{BoxMessage, DETECTION_ARRAY, MARKER_ARRAY, detection_boxes, marker_boxes};
@@ -149,39 +149,12 @@ impl Layout {
 
 /// The channels of the topic; all must carry boxes.
 fn layouts(overview: &Overview, topic: &str) -> Result<BTreeMap<u16, Layout>> {
-    let mut layouts = BTreeMap::new();
-    for channel in overview.channels_of(topic) {
-        let Some(layout) = Layout::of(overview, channel) else {
-            let what = overview.schema_of(channel.id).map_or("no schema", |schema| &schema.name);
-            let encoding = &channel.message_encoding;
-            return Err(problem(
-                topic,
-                format!(
-                    "it carries {what} in encoding `{encoding}`; boxes are read from MarkerArray and \
-                     Detection3DArray in `cdr`"
-                ),
-            ));
-        };
-        layouts.insert(channel.id, layout);
-    }
-    if layouts.is_empty() {
-        let path = overview.path.display();
-        return Err(problem(topic, format!("{path} has no such topic; {}", with_boxes(overview))));
-    }
-    Ok(layouts)
-}
-
-/// The topics that carry boxes, in words.
-fn with_boxes(overview: &Overview) -> String {
-    let channels = overview.channels.values();
-    let with_boxes = channels.filter(|channel| Layout::of(overview, channel).is_some());
-    let mut topics: Vec<&str> = with_boxes.map(|channel| channel.topic.as_str()).collect();
-    topics.sort_unstable();
-    topics.dedup();
-    match topics.is_empty() {
-        true => "none of its topics carries boxes".to_owned(),
-        false => format!("boxes are on {}", topics.join(", ")),
-    }
+    let words = BesideWords {
+        readable: "boxes are read from MarkerArray and Detection3DArray in `cdr`",
+        on: "boxes are on",
+        none: "none of its topics carries boxes",
+    };
+    channels_beside(overview, topic, Layout::of, &words).map_err(|words| problem(topic, words))
 }
 
 /// Messages by stamp; those of one stamp and frame become one.

@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 
 use super::super::frames::AskedCloud;
 use super::super::scans::npy::{Numbers, numbers};
-use super::super::semantic_kitti::read_labels;
+use super::super::semantic_kitti::{file_name, read_labels};
 use super::{no_classes, seconds};
 use crate::cloud::PointClasses;
 use crate::error::{Error, Result};
@@ -178,10 +178,10 @@ impl ClassFiles {
                     Numbers::Integers(_) => "integers",
                     Numbers::Floats(_) => "floats",
                 };
-                let problem_ = format!(
+                let words = format!(
                     "{kind} of shape {sides:?}; an integer for each point or a float for each point and class is expected"
                 );
-                Err(problem(path, problem_))
+                Err(problem(path, words))
             }
         }
     }
@@ -231,10 +231,6 @@ fn name(path: &Path) -> Option<Name> {
     let digits = if stem.contains('.') { part.len() } else { 9 };
     let part = part.parse::<i64>().ok()? * 10_i64.pow(9 - digits as u32);
     Some(Name::Stamp(whole.parse::<i64>().ok()?.checked_mul(1_000_000_000)?.checked_add(part)?))
-}
-
-fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 fn problem(path: &Path, problem: String) -> Error {

@@ -5,11 +5,11 @@
 //! are kept: the stamps on the topic have to ascend. Whoever asks for a cloud far before the last makes the reading begin again.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use super::super::frames::AskedCloud;
-use super::super::recording::{Channel, Overview, Record, RecordingReader, Wanted};
+use super::super::frames::{AskedCloud, BesideWords, channels_beside};
+use super::super::recording::{Overview, Record, RecordingReader, Wanted};
 use super::messages::{ClassFormat, ClassMessage};
 use super::{no_classes, seconds};
 use crate::cloud::PointClasses;
@@ -30,7 +30,7 @@ const MOST: usize = 256;
 /// The classes of a topic.
 #[derive(Debug)]
 pub struct ClassTopic {
-    recording: PathBuf,
+    overview: Overview,
     topic: String,
     tolerance_ns: u64,
     formats: BTreeMap<u16, ClassFormat>,
@@ -39,8 +39,8 @@ pub struct ClassTopic {
 
 impl PartialEq for ClassTopic {
     fn eq(&self, other: &Self) -> bool {
-        (&self.recording, &self.topic, self.tolerance_ns)
-            == (&other.recording, &other.topic, other.tolerance_ns)
+        (&self.overview.path, &self.topic, self.tolerance_ns)
+            == (&other.overview.path, &other.topic, other.tolerance_ns)
     }
 }
 
@@ -70,7 +70,7 @@ impl ClassTopic {
         let overview = Overview::read(recording)?;
         let formats = formats(&overview, topic)?;
         Ok(ClassTopic {
-            recording: recording.to_owned(),
+            overview,
             topic: topic.to_owned(),
             tolerance_ns,
             formats,
@@ -154,10 +154,9 @@ impl ClassTopic {
     }
 
     fn reader(&self) -> Result<RecordingReader> {
-        let overview = Overview::read(&self.recording)?;
         let numbered = self.formats.keys().map(|&id| (id, self.topic.clone())).collect();
         let wanted = Wanted { numbered, others: false, ..Wanted::default() };
-        RecordingReader::open_wanted(&overview, &wanted, &Workers::none())
+        RecordingReader::open_wanted(&self.overview, &wanted, &Workers::none())
     }
 
     /// The classes of a message if they are as many as the cloud has points.
@@ -219,34 +218,11 @@ fn of_topic(topic: &str, problem: String) -> Error {
 
 /// The channels of the topic; all must carry classes.
 fn formats(overview: &Overview, topic: &str) -> Result<BTreeMap<u16, ClassFormat>> {
-    let mut formats = BTreeMap::new();
-    for channel in overview.channels_of(topic) {
-        let Some(format) = ClassFormat::of(overview, channel) else {
-            let what = overview.schema_of(channel.id).map_or("no schema", |schema| &schema.name);
-            let encoding = &channel.message_encoding;
-            let problem = format!(
-                "it carries {what} in encoding `{encoding}`; classes are read from clouds and from images (sensor_msgs/Image)"
-            );
-            return Err(of_topic(topic, problem));
-        };
-        formats.insert(channel.id, format);
-    }
-    if formats.is_empty() {
-        let path = overview.path.display();
-        return Err(of_topic(topic, format!("{path} has no such topic; {}", others(overview))));
-    }
-    Ok(formats)
-}
-
-/// The topics that could carry classes, in words.
-fn others(overview: &Overview) -> String {
-    let could = |channel: &&Channel| ClassFormat::of(overview, channel).is_some();
-    let mut topics: Vec<&str> =
-        overview.channels.values().filter(could).map(|channel| channel.topic.as_str()).collect();
-    topics.sort_unstable();
-    topics.dedup();
-    match topics.is_empty() {
-        true => "none of its topics could carry classes".to_owned(),
-        false => format!("clouds and images are on {}", topics.join(", ")),
-    }
+    let words = BesideWords {
+        readable: "classes are read from clouds and from images (sensor_msgs/Image)",
+        on: "clouds and images are on",
+        none: "none of its topics could carry classes",
+    };
+    channels_beside(overview, topic, ClassFormat::of, &words)
+        .map_err(|words| of_topic(topic, words))
 }
