@@ -39,8 +39,8 @@ pub use labelled::{
 };
 pub use objects::{ObjectBox, ObjectEncoding, ObjectKind};
 pub use recording::{
-    AttachmentHeader, Channel, Compression, FrameRange, Item, MessageHeader, Metadata, Overview,
-    Part, PartialFile, Position, ReadTimes, Record, RecordingReader, RecordingWriter,
+    AttachmentHeader, Channel, ChunkPlace, Compression, FrameRange, Item, MessageHeader, Metadata,
+    Overview, Part, PartialFile, Position, ReadTimes, Record, RecordingReader, RecordingWriter,
     STANDARD_STREAM, Schema, SharedBytes, SourceChunk, Wanted, WriteOptions, WriteTimes,
     abandon_partial_files, checksum, is_stream, write_file,
 };
