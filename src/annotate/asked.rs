@@ -48,7 +48,10 @@ impl Asked {
             input: name.into_owned(),
             input_bytes: overview.file_size,
             method: parameters(method),
-            semantics: semantics.describe(None),
+            semantics: match semantics {
+                Semantics::Auto => "auto".to_owned(),
+                others => others.describe(None),
+            },
             classes: match semantics {
                 Semantics::Given(given) => Some(given.source()),
                 _ => None,

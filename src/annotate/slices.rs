@@ -199,7 +199,9 @@ fn count<'a>(planned: &'a Planned, topics: &[String]) -> Result<Counted<'a>> {
     let overview = Overview::read(&planned.input)?;
     let channels = choose(&overview, topics)?;
     let is_cloud = |channel: u16| channels.contains_key(&channel);
-    let chunks = ChunkPlace::all(&overview, &is_cloud).unwrap_or_default();
+    // Chunks without message indexes may hold anything.
+    let tells = |chunks: &Vec<ChunkPlace>| chunks.iter().any(|chunk| chunk.messages > 0);
+    let chunks = ChunkPlace::all(&overview, &is_cloud).filter(tells).unwrap_or_default();
     let counts = overview.message_counts.iter().filter(|(channel, _)| is_cloud(**channel));
     let clouds = counts.map(|(_, count)| count).sum();
     Ok(Counted { planned, overview, clouds, chunks })
