@@ -58,6 +58,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             write_file(output, made.to_json().as_bytes(), arguments.force)?;
             let head = ["recording", "slice", "clouds", "MB", "seconds"];
             print!("{}", Table::new(&head, made.slices.iter().enumerate().map(row)).markdown());
+            let (all, asked) = (made.slices.len(), arguments.shards);
+            if all < asked {
+                println!(
+                    "{all} slices and not {asked}: there are no more chunks with clouds to cut at"
+                );
+            }
             println!("wrote {}", output.display());
         }
     }
