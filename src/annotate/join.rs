@@ -94,7 +94,7 @@ pub fn by_recording(slices: Vec<SliceFile>, plan: Option<&Plan>) -> Result<Vec<V
 /// Refuses slices that are not of a plan, or not all of it.
 fn check_plan(slices: &[SliceFile], plan: &Plan) -> Result<()> {
     if let Some(other) = slices.iter().find(|file| !plan.slices.contains(&file.slice)) {
-        let problem = format!("{}, which is not in the plan", other.slice.describe());
+        let problem = "a slice that is not in the plan".to_owned();
         return Err(Error::Slices { of: other.path.clone(), problem });
     }
     let is_lost = |slice: &&Slice| !slices.iter().any(|file| file.slice == **slice);
@@ -108,13 +108,14 @@ fn check_plan(slices: &[SliceFile], plan: &Plan) -> Result<()> {
 /// An error that names the slices that are lost.
 fn missing(of: &Path, lost: &[&Slice]) -> Error {
     const NAMED: usize = 10;
-    let name = |slice: &&Slice| format!("{} ({})", slice.describe(), slice.file_name().display());
-    let mut names: Vec<String> = lost.iter().take(NAMED).map(name).collect();
-    if lost.len() > NAMED {
-        names.push(format!("{} more", lost.len() - NAMED));
-    }
-    let verb = if lost.len() == 1 { "is" } else { "are" };
-    let problem = format!("{} {verb} missing", names.join(", "));
+    let name = |slice: &&Slice| slice.file_name().display().to_string();
+    let names: Vec<String> = lost.iter().take(NAMED).map(name).collect();
+    let more = match lost.len().saturating_sub(NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let what = if lost.len() == 1 { "slice is" } else { "slices are" };
+    let problem = format!("{} {what} missing: {}{more}", lost.len(), names.join(", "));
     Error::Slices { of: of.to_owned(), problem }
 }
 
@@ -144,8 +145,8 @@ fn check(slices: &[SliceFile]) -> Result<()> {
     for two in slices.windows(2) {
         if two[0].slice.number == two[1].slice.number {
             return wrong(format!(
-                "{} is there twice: {} and {}",
-                two[0].slice.describe(),
+                "slice {} is there twice: {} and {}",
+                two[0].slice.file_name().display(),
                 two[0].path.display(),
                 two[1].path.display()
             ));

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::topics::choose;
 use crate::error::{Error, Result};
 use crate::io::bag::METADATA_FILE;
-use crate::io::{Bag, ChunkPlace, Overview};
+use crate::io::{Bag, ChunkPlace, Overview, is_stream};
 
 /// A slice of a recording.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -45,14 +45,6 @@ impl Slice {
         let mut name = self.name.file_stem().unwrap_or_default().to_owned();
         name.push(format!(".slice-{:04}-of-{:04}.mcap", self.number, self.count));
         self.name.with_file_name(name)
-    }
-
-    /// The slice in words, as in `slice 3 of 0 to 11`.
-    pub fn describe(&self) -> String {
-        match self.count {
-            1 => "the only slice".to_owned(),
-            count => format!("slice {} of 0 to {}", self.number, count - 1),
-        }
     }
 
     /// Whether messages of a chunk that begins at a byte belong to it.
@@ -122,9 +114,9 @@ pub fn recordings(inputs: &[PathBuf]) -> Result<Vec<Planned>> {
     Ok(found)
 }
 
-/// The path of a file from the root on; an address of an object store is one.
+/// The path of a file from the root on; an address of an object store is one, and a stream has none.
 fn absolute(path: &Path) -> Result<PathBuf> {
-    if path.to_string_lossy().contains("://") {
+    if path.to_string_lossy().contains("://") || is_stream(path) {
         return Ok(path.to_owned());
     }
     std::path::absolute(path).map_err(|source| Error::Io { path: path.to_owned(), source })
@@ -188,7 +180,7 @@ pub fn plan(recordings: &[Planned], shards: usize, topics: &[String]) -> Result<
     if !problems.is_empty() {
         let count = problems.len();
         let problems = problems.iter().map(Error::to_string).collect();
-        return Err(Error::Folder { path: "the plan".into(), problems, count });
+        return Err(Error::Folder { path: "nothing planned".into(), problems, count });
     }
     let clouds: Vec<u64> = recordings.iter().map(|recording| recording.clouds).collect();
     let shares = apportion(&clouds, shards);
@@ -294,9 +286,9 @@ impl Plan {
     /// # Errors
     /// [`Error::Io`]; [`Error::Slices`] if the file is no plan.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| Error::Io { path: path.to_owned(), source })?;
-        serde_json::from_str(&text).map_err(|error| Error::Slices {
+        let text =
+            std::fs::read(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
+        serde_json::from_slice(&text).map_err(|error| Error::Slices {
             of: path.to_owned(),
             problem: format!("no plan of `divmerge plan`: {error}"),
         })
