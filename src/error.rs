@@ -210,6 +210,15 @@ pub enum Error {
         count: u32,
     },
 
+    /// A parameter that is out of its limits, or does not fit the others.
+    #[error("{problem}")]
+    Parameter {
+        /// Its name.
+        name: &'static str,
+        /// What is wrong with it.
+        problem: String,
+    },
+
     /// A figure that cannot be drawn.
     #[error("{problem}")]
     Figure {
