@@ -2,6 +2,8 @@
 
 mod job;
 mod message;
+pub mod moments;
+mod objects;
 mod profile;
 mod report;
 pub mod resume;
@@ -21,6 +23,7 @@ use crate::workers::Workers;
 
 use job::Job;
 pub use message::{Annotated, Clustered, Decoded, Method, Semantics, annotate_message, cluster};
+pub use objects::{ObjectSource, Objects};
 pub use profile::{Profile, SlowFrame};
 pub use report::{FrameTimes, METADATA_NAME, Report, TopicReport, remarks};
 pub(crate) use topics::added_metadata;

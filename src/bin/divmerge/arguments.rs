@@ -2,20 +2,21 @@
 
 use std::ops::Bound;
 use std::path::Path;
+use std::str::FromStr;
 
-use anyhow::Result;
+use anyhow::{Result, anyhow};
 use clap::{Args, ValueEnum};
-use divmerge::Taxonomy;
 use divmerge::annotate::Method;
+use divmerge::annotate::moments::{self, Moment};
 use divmerge::baselines::AnyBaseline;
 use divmerge::cluster::params::Region;
 use divmerge::pipeline::overrides::limits;
 use divmerge::pipeline::{self, BirdsEyeMerge, Config, Overrides};
 use divmerge::replay::{FrameRange, Selection};
+use divmerge::{Error, Taxonomy};
 
 use crate::boxes::BoxArguments;
 use crate::geometry::GeometryArguments;
-use crate::moments::{Moment, moment, window};
 use crate::objects::ObjectArguments;
 
 /// How clouds are cut into instances.
@@ -196,14 +197,6 @@ impl MethodArguments {
     }
 }
 
-/// The taxonomy of a file, or SemanticKITTI's.
-pub fn taxonomy(file: Option<&Path>) -> Result<Taxonomy> {
-    Ok(match file {
-        Some(path) => Taxonomy::from_yaml_file(path)?,
-        None => Taxonomy::semantic_kitti(),
-    })
-}
-
 /// Adds an option and its value to the words of a command line, if it has one.
 pub fn say(words: &mut Vec<String>, name: &str, value: Option<String>) {
     words.extend(value.map(|value| [format!("--{name}"), value]).into_iter().flatten());
@@ -261,11 +254,11 @@ pub struct SelectionArguments {
 
     /// Leave out clouds before this log time: seconds from the start (12.5), since 1970 (@1317384506.4), a date
     /// (2011-09-30T12:28:26Z), or that of a cloud (frame:100, of the first topic looked at)
-    #[arg(long, value_name = "T", value_parser = moment)]
+    #[arg(long, value_name = "T", value_parser = Moment::from_str)]
     from: Option<Moment>,
 
     /// Leave out clouds from this log time on
-    #[arg(long, value_name = "T", value_parser = moment)]
+    #[arg(long, value_name = "T", value_parser = Moment::from_str)]
     to: Option<Moment>,
 }
 
@@ -276,6 +269,21 @@ impl SelectionArguments {
         let frames = self.frames.unwrap_or((Bound::Unbounded, Bound::Unbounded));
         Ok(Selection { topics: self.topics.clone(), frames, from_ns, to_ns })
     }
+}
+
+/// The log times in nanoseconds that two moments of a recording stand for.
+pub fn window(
+    input: &Path,
+    moments: (Option<Moment>, Option<Moment>),
+    topics: &[String],
+) -> Result<(Option<u64>, Option<u64>)> {
+    moments::window(input, moments, topics).map_err(|error| match error {
+        Error::Parameter { name: "from", .. } => anyhow!("--from must lie before --to"),
+        Error::Parameter { .. } => {
+            anyhow!("of a stream, --from and --to are times since 1970 (@1317384506.4) or dates")
+        }
+        other => other.into(),
+    })
 }
 
 /// Reads `5..10` (10 is left out), `5..`, `..10` or `5`.

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, anyhow};
 use clap::Args;
-use divmerge::io::{is_stream, static_transforms};
+use divmerge::Error;
+use divmerge::io::asked_transforms;
 use divmerge::pipeline::Overrides;
 use divmerge::pipeline::overrides::limits;
 use divmerge::range_image::ProjectionParams;
@@ -51,20 +52,14 @@ impl GeometryArguments {
 
     /// How the frames of a recording's clouds stand, and what the recording says of that, as far as it is asked.
     pub fn frame(&self, recording: &Path) -> Result<(SensorFrame, Transforms)> {
-        let transforms = match self.sensor_frame {
-            SensorFrame::AsIs | SensorFrame::Turned(_) => Transforms::default(),
-            // What is said in a stream is known when it has gone by.
-            SensorFrame::Auto if is_stream(recording) => Transforms::default(),
-            SensorFrame::Recorded if is_stream(recording) => {
-                bail!(
-                    "the transforms of a stream cannot be had: --sensor-frame needs axes or angles, or a file"
-                )
-            }
-            // What is wrong with the file is said by whoever reads its clouds.
-            SensorFrame::Auto => static_transforms(recording).unwrap_or_default(),
-            SensorFrame::Recorded => static_transforms(recording)
-                .with_context(|| format!("{}: static transforms", recording.display()))?,
-        };
+        let transforms = asked_transforms(&self.sensor_frame, recording);
+        let transforms = transforms.map_err(|error| match error {
+            Error::Parameter { .. } => anyhow!(
+                "the transforms of a stream cannot be had: --sensor-frame needs axes or angles, or a file"
+            ),
+            _ => anyhow::Error::from(error)
+                .context(format!("{}: static transforms", recording.display())),
+        })?;
         Ok((self.sensor_frame, transforms))
     }
 

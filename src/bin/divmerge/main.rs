@@ -17,7 +17,6 @@ mod figure;
 mod geometry;
 mod info;
 mod interrupt;
-mod moments;
 mod objects;
 mod profile;
 mod simulate;
