@@ -14,7 +14,7 @@ use pyo3::types::{PyDict, PyString};
 use crate::arrays::{self, Numbers};
 use crate::errors::{raised, wrong};
 use crate::frames::Frame;
-use crate::parameters::{Parameters, text};
+use crate::parameters::{ALL, Parameters, WITHOUT_CLASSES, text};
 use crate::result::ClusterResult;
 use crate::taxonomy::PyTaxonomy;
 
@@ -31,6 +31,9 @@ pub enum Objects {
     Marked(Vec<bool>),
 }
 
+/// Names of the arguments of `cluster` beside those of the method.
+const COLUMNS: &[&str] = &["confidence", "ring", "source"];
+
 /// Arguments of `cluster` beside those of the method.
 #[derive(Default)]
 struct Columns<'py> {
@@ -45,6 +48,31 @@ struct Columns<'py> {
     text_signature = "(points, semantics=None, *, confidence=None, ring=None, source=None, taxonomy=None, preset='best', voxel=None, angle=None, gap_columns=None, gap_rows=None, min_points=None, bev=None, method=None, rows=None, columns=None, fov=None, sensor_frame=None)"
 )]
 /// Cuts a LiDAR cloud into object instances.
+///
+/// points: (N, 3) or (N, 4), or organised (H, W, 3) or (H, W, 4): x, y, z in metres, sensor at the origin, z up unless
+///     `sensor_frame` says otherwise; a fourth column is not read. C-contiguous float32 is read in place, other real
+///     numbers and strides are converted first. NaN, infinity and the origin are no returns. Anything with `__array__` or
+///     `__dlpack__` will do, as a tensor on the CPU; or a `Frame`.
+/// semantics: which points are objects. None: a frame's own classes, else ground removal; (N,) integers: class ids of the
+///     taxonomy (of ids above 65535, as SemanticKITTI's words, the low 16 bits); (N,) bool: objects are marked; "ground":
+///     ground removal; "all": every return.
+/// confidence: (N,) probability of each class, 0 to 1.
+/// ring, source: (N,) beam number, and sensor in a cloud merged of several, 0 to 65535.
+/// taxonomy: what class ids mean, a Taxonomy or the path of a YAML file; SemanticKITTI's if not said.
+/// preset: "best", "paper" or "authors", the parameters to start from; each of the following overrides one.
+/// voxel: side of a voxel of the divide step, metres.
+/// angle: least angle beta between neighbours of one object, degrees.
+/// gap_columns, gap_rows: most columns and rows from a pixel to its neighbour.
+/// min_points: instances seen in fewer pixels are dropped.
+/// bev: merge on the bird's-eye plane: "off", "size", "box", "rectangle" or "hull".
+/// method: another method in place of divide and merge: "depth-clustering", "scan-line-run", "euclidean", "dbscan",
+///     "supervoxel", "alpine" or "one-per-class".
+/// rows, columns, fov: rows of equal elevation, columns of the full circle, and (upper, lower) elevation in degrees of the
+///     range image, in place of what is found in the cloud.
+/// sensor_frame: how the points' frame stands: where x, y and z look ("rfu", "frd", ...), or roll, pitch and yaw of the
+///     sensor in degrees ("180,0,0").
+///
+/// Other threads of Python run meanwhile.
 pub fn cluster<'py>(
     py: Python<'py>,
     points: &Bound<'py, PyAny>,
@@ -52,15 +80,14 @@ pub fn cluster<'py>(
     parameters: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<ClusterResult> {
     let mut columns = Columns::default();
-    let parameters = Parameters::take("cluster", parameters, |name, value| {
+    let parameters = Parameters::take("cluster", &[ALL, COLUMNS], parameters, |name, value| {
         let column = match name {
             "confidence" => &mut columns.confidence,
             "ring" => &mut columns.ring,
-            "source" => &mut columns.source,
-            _ => return Ok(false),
+            _ => &mut columns.source,
         };
         *column = Some(value.clone());
-        Ok(true)
+        Ok(())
     })?;
     match points.cast::<Frame>() {
         Ok(frame) => of_frame(py, frame.get(), semantics, &columns, &parameters),
@@ -114,9 +141,15 @@ fn of_frame<'py>(
 #[pyfunction]
 #[pyo3(
     signature = (x, y, z, mask, **parameters),
-    text_signature = "(x, y, z, mask, *, preset='best', voxel=None, angle=None, gap_columns=None, gap_rows=None, min_points=None, bev=None, method=None, sensor_frame=None)"
+    text_signature = "(x, y, z, mask, *, preset='best', voxel=None, angle=None, gap_columns=None, gap_rows=None, min_points=None, bev=None, method=None, rows=None, columns=None, fov=None, sensor_frame=None)"
 )]
-/// Cuts the objects of an organised range image into instances.
+/// Cuts the objects of an organised range image into instances, as the paper's own Python function does.
+///
+/// x, y, z: (H, W) metres, a row per beam and a column per moment; NaN, infinity or the origin where nothing came back.
+/// mask: (H, W) bool, or integers of which 0 is no object.
+///
+/// Instances are told by the mask and the geometry alone, without classes. The parameters are those of `cluster`; arrays of
+/// the result are (H, W).
 pub fn cluster_image<'py>(
     py: Python<'py>,
     x: &Bound<'py, PyAny>,
@@ -125,7 +158,8 @@ pub fn cluster_image<'py>(
     mask: &Bound<'py, PyAny>,
     parameters: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<ClusterResult> {
-    let parameters = Parameters::take("cluster_image", parameters, |_, _| Ok(false))?;
+    let parameters =
+        Parameters::take("cluster_image", &[WITHOUT_CLASSES], parameters, |_, _| Ok(()))?;
     let (mut cloud, shape) = arrays::image_points([("x", x), ("y", y), ("z", z)])?;
     let objects = Objects::Marked(match arrays::numbers("mask", mask, &shape)? {
         Numbers::Marks(marks) => marks,

@@ -16,7 +16,7 @@ use pyo3::types::PyDict;
 use crate::arrays::shaped;
 use crate::cluster::{Objects, cluster};
 use crate::errors::{raised, wrong};
-use crate::parameters::{Parameters, names, set_objects, whole};
+use crate::parameters::{OBJECTS, Parameters, names, set_objects, whole};
 use crate::result::{ClusterResult, rotation};
 use crate::taxonomy::PyTaxonomy;
 
@@ -269,12 +269,31 @@ impl Read {
     }
 }
 
+/// Names of the arguments of `frames` beside those about objects; of these it takes all but `batch`.
+const OF_FRAMES: &[&str] =
+    &["taxonomy", "rows", "columns", "fov", "sensor_frame", "start", "stop", "fields"];
+
 #[pyfunction]
 #[pyo3(
     signature = (path, topic=None, **parameters),
-    text_signature = "(path, topic=None, *, start=0, stop=None, fields=(), semantics='auto', taxonomy=None, sensor_frame='auto', tolerance=0.1, model_config=None, model_image='auto', remission_scale=None, runtime='auto', onnxruntime=None, device='auto')"
+    text_signature = "(path, topic=None, *, start=0, stop=None, fields=(), semantics='auto', taxonomy=None, rows=None, columns=None, fov=None, sensor_frame='auto', tolerance=0.01, model_config=None, model_image='auto', remission_scale=None, runtime='auto', onnxruntime=None, device='auto')"
 )]
-/// The clouds of a recording, one at a time in memory.
+/// The clouds of a topic of a recording, one at a time in memory, as `divmerge annotate` sees them: an iterator of `Frame`.
+///
+/// path: an MCAP recording.
+/// topic: the topic; the first with clouds if not said (`topics` lists them).
+/// start, stop: numbers of the first frame and of the one behind the last, from 0.
+/// fields: names of further fields of the points that are wanted in `Frame.fields`.
+/// semantics: where classes come from, as at the command line: "auto" (a field label, semantic, class_id or class_ids if there
+///     is one, else ground removal), "field:NAME", "onnx:MODEL.onnx", "labels:DIR", "topic:T", "ground" or "all".
+/// taxonomy: as for `cluster`; if not said a network's own, else SemanticKITTI's.
+/// sensor_frame: as for `cluster`, or "tf": as the recorded static transforms have it; "auto": the same where they are there;
+///     "none": z up.
+/// rows, columns, fov: as for `cluster`, for the image that a network is given.
+/// tolerance: how far the stamps of "labels:" and "topic:" may be from that of their cloud, seconds.
+/// model_config, model_image, remission_scale, runtime, onnxruntime, device: how a network is run, as at the command line.
+///
+/// A cloud that cannot be read raises `divmerge.Error`; `next` goes on with the one behind it.
 pub fn frames(
     py: Python<'_>,
     path: PathBuf,
@@ -283,15 +302,20 @@ pub fn frames(
 ) -> PyResult<Frames> {
     let (mut start, mut stop, mut fields) = (0, None, Vec::new());
     let mut objects = ObjectsOf::default();
-    let parameters = Parameters::take("frames", parameters, |name, value| {
-        match name {
-            "start" => start = whole(name, value)? as u64,
-            "stop" => stop = Some(whole(name, value)? as u64),
-            "fields" => fields = names(name, value)?,
-            _ => return set_objects(&mut objects, name, value),
-        }
-        Ok(true)
-    })?;
+    let parameters = Parameters::take(
+        "frames",
+        &[OF_FRAMES, &OBJECTS[..OBJECTS.len() - 1]],
+        parameters,
+        |name, value| {
+            match name {
+                "start" => start = whole(name, value)? as u64,
+                "stop" => stop = Some(whole(name, value)? as u64),
+                "fields" => fields = names(name, value)?,
+                _ => return set_objects(&mut objects, name, value),
+            }
+            Ok(())
+        },
+    )?;
     if stop.is_some_and(|stop| stop <= start) {
         return Err(wrong("stop", "must be above start"));
     }
@@ -309,7 +333,7 @@ pub fn frames(
 }
 
 #[pyfunction]
-/// The topics of a recording that carry clouds.
+/// The topics of a recording that carry clouds, sorted.
 pub fn topics(py: Python<'_>, path: PathBuf) -> PyResult<Vec<String>> {
     let chosen = py.detach(|| annotate::choose(&Overview::read(&path)?, &[]));
     let topics = chosen.map_err(raised)?.into_values().map(|cloud| cloud.topic);

@@ -31,29 +31,54 @@ pub struct Parameters {
     pub sensor_frame: Option<SensorFrame>,
 }
 
+/// Names of all of them.
+pub const ALL: &[&str] = &[
+    "taxonomy",
+    "preset",
+    "voxel",
+    "angle",
+    "gap_columns",
+    "gap_rows",
+    "min_points",
+    "bev",
+    "method",
+    "rows",
+    "columns",
+    "fov",
+    "sensor_frame",
+];
+
+/// Those that are not about classes.
+pub const WITHOUT_CLASSES: &[&str] = ALL.split_at(1).1;
+
 /// Who cuts objects into instances unless another method is named.
 const OURS: &str = "divide-and-merge";
 
 impl Parameters {
-    /// Takes the arguments that are about the method, and returns the others; `function` is named where one is of neither kind.
+    /// Takes the arguments of a function that takes those names, and gives `other` the ones that are not about the method.
+    /// None is as good as nothing said.
     pub fn take<'py>(
         function: &str,
+        names: &[&[&str]],
         arguments: Option<&Bound<'py, PyDict>>,
-        mut other: impl FnMut(&str, &Bound<'py, PyAny>) -> PyResult<bool>,
+        mut other: impl FnMut(&str, &Bound<'py, PyAny>) -> PyResult<()>,
     ) -> PyResult<Self> {
         let mut parameters = Parameters::default();
         for (name, value) in arguments.into_iter().flatten() {
             let name: String = name.extract()?;
-            if value.is_none() || parameters.set(&name, &value)? || other(&name, &value)? {
-                continue;
+            if !names.iter().any(|names| names.contains(&name.as_str())) {
+                return Err(PyTypeError::new_err(format!(
+                    "{function}() got an unexpected keyword argument '{name}'"
+                )));
             }
-            return Err(PyTypeError::new_err(format!(
-                "{function}() got an unexpected keyword argument '{name}'"
-            )));
+            if !value.is_none() && !parameters.set(&name, &value)? {
+                other(&name, &value)?;
+            }
         }
         Ok(parameters)
     }
 
+    /// Whether it is one of them.
     fn set(&mut self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
         let overrides = &mut self.overrides;
         match name {
@@ -115,8 +140,21 @@ impl Parameters {
     }
 }
 
-/// Arguments about where objects come from.
-pub fn set_objects(objects: &mut Objects, name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
+/// Names of the arguments about where a recording's objects come from.
+pub const OBJECTS: &[&str] = &[
+    "semantics",
+    "tolerance",
+    "model_config",
+    "model_image",
+    "remission_scale",
+    "runtime",
+    "onnxruntime",
+    "device",
+    "batch",
+];
+
+/// Sets one of them.
+pub fn set_objects(objects: &mut Objects, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
     let network = &mut objects.network;
     match name {
         "semantics" => objects.source = parsed::<ObjectSource>(name, value)?,
@@ -161,9 +199,9 @@ pub fn set_objects(objects: &mut Objects, name: &str, value: &Bound<'_, PyAny>) 
                 ],
             )?;
         }
-        _ => return Ok(false),
+        _ => {}
     }
-    Ok(true)
+    Ok(())
 }
 
 /// One of some words, and what it stands for.

@@ -27,7 +27,11 @@ const ENCODINGS: [(&str, CloudFormat); 5] = [
     text_signature = "(out, *, sensor='hdl-64e', scene='street', frames=50, seed=1, encoding='ros2', compression='zstd', force=False)"
 )]
 #[expect(clippy::too_many_arguments, reason = "they are the keywords of a Python function")]
-/// Writes a simulated drive with truth as a recording.
+/// Writes a simulated drive with truth as a recording, and returns its bytes: what `divmerge simulate` writes.
+///
+/// Its clouds on /lidar/points carry `label` (SemanticKITTI's class) and `true_instance`. `sensor`: "hdl-64e", "vlp-16", "os1-128",
+/// ...; `scene`: "street", "parking", "crowd", "hills" or "yard"; `frames`: a tenth of a second each; `encoding`: "ros2", "ros1",
+/// "foxglove-protobuf", "foxglove-json" or "foxglove-ros2".
 pub fn simulate<'py>(
     py: Python<'py>,
     out: PathBuf,
