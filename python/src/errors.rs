@@ -19,8 +19,12 @@ create_exception!(
 pub fn raised(error: LibraryError) -> PyErr {
     match &error {
         LibraryError::Io { path, source } => match source.raw_os_error() {
-            // Python finds the class (FileNotFoundError, ...) and the words by the number.
-            Some(number) => PyOSError::new_err((number, source.to_string(), path.clone())),
+            // Python finds the class (FileNotFoundError, ...) by the number, and says it itself.
+            Some(number) => {
+                let words = source.to_string();
+                let words = words.split(" (os error").next().unwrap_or_default().to_owned();
+                PyOSError::new_err((number, words, path.display().to_string()))
+            }
             None => std::io::Error::new(source.kind(), error.to_string()).into(),
         },
         LibraryError::Parameter { name, problem } => wrong(name, problem),
