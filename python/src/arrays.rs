@@ -219,9 +219,8 @@ fn set_shape(cloud: &mut PointCloud, shape: &[usize]) {
 /// One pass over the points.
 fn split<const STEP: usize>(numbers: &[f32], cloud: &mut PointCloud) {
     let (points, _) = numbers.as_chunks::<STEP>();
-    for (axis, column) in [&mut cloud.x, &mut cloud.y, &mut cloud.z].into_iter().enumerate() {
+    for column in [&mut cloud.x, &mut cloud.y, &mut cloud.z] {
         column.resize(points.len(), 0.0);
-        debug_assert!(axis < STEP);
     }
     let places = cloud.x.iter_mut().zip(&mut cloud.y).zip(&mut cloud.z);
     for (point, ((x, y), z)) in points.iter().zip(places) {
