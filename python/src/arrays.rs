@@ -27,7 +27,16 @@ pub fn array<'py>(name: &str, object: &Bound<'py, PyAny>) -> PyResult<Bound<'py,
     } else {
         numpy.call_method1(intern!(py, "asarray"), (object,))?
     };
-    made.cast_into().map_err(|_| wrong_type(name, format!("not an array: {}", type_of(object))))
+    let made: Bound<'_, PyUntypedArray> = made.cast_into().map_err(|_| no_array(name, object))?;
+    // What NumPy knows nothing of becomes an array of one object.
+    match made.ndim() == 0 && kind(&made) == b'O' {
+        true => Err(no_array(name, object)),
+        false => Ok(made),
+    }
+}
+
+fn no_array(name: &str, object: &Bound<'_, PyAny>) -> PyErr {
+    wrong_type(name, format!("expected an array, got {}", type_of(object)))
 }
 
 /// `(2, 3)`, as Python writes it.
@@ -99,49 +108,57 @@ pub fn column(name: &str, object: &Bound<'_, PyAny>, shape: &[usize]) -> PyResul
 }
 
 /// Whole numbers, or marks.
-pub enum Numbers {
-    /// Whole numbers as their low 32 bits.
-    Whole(Vec<u32>),
-    /// Whole numbers of 16 bits.
-    Short(Vec<u16>),
+pub enum Numbers<T> {
+    /// Whole numbers.
+    Whole(Vec<T>),
     /// True and false.
     Marks(Vec<bool>),
 }
 
-/// A column of whole numbers from 0 on, or of booleans.
-pub fn numbers(name: &str, object: &Bound<'_, PyAny>, shape: &[usize]) -> PyResult<Numbers> {
+/// A column of whole numbers of 32 bits as whatever is made of them, or of booleans.
+pub fn numbers<T>(
+    name: &str,
+    object: &Bound<'_, PyAny>,
+    shape: &[usize],
+    make: impl Fn(u32) -> T,
+) -> PyResult<Numbers<T>> {
     let array = array(name, object)?;
     same_shape(name, &array, shape)?;
-    let width = array.dtype().itemsize();
-    match (kind(&array), width) {
+    macro_rules! whole {
+        ($type:ty) => {{
+            let numbers = plain::<$type>(&array)?;
+            let numbers = numbers.readonly();
+            let numbers = numbers.as_slice()?;
+            // All bits of all numbers, the sign over the upper half of those below 0.
+            if numbers.iter().fold(0, |bits, &number| bits | number as u64) > u64::from(u32::MAX) {
+                return Err(too_large(name, numbers.iter().map(|&number| number.into())));
+            }
+            Ok(Numbers::Whole(numbers.iter().map(|&number| make(number as u32)).collect()))
+        }};
+    }
+    match (kind(&array), array.dtype().itemsize()) {
         (b'b', _) => {
             let marks = plain::<bool>(&array)?;
             let marks = marks.readonly();
             Ok(Numbers::Marks(marks.as_slice()?.to_vec()))
         }
-        (b'u', 2) => {
-            let numbers = plain::<u16>(&array)?;
-            let numbers = numbers.readonly();
-            Ok(Numbers::Short(numbers.as_slice()?.to_vec()))
-        }
-        (b'u', 1 | 4) => {
-            let numbers = plain::<u32>(&array)?;
-            let numbers = numbers.readonly();
-            Ok(Numbers::Whole(numbers.as_slice()?.to_vec()))
-        }
-        (b'i' | b'u', _) => {
-            let numbers = plain::<i64>(&array)?;
-            let numbers = numbers.readonly();
-            let whole = |&number: &i64| {
-                u32::try_from(number).map_err(|_| {
-                    wrong(name, format!("expected numbers of 0 to 4294967295, got {number}"))
-                })
-            };
-            numbers.as_slice()?.iter().map(whole).collect::<PyResult<_>>().map(Numbers::Whole)
-        }
-        _ if array.shape().contains(&0) => Ok(Numbers::Short(Vec::new())),
+        (b'u', 1) => whole!(u8),
+        (b'u', 2) => whole!(u16),
+        (b'u', 4) => whole!(u32),
+        (b'u', 8) => whole!(u64),
+        (b'i', 1) => whole!(i8),
+        (b'i', 2) => whole!(i16),
+        (b'i', 4) => whole!(i32),
+        (b'i', 8) => whole!(i64),
+        _ if array.shape().contains(&0) => Ok(Numbers::Whole(Vec::new())),
         _ => Err(wrong_type(name, format!("expected integers, got dtype {}", array.dtype()))),
     }
+}
+
+fn too_large(name: &str, mut numbers: impl Iterator<Item = i128>) -> PyErr {
+    let found = numbers.find(|number| !(0..=i128::from(u32::MAX)).contains(number));
+    let found = found.map_or(String::new(), |number| format!(", got {number}"));
+    wrong(name, format!("expected numbers of 0 to {}{found}", u32::MAX))
 }
 
 /// A column of numbers that fit 16 bits.
@@ -150,17 +167,12 @@ pub fn short_numbers(name: &str, object: &Bound<'_, PyAny>, shape: &[usize]) -> 
         u16::try_from(number)
             .map_err(|_| wrong(name, format!("expected numbers of 0 to 65535, got {number}")))
     };
-    match numbers(name, object, shape)? {
-        Numbers::Short(numbers) => Ok(numbers),
-        Numbers::Whole(numbers) => numbers.into_iter().map(short).collect(),
-        Numbers::Marks(_) => Err(wrong_type(name, "expected integers, got dtype bool")),
-    }
+    whole_numbers(name, object, shape)?.into_iter().map(short).collect()
 }
 
 /// A column of numbers of 32 bits.
 pub fn whole_numbers(name: &str, object: &Bound<'_, PyAny>, shape: &[usize]) -> PyResult<Vec<u32>> {
-    match numbers(name, object, shape)? {
-        Numbers::Short(numbers) => Ok(numbers.into_iter().map(u32::from).collect()),
+    match numbers(name, object, shape, |number| number)? {
         Numbers::Whole(numbers) => Ok(numbers),
         Numbers::Marks(_) => Err(wrong_type(name, "expected integers, got dtype bool")),
     }
@@ -175,12 +187,13 @@ pub fn points(object: &Bound<'_, PyAny>) -> PyResult<(PointCloud, Vec<usize>)> {
         return Err(wrong("points", format!("{problem}, got {}", shape_text(&shape))));
     };
     check_count(shape)?;
-    let numbers = floats("points", &array)?;
-    let numbers = numbers.readonly();
     let mut cloud = columns();
-    match step {
-        3 => split::<3>(numbers.as_slice()?, &mut cloud),
-        _ => split::<4>(numbers.as_slice()?, &mut cloud),
+    if array.dtype().is_equiv_to(&f64::get_dtype(array.py())) {
+        let numbers = plain::<f64>(&array)?;
+        split(*step, numbers.readonly().as_slice()?, |number| number as f32, &mut cloud);
+    } else {
+        let numbers = floats("points", &array)?;
+        split(*step, numbers.readonly().as_slice()?, |number| number, &mut cloud);
     }
     set_shape(&mut cloud, shape);
     Ok((cloud, shape.to_vec()))
@@ -216,15 +229,31 @@ fn set_shape(cloud: &mut PointCloud, shape: &[usize]) {
     };
 }
 
-/// One pass over the points.
-fn split<const STEP: usize>(numbers: &[f32], cloud: &mut PointCloud) {
+/// One pass over points of so many numbers each, 3 or 4.
+fn split<T: Copy>(
+    step: usize,
+    numbers: &[T],
+    single: impl Fn(T) -> f32 + Copy,
+    cloud: &mut PointCloud,
+) {
+    match step {
+        3 => split_each::<T, 3>(numbers, single, cloud),
+        _ => split_each::<T, 4>(numbers, single, cloud),
+    }
+}
+
+fn split_each<T: Copy, const STEP: usize>(
+    numbers: &[T],
+    single: impl Fn(T) -> f32,
+    cloud: &mut PointCloud,
+) {
     let (points, _) = numbers.as_chunks::<STEP>();
     for column in [&mut cloud.x, &mut cloud.y, &mut cloud.z] {
         column.resize(points.len(), 0.0);
     }
     let places = cloud.x.iter_mut().zip(&mut cloud.y).zip(&mut cloud.z);
     for (point, ((x, y), z)) in points.iter().zip(places) {
-        (*x, *y, *z) = (point[0], point[1], point[2]);
+        (*x, *y, *z) = (single(point[0]), single(point[1]), single(point[2]));
     }
 }
 

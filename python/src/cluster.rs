@@ -161,11 +161,9 @@ pub fn cluster_image<'py>(
     let parameters =
         Parameters::take("cluster_image", &[WITHOUT_CLASSES], parameters, |_, _| Ok(()))?;
     let (mut cloud, shape) = arrays::image_points([("x", x), ("y", y), ("z", z)])?;
-    let objects = Objects::Marked(match arrays::numbers("mask", mask, &shape)? {
-        Numbers::Marks(marks) => marks,
-        Numbers::Short(numbers) => numbers.into_iter().map(|number| number != 0).collect(),
-        Numbers::Whole(numbers) => numbers.into_iter().map(|number| number != 0).collect(),
-    });
+    let (Numbers::Marks(marks) | Numbers::Whole(marks)) =
+        arrays::numbers("mask", mask, &shape, |number| number != 0)?;
+    let objects = Objects::Marked(marks);
     let taxonomy = taxonomy(py, &parameters, None)?;
     turn(&mut cloud, parameters.sensor_frame)?;
     let config = parameters.config(&taxonomy.get().inner)?;
@@ -237,15 +235,14 @@ fn objects(
             }
         };
     }
-    match arrays::numbers("semantics", semantics, shape)? {
-        Numbers::Marks(marks) => return Ok(Some(Objects::Marked(marks))),
-        Numbers::Short(classes) => cloud.class = Some(classes),
-        // Words as in SemanticKITTI: the class is in the low 16 bits.
-        Numbers::Whole(words) => {
-            cloud.class = Some(words.into_iter().map(|word| word as u16).collect());
+    // Of words as in SemanticKITTI the low 16 bits are the class.
+    Ok(Some(match arrays::numbers("semantics", semantics, shape, |word| word as u16)? {
+        Numbers::Marks(marks) => Objects::Marked(marks),
+        Numbers::Whole(classes) => {
+            cloud.class = Some(classes);
+            Objects::Classes
         }
-    }
-    Ok(Some(Objects::Classes))
+    }))
 }
 
 impl Columns<'_> {

@@ -21,9 +21,10 @@ pub struct ClusterResult {
     instance: Py<PyAny>,
     component: Py<PyAny>,
     semantic: Py<PyAny>,
-    reason: Py<PyAny>,
     ground: Option<Py<PyAny>>,
-    /// Without what the arrays above have taken.
+    /// Why each point has no instance.
+    reasons: Vec<Reason>,
+    /// Without what has been taken above.
     stages: Stages,
     cloud: Arc<PointCloud>,
     shape: Vec<usize>,
@@ -43,6 +44,7 @@ impl Default for Made {
 /// What is made when it is asked for.
 #[derive(Default)]
 struct Lazy {
+    reason: Made,
     range_image: Made,
     point_of_pixel: Made,
     pixel_of_point: Made,
@@ -62,15 +64,14 @@ impl ClusterResult {
         run_ms: f64,
     ) -> PyResult<Self> {
         let labels = std::mem::take(&mut stages.labels);
-        let reason: Vec<u8> = labels.reason.into_iter().map(|reason| reason as u8).collect();
         let ground = stages.mask.ground.take().map(|ground| shaped(py, ground, &shape));
         Ok(ClusterResult {
             instance: shaped(py, labels.instance, &shape)?.unbind(),
             component: shaped(py, labels.component, &shape)?.unbind(),
             semantic: shaped(py, labels.semantic, &shape)?.unbind(),
-            reason: shaped(py, reason, &shape)?.unbind(),
             ground: ground.transpose()?.map(Bound::unbind),
             times: times(py, &stages.times, run_ms)?.unbind(),
+            reasons: labels.reason,
             stages,
             cloud,
             shape,
@@ -123,8 +124,11 @@ impl ClusterResult {
 
     /// Why each point has no instance, as numbers of `Reason`: uint8.
     #[getter]
-    fn reason(&self, py: Python<'_>) -> Py<PyAny> {
-        self.reason.clone_ref(py)
+    fn reason(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        lazily(py, &self.lazy.reason, || {
+            let reason: Vec<u8> = self.reasons.iter().map(|&reason| reason as u8).collect();
+            shaped(py, reason, &self.shape)
+        })
     }
 
     /// How likely each point is ground, 0 to 1: float32; None unless ground was removed.
@@ -139,12 +143,13 @@ impl ClusterResult {
     fn range_image(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let image = &self.stages.image;
         lazily(py, &self.lazy.range_image, || {
-            let mut ranges = vec![f32::NAN; image.rows() * image.columns()];
+            let mut ranges = vec![f32::NAN; image.point_of_pixel.len()];
             for band in &image.bands {
-                for pixel in band.rows.start * image.columns()..band.rows.end * image.columns() {
+                let pixels = band.rows.start * image.columns()..band.rows.end * image.columns();
+                for (range, pixel) in ranges[pixels.clone()].iter_mut().zip(pixels) {
                     if let Some(point) = image.point_at(pixel) {
                         let [x, y, z] = band.in_sensor(self.cloud.position(point));
-                        ranges[pixel] = (x * x + y * y + z * z).sqrt() as f32;
+                        *range = (x * x + y * y + z * z).sqrt() as f32;
                     }
                 }
             }

@@ -19,6 +19,9 @@ POINTS = np.ones((5, 3), np.float32)
         ((POINTS, np.ones(4, int)), r"semantics: expected \(5,\), got \(4,\)"),
         ((POINTS, np.ones((5, 1), int)), r"semantics: expected \(5,\), got \(5, 1\)"),
         ((POINTS, -np.ones(5, int)), r"semantics: expected numbers of 0 to .*, got -1"),
+        ((POINTS, np.full(5, 2**32)), r"semantics: expected numbers of 0 to .*, got 4294967296"),
+        ((POINTS, np.full(5, 2**64 - 1, "u8")), r"semantics: expected .*, got 18446744073709551615"),
+        ((POINTS, np.full(5, -3, "i1")), r"semantics: expected numbers of 0 to .*, got -3"),
         ((POINTS, "grond"), r"semantics: `grond` is neither ground nor all"),
     ],
 )
@@ -30,6 +33,9 @@ def test_arrays_of_wrong_values(arguments, problem):
 @pytest.mark.parametrize(
     "arguments, problem",
     [
+        ((None,), "points: expected an array, got NoneType"),
+        (({},), "points: expected an array, got dict"),
+        ((POINTS, {}), "semantics: expected an array, got dict"),
         ((np.ones((5, 3), complex),), "points: expected real numbers, got dtype complex128"),
         ((np.ones((5, 3), bool),), "points: expected real numbers, got dtype bool"),
         ((np.ones((5, 3), object),), "points: expected real numbers, got dtype object"),
