@@ -1,8 +1,6 @@
 """Recordings: the same as the command line, bit for bit."""
 
 import json
-import os
-import signal
 import subprocess
 import sys
 import threading
@@ -241,30 +239,52 @@ except KeyboardInterrupt:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_other_threads_run_while_a_recording_is_annotated(drives, tmp_path):
-    """Another thread answers between two calls of progress, which it can only without the interpreter's lock."""
-    asked, answered = threading.Event(), threading.Event()
+def another_thread_runs_during(work):
+    """Whether a thread that waits for `work` to call its argument runs before `work` is over.
 
-    def answer():
-        asked.wait()
-        answered.set()
-
-    other = threading.Thread(target=answer, daemon=True)
-    other.start()
-
-    def progress(done, total):
-        asked.set()
-
+    The interpreter is told to take its lock from nobody, so that the thread runs only where the lock is given back. It may
+    come too late even so: there are several tries.
+    """
     before = sys.getswitchinterval()
-    # The interpreter never takes the lock from a thread that does not give it.
     sys.setswitchinterval(1e6)
     try:
-        divmerge.annotate(drives("small"), tmp_path / "out.mcap", progress=progress)
-        was_answered = answered.is_set()
+        for _ in range(100):
+            asked, answered = threading.Event(), threading.Event()
+            other = threading.Thread(target=lambda: (asked.wait(), answered.set()), daemon=True)
+            other.start()
+            work(asked.set)
+            was_answered = answered.is_set()
+            asked.set()
+            other.join()
+            if was_answered:
+                return True
+        return False
     finally:
         sys.setswitchinterval(before)
-    other.join()
-    assert was_answered
+
+
+def test_the_lock_is_kept_where_nothing_gives_it_back():
+    assert not another_thread_runs_during(lambda begin: (begin(), sum(range(1000))))
+
+
+def test_other_threads_run_while_a_recording_is_annotated(drives, tmp_path):
+    out = tmp_path / "out.mcap"
+
+    def work(begin):
+        # By the first call the method and the window are known: what follows is the work itself.
+        divmerge.annotate(drives("small"), out, force=True, progress=lambda done, total: begin())
+
+    assert another_thread_runs_during(work)
+
+
+def test_other_threads_run_while_a_cloud_is_clustered(drives):
+    points = next(divmerge.frames(drives("rings"))).points
+
+    def work(begin):
+        begin()
+        divmerge.cluster(points, "all")
+
+    assert another_thread_runs_during(work)
 
 
 def test_threads_at_once_find_the_same(drives):
