@@ -140,6 +140,19 @@ pub enum Error {
         problem: String,
     },
 
+    /// A class that the taxonomy does not know, where all have to be known.
+    #[error("{at}: class {class} ({} points) is not in taxonomy {taxonomy}", grouped(*points))]
+    UnknownClass {
+        /// The file, the cloud of a recording, or the array.
+        at: String,
+        /// The class.
+        class: u16,
+        /// Points that have it.
+        points: u64,
+        /// Name of the taxonomy.
+        taxonomy: String,
+    },
+
     /// A folder whose files do not fit together or cannot be read.
     #[error("{}", folder(path, problems, *count))]
     Folder {
@@ -219,6 +232,15 @@ pub enum Error {
         count: u32,
     },
 
+    /// A parameter that is out of its limits, or does not fit the others.
+    #[error("{problem}")]
+    Parameter {
+        /// Its name.
+        name: &'static str,
+        /// What is wrong with it.
+        problem: String,
+    },
+
     /// A figure that cannot be drawn.
     #[error("{problem}")]
     Figure {
@@ -247,6 +269,19 @@ pub enum Error {
     /// The MCAP writer refused.
     #[error("writing MCAP: {0}")]
     Write(#[from] mcap::McapError),
+}
+
+/// A number with its thousands apart, as in `1,234,567`.
+pub fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut grouped = String::with_capacity(digits.len() + digits.len() / 3);
+    for (place, digit) in digits.chars().enumerate() {
+        if place > 0 && (digits.len() - place).is_multiple_of(3) {
+            grouped.push(',');
+        }
+        grouped.push(digit);
+    }
+    grouped
 }
 
 fn folder(path: &Path, problems: &[String], count: usize) -> String {
@@ -297,3 +332,14 @@ fn no_instance(id: u32, count: u32) -> String {
 
 /// Result of the library's functions.
 pub type Result<T> = std::result::Result<T, Error>;
+
+#[cfg(test)]
+mod tests {
+    use super::grouped;
+
+    #[test]
+    fn thousands_are_grouped() {
+        let numbers = [0, 12, 123, 1234, 123_456, 1_234_567].map(grouped);
+        assert_eq!(numbers, ["0", "12", "123", "1,234", "123,456", "1,234,567"]);
+    }
+}

@@ -1,6 +1,7 @@
 //! The whole method on one page: a cloud and a mask in, every intermediate out.
 
 mod appearance;
+pub mod overrides;
 
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -16,6 +17,7 @@ use crate::range_image::{ProjectionParams, RangeImage, RowsFrom, Wrap};
 use crate::semantics::{MaskSource, ObjectMask, Smoothing, object_mask};
 
 use appearance::Appearance;
+pub use overrides::{BirdsEyeMerge, Overrides, Preset};
 
 /// Every parameter of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]

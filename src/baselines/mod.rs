@@ -32,6 +32,7 @@ use crate::cluster::back_projection::label_source;
 use crate::cluster::params::{BackProjection, ClusterParams};
 use crate::range_image::RangeImage;
 use crate::semantics::ObjectMask;
+use crate::taxonomy::Taxonomy;
 
 pub use crate::instances::Detection;
 pub use alpine::Alpine;
@@ -90,6 +91,21 @@ impl AnyBaseline {
             AnyBaseline::ScanLineRun(method) => method,
             AnyBaseline::Supervoxel(method) => method,
         }
+    }
+
+    /// The method of a name with its usual parameters.
+    pub fn named(name: &str, taxonomy: &Taxonomy) -> Option<Self> {
+        Some(match name {
+            "alpine" => AnyBaseline::Alpine(Alpine::new(taxonomy)),
+            "boxes" => AnyBaseline::Boxes(Boxes::default()),
+            "dbscan" => AnyBaseline::Dbscan(Dbscan::default()),
+            "depth-clustering" => AnyBaseline::DepthClustering(DepthClustering::default()),
+            "euclidean" => AnyBaseline::Euclidean(Euclidean::default()),
+            "one-per-class" => AnyBaseline::OnePerClass(OnePerClass),
+            "scan-line-run" => AnyBaseline::ScanLineRun(ScanLineRun::default()),
+            "supervoxel" => AnyBaseline::Supervoxel(Supervoxel::default()),
+            _ => return None,
+        })
     }
 
     /// Name of the method, as at the command line.

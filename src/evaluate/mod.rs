@@ -6,6 +6,7 @@ pub mod entropy;
 pub mod over_time;
 pub mod panoptic;
 pub mod report;
+pub mod sums;
 pub mod verdict;
 
 pub use corruption::{Corruption, Surroundings, corrupt};
@@ -14,4 +15,5 @@ pub use entropy::Entropies;
 pub use over_time::{Lstq, OverTime};
 pub use panoptic::{ClassQuality, Panoptic, PanopticQuality};
 pub use report::Report;
+pub use sums::{Figures, Labels, Sums, Wanted};
 pub use verdict::{Judged, Verdict, Verdicts, verdicts};

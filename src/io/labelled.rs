@@ -4,14 +4,13 @@
 use std::ops::{Bound, RangeBounds, RangeInclusive};
 use std::path::{Path, PathBuf};
 
-use rustc_hash::FxHashMap;
-
 use super::frames::{AskedCloud, CloudMessage, CloudMessages, CloudNumber};
 use super::semantic_kitti::{
     LabelledScan, labelled_scans, read_labels, read_scan, read_scan_with_remission,
 };
 use crate::cloud::PointCloud;
 use crate::error::{Error, Result};
+use crate::evaluate::sums::segments;
 
 /// A cloud of N points and what is true of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,18 +57,7 @@ impl Truth {
 
     /// The truth in a class and an instance per point.
     pub fn of_columns(class: &[u32], instance: &[u32]) -> Self {
-        // Some recordings keep the whole word in the field of the class.
-        let class: Vec<u16> = class.iter().map(|&class| class as u16).collect();
-        let id = if instance.iter().all(|&instance| instance <= u32::from(u16::MAX)) {
-            class.iter().zip(instance).map(|(&class, &i)| u32::from(class) | i << 16).collect()
-        } else {
-            let mut number: FxHashMap<(u16, u32), u32> = FxHashMap::default();
-            let mut number_of = |pair| {
-                let next = number.len() as u32;
-                *number.entry(pair).or_insert(next)
-            };
-            class.iter().zip(instance).map(|(&class, &i)| number_of((class, i))).collect()
-        };
+        let (class, id) = segments(class, instance);
         Truth { class, id }
     }
 }

@@ -45,4 +45,4 @@ pub use recording::{
     abandon_partial_files, checksum, is_stream, write_file,
 };
 pub use ros::{ByteOrder, Layout};
-pub use static_transforms::static_transforms;
+pub use static_transforms::{asked_transforms, static_transforms};

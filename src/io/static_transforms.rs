@@ -6,15 +6,35 @@ use std::path::Path;
 use nalgebra::{Quaternion, UnitQuaternion};
 
 use super::frames::type_name;
-use super::recording::{Overview, Record, RecordingReader, Wanted};
+use super::recording::{Overview, Record, RecordingReader, Wanted, is_stream};
 use super::ros::RosReader;
-use crate::error::Result;
-use crate::sensor_frame::Transforms;
+use crate::error::{Error, Result};
+use crate::sensor_frame::{SensorFrame, Transforms};
 use crate::workers::Workers;
 
 /// How far into a recording static transforms are looked for, bytes: they are published when a drive begins, and
 /// a recorder that joins later gets them first.
 const FAR_ENOUGH: u64 = 64 << 20;
+
+/// What a recording says of how its frames stand, as far as that is asked.
+///
+/// # Errors
+/// [`Error::Parameter`] if it is asked of a stream; those of [`static_transforms`] where the recorded ones are asked for
+/// by name. Otherwise what is wrong with the file is said by whoever reads its clouds.
+pub fn asked_transforms(asked: &SensorFrame, recording: &Path) -> Result<Transforms> {
+    match asked {
+        SensorFrame::AsIs | SensorFrame::Turned(_) => Ok(Transforms::default()),
+        // What is said in a stream is known when it has gone by.
+        SensorFrame::Auto if is_stream(recording) => Ok(Transforms::default()),
+        SensorFrame::Recorded if is_stream(recording) => Err(Error::Parameter {
+            name: "sensor_frame",
+            problem: "the transforms of a stream cannot be had; axes or angles can be given"
+                .to_owned(),
+        }),
+        SensorFrame::Auto => Ok(static_transforms(recording).unwrap_or_default()),
+        SensorFrame::Recorded => static_transforms(recording),
+    }
+}
 
 /// The static transforms among the first 64 MiB of a recording; none where it has no such topic. Messages that cannot be
 /// read are passed over.

@@ -4,18 +4,19 @@ mod tasks;
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
+use divmerge::annotate::moments::Moment;
 use divmerge::annotate::{
     Event, Flavor, Form, FrameTimes, INSTANCES, MessageTypes, OBJECTS, Options, Report, Slice,
     TopicReport, annotate, slices::Plan,
 };
-use divmerge::io::{Compression, ObjectKind, STANDARD_STREAM, is_stream, write_file};
+use divmerge::io::{Compression, ObjectKind, STANDARD_STREAM, write_file};
 use divmerge::view::{ShownTopic, Target, viewer_layout};
 
-use crate::arguments::MethodArguments;
-use crate::moments::{Moment, absolute, moment, window};
+use crate::arguments::{MethodArguments, window};
 use crate::terminal::{byte_bar, grouped};
 use crate::viewer::{self, Watcher};
 use crate::{Outcome, interrupt, profile, told};
@@ -69,11 +70,11 @@ pub struct Arguments {
     /// Leave out messages before this log time: seconds from the start (12.5), since 1970 (@1317384506.4), a date
     /// (2011-09-30T12:28:26Z), or that of a cloud (frame:100, of the first topic annotated). Where the recording has a
     /// sound index, what lies outside is not even read
-    #[arg(long, value_name = "T", value_parser = moment)]
+    #[arg(long, value_name = "T", value_parser = Moment::from_str)]
     from: Option<Moment>,
 
     /// Leave out messages from this log time on
-    #[arg(long, value_name = "T", value_parser = moment)]
+    #[arg(long, value_name = "T", value_parser = Moment::from_str)]
     to: Option<Moment>,
 
     /// Annotate one slice of a plan (`divmerge plan`), numbered from 0: plan.json:3. `divmerge join` puts slices together
@@ -330,10 +331,7 @@ fn one(arguments: &Arguments, task: &Task, slice: Option<Slice>) -> Result<Repor
 
 fn options(arguments: &Arguments, input: &Path) -> Result<Options> {
     let moments = (arguments.from, arguments.to);
-    let (from_ns, to_ns) = match is_stream(input) {
-        true => absolute(moments)?,
-        false => window(input, moments, &arguments.topics)?,
-    };
+    let (from_ns, to_ns) = window(input, moments, &arguments.topics)?;
     Ok(Options {
         method: arguments.method.method(input)?,
         types: MessageTypes {

@@ -2,19 +2,21 @@
 
 use std::ops::Bound;
 use std::path::Path;
+use std::str::FromStr;
 
-use anyhow::{Result, bail};
+use anyhow::{Result, anyhow};
 use clap::{Args, ValueEnum};
-use divmerge::Taxonomy;
 use divmerge::annotate::Method;
-use divmerge::baselines::{Alpine, AnyBaseline};
-use divmerge::cluster::params::{BirdsEye, ClusterParams, Region};
-use divmerge::pipeline::Config;
+use divmerge::annotate::moments::{self, Moment};
+use divmerge::baselines::AnyBaseline;
+use divmerge::cluster::params::Region;
+use divmerge::pipeline::overrides::limits;
+use divmerge::pipeline::{self, BirdsEyeMerge, Config, Overrides};
 use divmerge::replay::{FrameRange, Selection};
+use divmerge::{Error, Taxonomy};
 
 use crate::boxes::BoxArguments;
 use crate::geometry::GeometryArguments;
-use crate::moments::{Moment, moment, window};
 use crate::objects::ObjectArguments;
 
 /// How clouds are cut into instances.
@@ -78,10 +80,16 @@ pub enum Preset {
 impl Preset {
     /// The parameters.
     pub fn config(self) -> Config {
-        match self {
-            Preset::Best => Config::best(),
-            Preset::Paper => Config::paper(),
-            Preset::Authors => Config::authors(),
+        pipeline::Preset::from(self).config()
+    }
+}
+
+impl From<Preset> for pipeline::Preset {
+    fn from(preset: Preset) -> Self {
+        match preset {
+            Preset::Best => pipeline::Preset::Best,
+            Preset::Paper => pipeline::Preset::Paper,
+            Preset::Authors => pipeline::Preset::Authors,
         }
     }
 }
@@ -112,17 +120,7 @@ pub enum Cutter {
 impl Cutter {
     /// The method with its usual parameters; `None`: divide and merge.
     pub fn baseline(self, taxonomy: &Taxonomy) -> Option<AnyBaseline> {
-        match self {
-            Cutter::DivideAndMerge => None,
-            Cutter::DepthClustering => Some(AnyBaseline::DepthClustering(Default::default())),
-            Cutter::ScanLineRun => Some(AnyBaseline::ScanLineRun(Default::default())),
-            Cutter::Euclidean => Some(AnyBaseline::Euclidean(Default::default())),
-            Cutter::Dbscan => Some(AnyBaseline::Dbscan(Default::default())),
-            Cutter::Supervoxel => Some(AnyBaseline::Supervoxel(Default::default())),
-            Cutter::Alpine => Some(AnyBaseline::Alpine(Alpine::new(taxonomy))),
-            Cutter::Boxes => Some(AnyBaseline::Boxes(Default::default())),
-            Cutter::OnePerClass => Some(AnyBaseline::OnePerClass(Default::default())),
-        }
+        AnyBaseline::named(&written(self), taxonomy)
     }
 }
 
@@ -141,49 +139,42 @@ enum Bev {
     Hull,
 }
 
+impl From<Bev> for BirdsEyeMerge {
+    fn from(bev: Bev) -> Self {
+        match bev {
+            Bev::Off => BirdsEyeMerge::Off,
+            Bev::Size => BirdsEyeMerge::Size,
+            Bev::Box => BirdsEyeMerge::Overlap(Region::Box),
+            Bev::Rectangle => BirdsEyeMerge::Overlap(Region::Rectangle),
+            Bev::Hull => BirdsEyeMerge::Overlap(Region::Hull),
+        }
+    }
+}
+
 impl MethodArguments {
     /// The method that the arguments ask for, for the clouds of a recording. Wrong usage ends the program.
     pub fn method(&self, recording: &Path) -> Result<Method> {
         let box_source = self.boxes.source(self.method == Cutter::Boxes);
-        let mut config = self.preset.config();
-        let params = &mut config.cluster;
-        if let Some(degrees) = self.angle {
-            params.condition.angle = degrees.to_radians();
-        }
-        params.voxel = self.voxel.unwrap_or(params.voxel);
-        params.gap_columns = self.gap_columns.unwrap_or(params.gap_columns);
-        params.gap_rows = self.gap_rows.unwrap_or(params.gap_rows);
-        params.min_pixels = self.min_points.unwrap_or(params.min_pixels);
-        if let Some(bev) = self.bev {
-            params.fragments = match bev {
-                Bev::Size => ClusterParams::best().fragments,
-                _ => None,
-            };
-            params.gaps = match bev {
-                Bev::Size => ClusterParams::best().gaps,
-                _ => None,
-            };
-        }
-        params.birds_eye = match self.bev {
-            None => params.birds_eye,
-            Some(Bev::Off | Bev::Size) => None,
-            Some(Bev::Box) => Some(region(params.birds_eye, Region::Box)),
-            Some(Bev::Rectangle) => Some(region(params.birds_eye, Region::Rectangle)),
-            Some(Bev::Hull) => Some(region(params.birds_eye, Region::Hull)),
-        };
-        if let Some(birds_eye) = &params.birds_eye
-            && !birds_eye.transitive
-            && birds_eye.region != Region::Box
-        {
-            bail!("preset `authors` merges on the bird's-eye plane with boxes or not at all");
-        }
-        self.geometry.set(&mut config.projection);
+        let mut config = self.overrides().config()?;
         let (sensor_frame, transforms) = self.geometry.frame(recording)?;
         let method = self.objects.method(recording)?;
         config.baseline = self.method.baseline(&method.taxonomy);
         self.boxes.set(&mut config);
         let boxes = BoxArguments::open(box_source.as_ref(), recording, &method.taxonomy)?;
         Ok(Method { config, boxes, sensor_frame, transforms, ..method })
+    }
+
+    fn overrides(&self) -> Overrides {
+        self.geometry.overriding(Overrides {
+            preset: self.preset.into(),
+            voxel: self.voxel,
+            angle: self.angle,
+            gap_columns: self.gap_columns,
+            gap_rows: self.gap_rows,
+            min_points: self.min_points,
+            bev: self.bev.map(BirdsEyeMerge::from),
+            ..Overrides::default()
+        })
     }
 }
 
@@ -204,14 +195,6 @@ impl MethodArguments {
         words.extend(self.geometry.words());
         words
     }
-}
-
-/// The taxonomy of a file, or SemanticKITTI's.
-pub fn taxonomy(file: Option<&Path>) -> Result<Taxonomy> {
-    Ok(match file {
-        Some(path) => Taxonomy::from_yaml_file(path)?,
-        None => Taxonomy::semantic_kitti(),
-    })
 }
 
 /// Adds an option and its value to the words of a command line, if it has one.
@@ -238,45 +221,24 @@ pub fn quoted(word: &str) -> String {
     }
 }
 
-/// The preset's bird's-eye merge with another region.
-fn region(preset: Option<BirdsEye>, region: Region) -> BirdsEye {
-    BirdsEye {
-        region,
-        ..preset.unwrap_or(BirdsEye {
-            region,
-            margin: 0.0,
-            same_class: true,
-            transitive: true,
-            grown_pixels_only: false,
-        })
-    }
-}
-
 pub fn number(text: &str) -> Result<f64, String> {
-    let number: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    if number.is_finite() { Ok(number) } else { Err("not a finite number".into()) }
+    text.parse().map_err(|_| "not a number".to_owned()).and_then(limits::finite)
 }
 
 pub fn positive(text: &str) -> Result<f64, String> {
-    number(text).and_then(|n| if n > 0.0 { Ok(n) } else { Err("must be above 0".into()) })
+    number(text).and_then(limits::above_zero)
 }
 
 pub fn not_negative(text: &str) -> Result<f64, String> {
-    number(text).and_then(|n| if n >= 0.0 { Ok(n) } else { Err("must not be below 0".into()) })
+    number(text).and_then(limits::not_negative)
 }
 
 fn angle(text: &str) -> Result<f64, String> {
-    let in_range = |n| {
-        if (0.0..90.0).contains(&n) { Ok(n) } else { Err("must be in 0..90".into()) }
-    };
-    number(text).and_then(in_range)
+    number(text).and_then(limits::acute_angle)
 }
 
 pub fn at_least_one(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(0) | Err(_) => Err("must be a whole number from 1 on".into()),
-        Ok(n) => Ok(n),
-    }
+    limits::at_least_one(text.parse().unwrap_or(0))
 }
 
 /// Which clouds of a recording are looked at.
@@ -292,11 +254,11 @@ pub struct SelectionArguments {
 
     /// Leave out clouds before this log time: seconds from the start (12.5), since 1970 (@1317384506.4), a date
     /// (2011-09-30T12:28:26Z), or that of a cloud (frame:100, of the first topic looked at)
-    #[arg(long, value_name = "T", value_parser = moment)]
+    #[arg(long, value_name = "T", value_parser = Moment::from_str)]
     from: Option<Moment>,
 
     /// Leave out clouds from this log time on
-    #[arg(long, value_name = "T", value_parser = moment)]
+    #[arg(long, value_name = "T", value_parser = Moment::from_str)]
     to: Option<Moment>,
 }
 
@@ -307,6 +269,21 @@ impl SelectionArguments {
         let frames = self.frames.unwrap_or((Bound::Unbounded, Bound::Unbounded));
         Ok(Selection { topics: self.topics.clone(), frames, from_ns, to_ns })
     }
+}
+
+/// The log times in nanoseconds that two moments of a recording stand for.
+pub fn window(
+    input: &Path,
+    moments: (Option<Moment>, Option<Moment>),
+    topics: &[String],
+) -> Result<(Option<u64>, Option<u64>)> {
+    moments::window(input, moments, topics).map_err(|error| match error {
+        Error::Parameter { name: "from", .. } => anyhow!("--from must lie before --to"),
+        Error::Parameter { .. } => {
+            anyhow!("of a stream, --from and --to are times since 1970 (@1317384506.4) or dates")
+        }
+        other => other.into(),
+    })
 }
 
 /// Reads `5..10` (10 is left out), `5..`, `..10` or `5`.

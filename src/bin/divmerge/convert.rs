@@ -11,9 +11,9 @@ use divmerge::{Error, Taxonomy};
 
 use crate::annotate::Compress;
 use crate::arguments::positive;
-use crate::moments::since_1970;
 use crate::terminal::{frame_bar, grouped};
 use crate::{Outcome, interrupt, refuse_existing};
+use divmerge::annotate::moments::since_1970;
 
 /// Make a recording of scans that are files
 ///

@@ -2,22 +2,20 @@
 
 mod folders;
 mod recording;
-mod sums;
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use divmerge::Taxonomy;
-use divmerge::evaluate::PanopticQuality;
 use divmerge::evaluate::entropy::mean_and_deviation;
 use divmerge::evaluate::panoptic::MIN_POINTS;
+use divmerge::evaluate::{Figures, PanopticQuality, Wanted};
 use serde::Serialize;
 
 use crate::Outcome;
 use crate::terminal::grouped;
 use crate::truth::SourceArguments;
-use sums::{Figures, Wanted};
 
 /// Score instances against the truth, as semantic-kitti-api does
 ///

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use anyhow::{Context, Result, bail};
 use clap::{ArgGroup, Args};
@@ -13,8 +14,8 @@ use divmerge::view::{
 
 use crate::Outcome;
 use crate::arguments::MethodArguments;
-use crate::moments::{Moment, moment};
 use crate::terminal::frame_bar;
+use divmerge::annotate::moments::Moment;
 
 /// Draw a cloud as it is clustered
 ///
@@ -36,7 +37,7 @@ pub struct Arguments {
 
     /// Log time of the cloud, the nearest is taken: seconds from the start (12.5) or since 1970
     /// (@1317384506.4)
-    #[arg(long, value_name = "T", value_parser = moment)]
+    #[arg(long, value_name = "T", value_parser = Moment::from_str)]
     time: Option<Moment>,
 
     /// The cloud topic [default: the first with clouds]

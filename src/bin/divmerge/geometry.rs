@@ -2,9 +2,12 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, anyhow};
 use clap::Args;
-use divmerge::io::{is_stream, static_transforms};
+use divmerge::Error;
+use divmerge::io::asked_transforms;
+use divmerge::pipeline::Overrides;
+use divmerge::pipeline::overrides::limits;
 use divmerge::range_image::ProjectionParams;
 use divmerge::sensor_frame::{SensorFrame, Transforms};
 
@@ -39,33 +42,30 @@ pub struct GeometryArguments {
 impl GeometryArguments {
     /// Sets what is asked for.
     pub fn set(&self, projection: &mut ProjectionParams) {
-        projection.rows = self.rows.or(projection.rows);
-        projection.columns = self.columns.or(projection.columns);
-        projection.field_of_view = self.fov.or(projection.field_of_view);
+        self.overriding(Overrides::default()).set_projection(projection);
+    }
+
+    /// Overrides with what is asked for of the projection.
+    pub fn overriding(&self, overrides: Overrides) -> Overrides {
+        Overrides { rows: self.rows, columns: self.columns, field_of_view: self.fov, ..overrides }
     }
 
     /// How the frames of a recording's clouds stand, and what the recording says of that, as far as it is asked.
     pub fn frame(&self, recording: &Path) -> Result<(SensorFrame, Transforms)> {
-        let transforms = match self.sensor_frame {
-            SensorFrame::AsIs | SensorFrame::Turned(_) => Transforms::default(),
-            // What is said in a stream is known when it has gone by.
-            SensorFrame::Auto if is_stream(recording) => Transforms::default(),
-            SensorFrame::Recorded if is_stream(recording) => {
-                bail!(
-                    "the transforms of a stream cannot be had: --sensor-frame needs axes or angles, or a file"
-                )
-            }
-            // What is wrong with the file is said by whoever reads its clouds.
-            SensorFrame::Auto => static_transforms(recording).unwrap_or_default(),
-            SensorFrame::Recorded => static_transforms(recording)
-                .with_context(|| format!("{}: static transforms", recording.display()))?,
-        };
+        let transforms = asked_transforms(&self.sensor_frame, recording);
+        let transforms = transforms.map_err(|error| match error {
+            Error::Parameter { .. } => anyhow!(
+                "the transforms of a stream cannot be had: --sensor-frame needs axes or angles, or a file"
+            ),
+            _ => anyhow::Error::from(error)
+                .context(format!("{}: static transforms", recording.display())),
+        })?;
         Ok((self.sensor_frame, transforms))
     }
 
     /// The same arguments as words of a command line; nothing for those that were left out.
     pub fn words(&self) -> Vec<String> {
-        let fov = self.fov.map(|(up, down)| format!("{},{}", up.to_degrees(), down.to_degrees()));
+        let fov = self.fov.map(|(up, down)| format!("{up},{down}"));
         let frame = self.sensor_frame;
         let said = [
             ("--rows", self.rows.map(|n| n.to_string())),
@@ -79,28 +79,16 @@ impl GeometryArguments {
 }
 
 fn rows(text: &str) -> Result<usize, String> {
-    within(text, 1024)
+    at_least_one(text).and_then(limits::rows)
 }
 
 fn columns(text: &str) -> Result<usize, String> {
-    within(text, 16_384)
-}
-
-fn within(text: &str, most: usize) -> Result<usize, String> {
-    let number = at_least_one(text)?;
-    if number <= most { Ok(number) } else { Err(format!("must be {most} at most")) }
+    at_least_one(text).and_then(limits::columns)
 }
 
 fn field_of_view(text: &str) -> Result<(f64, f64), String> {
     let (up, down) = text.split_once(',').ok_or("use UP,DOWN in degrees, as in 3,-25")?;
-    let (up, down) = (number(up.trim())?, number(down.trim())?);
-    if !(-90.0..=90.0).contains(&up) || !(-90.0..=90.0).contains(&down) {
-        return Err("both must lie in -90..90 degrees".into());
-    }
-    if up <= down {
-        return Err(format!("the upper edge must lie above the lower one: {down},{up}?"));
-    }
-    Ok((up.to_radians(), down.to_radians()))
+    limits::field_of_view((number(up.trim())?, number(down.trim())?))
 }
 
 #[cfg(test)]
@@ -109,8 +97,7 @@ mod tests {
 
     #[test]
     fn values_are_checked() {
-        let (up, down) = field_of_view("3,-25").unwrap();
-        assert!((up.to_degrees() - 3.0).abs() < 1e-9 && (down.to_degrees() + 25.0).abs() < 1e-9);
+        assert_eq!(field_of_view("3,-25"), Ok((3.0, -25.0)));
         for text in ["3", "3,x", "-25,3", "3,3", "91,0", "0,-91", "nan,0"] {
             assert!(field_of_view(text).is_err(), "{text}");
         }

@@ -18,7 +18,6 @@ mod geometry;
 mod info;
 mod interrupt;
 mod join;
-mod moments;
 mod objects;
 mod plan;
 mod profile;

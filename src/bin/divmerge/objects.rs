@@ -1,21 +1,17 @@
 //! What is an object: the arguments, and where classes come from.
 
-use std::fmt;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::str::FromStr;
 
-use anyhow::{Result, bail};
+use anyhow::{Result, anyhow};
 use clap::{Args, ValueEnum};
-use divmerge::Taxonomy;
-use divmerge::annotate::{Method, Semantics};
+use divmerge::annotate::{Method, ObjectSource, Objects};
 use divmerge::io::classes::TOLERANCE_NS;
-use divmerge::io::{ClassSource, FrameClasses, is_stream};
 use divmerge::network::runtime::{Device, RuntimeKind, RuntimeOptions};
-use divmerge::network::{Network, NetworkImage, NetworkOptions};
-use divmerge::pipeline::Config;
-use divmerge::semantics::GroundParams;
+use divmerge::network::{NetworkImage, NetworkOptions};
+use divmerge::{Error, Taxonomy};
 
-use crate::arguments::{not_negative, positive, say, taxonomy, written};
+use crate::arguments::{not_negative, positive, say, written};
 
 /// What is an object.
 #[derive(Args)]
@@ -24,8 +20,8 @@ pub struct ObjectArguments {
     /// `labels:DIR` a .label or .npy file per cloud, named by its number (000012.label) or its stamp in nanoseconds;
     /// `topic:T` a topic with a class per point, cloud or image; `ground` everything that ground removal leaves; `all` every
     /// return; `auto` a field label, semantic, class_id or class_ids if the cloud has one, else ground
-    #[arg(long, value_name = "SOURCE", default_value = "auto", value_parser = source)]
-    semantics: Source,
+    #[arg(long, value_name = "SOURCE", default_value = "auto", value_parser = ObjectSource::from_str)]
+    semantics: ObjectSource,
 
     /// What the ids of classes mean: a YAML file in semantic-kitti-api's form, with an optional map `thing_class`
     /// (class: true) [default: the network's own configuration, else SemanticKITTI's ids]
@@ -78,18 +74,6 @@ struct NetworkArguments {
     device: On,
 }
 
-/// Where objects come from, as the command line says it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-enum Source {
-    Auto,
-    Ground,
-    All,
-    Field(String),
-    Onnx(PathBuf),
-    Labels(PathBuf),
-    Topic(String),
-}
-
 /// Which image a network is given.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Image {
@@ -123,92 +107,29 @@ enum On {
     Tensorrt,
 }
 
-impl fmt::Display for Source {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Source::Auto => write!(out, "auto"),
-            Source::Ground => write!(out, "ground"),
-            Source::All => write!(out, "all"),
-            Source::Field(name) => write!(out, "field:{name}"),
-            Source::Onnx(path) => write!(out, "onnx:{}", path.display()),
-            Source::Labels(path) => write!(out, "labels:{}", path.display()),
-            Source::Topic(topic) => write!(out, "topic:{topic}"),
-        }
-    }
-}
-
-fn source(text: &str) -> Result<Source, String> {
-    match text {
-        "auto" => return Ok(Source::Auto),
-        "ground" => return Ok(Source::Ground),
-        "all" => return Ok(Source::All),
-        _ => {}
-    }
-    match text.split_once(':') {
-        Some(("field", name)) if !name.is_empty() => Ok(Source::Field(name.to_owned())),
-        Some(("onnx", path)) if !path.is_empty() => Ok(Source::Onnx(path.into())),
-        Some(("labels", path)) if !path.is_empty() => Ok(Source::Labels(path.into())),
-        Some(("topic", topic)) if !topic.is_empty() => Ok(Source::Topic(topic.to_owned())),
-        _ => {
-            Err("use auto, field:NAME, onnx:MODEL.onnx, labels:DIR, topic:T, ground or all".into())
-        }
-    }
-}
-
 impl ObjectArguments {
     /// Preset `best` on these objects, for the clouds of a recording or a folder.
     pub fn method(&self, recording: &Path) -> Result<Method> {
-        let named = self.taxonomy.as_deref();
-        let mut method = Method {
-            taxonomy: taxonomy(named)?,
-            ground: GroundParams::default(),
-            config: Config::best(),
-            ..Method::default()
+        let objects = Objects {
+            source: self.semantics.clone(),
+            taxonomy: self.taxonomy.as_deref().map(Taxonomy::from_yaml_file).transpose()?,
+            tolerance_ns: (self.tolerance * 1e9).round() as u64,
+            network: self.network.options(),
         };
-        method.semantics = match &self.semantics {
-            Source::Auto => Semantics::Auto,
-            Source::Ground => Semantics::Ground,
-            Source::All => Semantics::All,
-            Source::Field(name) => Semantics::Field(name.clone()),
-            Source::Onnx(model) => {
-                let network = Network::open(self.network.options(model))?;
-                if let (None, Some(own)) = (named, network.taxonomy()) {
-                    method.taxonomy = own.clone();
-                }
-                Semantics::Network(Arc::new(network))
-            }
-            Source::Labels(folder) => {
-                self.given(ClassSource::Files(folder.clone()), recording, &method.taxonomy)?
-            }
-            Source::Topic(topic) => {
-                self.given(ClassSource::Topic(topic.clone()), recording, &method.taxonomy)?
-            }
-        };
-        Ok(method)
-    }
-
-    fn given(
-        &self,
-        source: ClassSource,
-        recording: &Path,
-        taxonomy: &Taxonomy,
-    ) -> Result<Semantics> {
-        if matches!(source, ClassSource::Topic(_)) && is_stream(recording) {
-            bail!(
-                "--semantics {}: classes of a topic are read from a file, not from a stream",
-                self.semantics
-            );
-        }
-        let tolerance_ns = (self.tolerance * 1e9).round() as u64;
-        let classes = FrameClasses::open(&source, recording, taxonomy, tolerance_ns)?;
-        Ok(Semantics::Given(Arc::new(classes)))
+        objects.method(recording).map_err(|error| match error {
+            Error::Parameter { name, problem } => anyhow!("--{name} {problem}"),
+            other => other.into(),
+        })
     }
 
     /// The same arguments as words of a command line; nothing for those that were left out.
     pub fn words(&self) -> Vec<String> {
         let mut words = Vec::new();
         let mut say = |name: &str, value| say(&mut words, name, value);
-        say("semantics", (self.semantics != Source::Auto).then(|| self.semantics.to_string()));
+        say(
+            "semantics",
+            (self.semantics != ObjectSource::Auto).then(|| self.semantics.to_string()),
+        );
         say("taxonomy", self.taxonomy.as_ref().map(|path| path.display().to_string()));
         let usual = TOLERANCE_NS as f64 * 1e-9;
         say("tolerance", (self.tolerance != usual).then(|| self.tolerance.to_string()));
@@ -229,9 +150,9 @@ impl ObjectArguments {
 }
 
 impl NetworkArguments {
-    fn options(&self, model: &Path) -> NetworkOptions {
+    fn options(&self) -> NetworkOptions {
         NetworkOptions {
-            model: model.to_owned(),
+            model: PathBuf::new(),
             config: self.model_config.clone(),
             image: match self.model_image {
                 Image::Auto => NetworkImage::Auto,
@@ -254,23 +175,6 @@ impl NetworkArguments {
                 },
                 threads: 0,
             },
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sources() {
-        for text in
-            ["auto", "ground", "all", "field:label", "onnx:a b.onnx", "labels:dir", "topic:/p"]
-        {
-            assert_eq!(source(text).map(|source| source.to_string()), Ok(text.to_owned()));
-        }
-        for text in ["", "field:", "onnx", "topic:", "networks:x"] {
-            assert!(source(text).is_err(), "{text}");
         }
     }
 }

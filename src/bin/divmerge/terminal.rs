@@ -3,6 +3,7 @@
 use std::io::IsTerminal;
 use std::time::Duration;
 
+pub use divmerge::error::grouped;
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// A bar over bytes on stderr; hidden where stderr is no terminal.
@@ -25,28 +26,4 @@ fn bar(what: &str, template: &str) -> ProgressBar {
     let bar = ProgressBar::no_length().with_style(style).with_message(what.to_owned());
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
-}
-
-/// 1234567 as `1,234,567`.
-pub fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut grouped = String::with_capacity(digits.len() + digits.len() / 3);
-    for (place, digit) in digits.chars().enumerate() {
-        if place > 0 && (digits.len() - place).is_multiple_of(3) {
-            grouped.push(',');
-        }
-        grouped.push(digit);
-    }
-    grouped
-}
-
-#[cfg(test)]
-mod tests {
-    use super::grouped;
-
-    #[test]
-    fn thousands_are_grouped() {
-        let numbers = [0, 12, 123, 1234, 123_456, 1_234_567].map(grouped);
-        assert_eq!(numbers, ["0", "12", "123", "1,234", "123,456", "1,234,567"]);
-    }
 }

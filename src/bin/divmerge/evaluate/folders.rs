@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+use divmerge::evaluate::{Figures, Labels, Sums, Wanted};
 use divmerge::io::semantic_kitti::{label_files, read_labels, read_scan};
 use serde::Serialize;
 
-use super::sums::{Figures, Labels, Sums, Wanted};
 use super::{Arguments, print, refuse, write_json};
 use crate::terminal::frame_bar;
 
@@ -34,7 +34,7 @@ struct Written<'a> {
 pub fn run(arguments: &Arguments, roots: [&Path; 2], wanted: &Wanted) -> Result<()> {
     let [truth, predictions] = roots;
     let pairs = pairs(arguments, roots)?;
-    let mut sums = Sums::new(wanted);
+    let mut sums = Sums::new(*wanted);
     let bar = frame_bar("scoring", pairs.len() as u64);
     for of_sequence in pairs.chunk_by(|a, b| a.sequence == b.sequence) {
         for pair in of_sequence {
@@ -64,7 +64,7 @@ fn add(pair: &Pair, sums: &mut Sums) -> Result<()> {
         bail!("{}: the files changed while they were read", pair.truth.display());
     }
     let [own, other] = [&pair.prediction, &pair.truth].map(|path| path.display().to_string());
-    sums.add((&found, &own), (&truth, &other), cloud.as_ref())
+    Ok(sums.add((&found, &own), (&truth, &other), cloud.as_ref())?)
 }
 
 /// Every scan of the chosen sequences with its prediction, or an error that names what does not fit.

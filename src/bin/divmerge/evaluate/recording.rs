@@ -5,13 +5,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use divmerge::annotate::annotated_topics;
+use divmerge::evaluate::{Figures, Labels, Sums, Wanted};
 use divmerge::io::frames::CloudMessages;
-use divmerge::io::labelled::Truth;
 use divmerge::io::semantic_kitti::read_labels;
 use divmerge::io::{CloudMessage, Overview};
 use serde::Serialize;
 
-use super::sums::{Figures, Labels, Sums, Wanted};
 use super::{Arguments, print, refuse, write_json};
 use crate::terminal::frame_bar;
 
@@ -101,7 +100,7 @@ fn score(
         problems.extend(unmatched(folder, count)?);
     }
     let bar = frame_bar("scoring", count);
-    let mut sums = Sums::new(wanted);
+    let mut sums = Sums::new(*wanted);
     let mut seen = 0;
     for message in messages {
         let place = format!("{}: cloud {seen} of {topic}", input.display());
@@ -134,7 +133,7 @@ fn add(
     let wire = message.decode().with_context(context)?;
     let column = |name: &str| wire.column_u32(name).with_context(context);
     let own = |class: &str, instance: &str| {
-        Ok::<_, anyhow::Error>(labels(column(class)?, column(instance)?))
+        Ok::<_, anyhow::Error>(Labels::of_columns(&column(class)?, column(instance)?))
     };
     let found = own(&arguments.class_field, &arguments.instance_field)?;
     let truth = &arguments.of_recording;
@@ -154,13 +153,7 @@ fn add(
         }
     };
     let cloud = wanted.entropy.then(|| wire.to_cloud(None).with_context(context)).transpose()?;
-    sums.add((&found, place), (&truth, place), cloud.as_ref())
-}
-
-/// Labels of two columns, whose ids last from cloud to cloud.
-fn labels(class: Vec<u32>, instance: Vec<u32>) -> Labels {
-    let Truth { class, id } = Truth::of_columns(&class, &instance);
-    Labels { class, segment: id, instance }
+    Ok(sums.add((&found, place), (&truth, place), cloud.as_ref())?)
 }
 
 fn label_file(folder: &Path, number: u64) -> PathBuf {

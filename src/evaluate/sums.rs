@@ -1,24 +1,29 @@
 //! Scans with their truth, added up.
 
-use anyhow::{Result, bail};
-use divmerge::evaluate::entropy::{
-    Entropies, MIN_POINTS, TOLERANCE, entropies, kinds, true_objects,
-};
-use divmerge::evaluate::{Lstq, OverTime, Panoptic, Report};
-use divmerge::{PointCloud, Taxonomy};
+use rustc_hash::FxHashMap;
 use serde::Serialize;
 
-use crate::terminal::grouped;
+use super::entropy::{Entropies, MIN_POINTS, TOLERANCE, entropies, kinds, true_objects};
+use super::{Lstq, OverTime, Panoptic, Report};
+use crate::cloud::PointCloud;
+use crate::error::{Error, Result};
+use crate::taxonomy::Taxonomy;
 
 /// What is to be scored.
+#[derive(Debug, Clone, Copy)]
 pub struct Wanted<'a> {
+    /// What the ids of classes mean.
     pub taxonomy: &'a Taxonomy,
+    /// Unmatched segments of fewer points are neither spurious nor missed.
     pub min_points: u64,
+    /// Whether over- and under-segmentation entropies are wanted, for which clouds have to be given.
     pub entropy: bool,
+    /// Whether LSTQ is.
     pub over_time: bool,
 }
 
 /// One side of a scan of N points.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Labels {
     /// N: raw class id.
     pub class: Vec<u16>,
@@ -29,6 +34,16 @@ pub struct Labels {
 }
 
 impl Labels {
+    /// Of a class and an instance for each point.
+    ///
+    /// # Panics
+    /// If the columns differ in length.
+    pub fn of_columns(class: &[u32], instance: Vec<u32>) -> Self {
+        assert_eq!(class.len(), instance.len(), "columns of different length");
+        let (class, segment) = segments(class, &instance);
+        Labels { class, segment, instance }
+    }
+
     /// Of label words.
     pub fn of_words(words: Vec<u32>) -> Self {
         Labels {
@@ -39,9 +54,29 @@ impl Labels {
     }
 }
 
+/// Classes of 16 bits, and a number for each pair of class and instance: where instances fit 16 bits SemanticKITTI's
+/// word, class | instance << 16.
+pub fn segments(class: &[u32], instance: &[u32]) -> (Vec<u16>, Vec<u32>) {
+    // Some recordings keep the whole word in the field of the class.
+    let class: Vec<u16> = class.iter().map(|&class| class as u16).collect();
+    let pairs = class.iter().zip(instance);
+    let segment = if instance.iter().all(|&instance| instance <= u32::from(u16::MAX)) {
+        pairs.map(|(&class, &instance)| u32::from(class) | instance << 16).collect()
+    } else {
+        let mut number: FxHashMap<(u16, u32), u32> = FxHashMap::default();
+        let mut number_of = |pair| {
+            let next = number.len() as u32;
+            *number.entry(pair).or_insert(next)
+        };
+        pairs.map(|(&class, &instance)| number_of((class, instance))).collect()
+    };
+    (class, segment)
+}
+
 /// Sums over scans.
+#[derive(Debug)]
 pub struct Sums<'a> {
-    wanted: &'a Wanted<'a>,
+    wanted: Wanted<'a>,
     /// By raw id the class number, `None` where the taxonomy does not know it.
     class_of: Vec<Option<u16>>,
     panoptic: Panoptic,
@@ -52,21 +87,26 @@ pub struct Sums<'a> {
 }
 
 /// What some scans come to.
-#[derive(Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figures {
+    /// Scans.
     pub scans: u64,
+    /// Points of these.
     pub points: u64,
+    /// Panoptic quality.
     #[serde(flatten)]
     pub report: Report,
-    /// Of each scan.
+    /// Entropies of each scan, if they were wanted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub entropy: Option<Vec<Entropies>>,
+    /// LSTQ, if it was wanted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub over_time: Option<Lstq>,
 }
 
 impl<'a> Sums<'a> {
-    pub fn new(wanted: &'a Wanted) -> Self {
+    /// No scan yet.
+    pub fn new(wanted: Wanted<'a>) -> Self {
         let mut class_of = vec![None; 1 << 16];
         for (id, class) in wanted.taxonomy.known_ids() {
             class_of[usize::from(id)] = Some(class);
@@ -82,7 +122,11 @@ impl<'a> Sums<'a> {
         }
     }
 
-    /// Adds a scan; the cloud is asked for where entropies are.
+    /// Adds a scan, what was found and what is true, each with where that is from; the cloud is asked for where entropies
+    /// are.
+    ///
+    /// # Errors
+    /// [`Error::UnknownClass`] if the taxonomy does not know a class.
     ///
     /// # Panics
     /// If the sides differ in length.
@@ -112,8 +156,9 @@ impl<'a> Sums<'a> {
         self.over_time.end_sequence();
     }
 
+    /// What they come to.
     pub fn figures(self) -> Figures {
-        let Wanted { taxonomy, entropy, over_time, .. } = *self.wanted;
+        let Wanted { taxonomy, entropy, over_time, .. } = self.wanted;
         Figures {
             scans: self.scans,
             points: self.points,
@@ -126,15 +171,12 @@ impl<'a> Sums<'a> {
     /// Class numbers; a class that the taxonomy does not know is an error that names its place.
     fn classes(&self, (labels, place): (&Labels, &str)) -> Result<Vec<u16>> {
         let class = |&raw: &u16| self.class_of[usize::from(raw)].ok_or(raw);
-        match labels.class.iter().map(class).collect::<Result<Vec<u16>, u16>>() {
+        match labels.class.iter().map(class).collect::<std::result::Result<Vec<u16>, u16>>() {
             Ok(classes) => Ok(classes),
             Err(unknown) => {
-                let count = labels.class.iter().filter(|&&raw| raw == unknown).count() as u64;
-                let name = &self.wanted.taxonomy.name;
-                bail!(
-                    "{place}: class {unknown} ({} points) is not in taxonomy {name}",
-                    grouped(count)
-                )
+                let points = labels.class.iter().filter(|&&raw| raw == unknown).count() as u64;
+                let taxonomy = self.wanted.taxonomy.name.clone();
+                Err(Error::UnknownClass { at: place.to_owned(), class: unknown, points, taxonomy })
             }
         }
     }

@@ -1,12 +1,11 @@
-//! Points in time on the command line, and the log times that they stand for.
+//! Points in time of a recording as people say them, and the log times that they stand for.
 
 use std::path::Path;
+use std::str::FromStr;
 
-use anyhow::{Result, bail};
-use divmerge::annotate::choose;
-use divmerge::io::{Overview, Which, cloud_message_at};
-
-use crate::arguments::number;
+use super::choose;
+use crate::error::{Error, Result};
+use crate::io::{Overview, Which, cloud_message_at, is_stream};
 
 /// What is said where a moment cannot be read.
 const FORMS: &str = "use seconds from the start (12.5), a time since 1970 (@1317384506.4), a date \
@@ -68,6 +67,10 @@ fn first_topic(overview: &Overview, topics: &[String]) -> Result<String> {
 
 /// The log times in nanoseconds that two moments of a recording stand for; the topics are those whose clouds are looked
 /// at, none for all.
+///
+/// # Errors
+/// [`Error::Parameter`] if the first does not lie before the second, or the recording is a stream and they need one that
+/// can be read twice; those of [`Moment::log_time`].
 pub fn window(
     input: &Path,
     (from, to): (Option<Moment>, Option<Moment>),
@@ -76,52 +79,65 @@ pub fn window(
     if from.is_none() && to.is_none() {
         return Ok((None, None));
     }
+    if is_stream(input) {
+        return absolute((from, to));
+    }
     let overview = Overview::read(input)?;
     let from = from.map(|from| from.log_time(&overview, topics)).transpose()?;
     let to = to.map(|to| to.end(&overview, topics)).transpose()?.flatten();
     if let (Some(from), Some(to)) = (from, to)
         && from >= to
     {
-        bail!("--from must lie before --to");
+        let problem = "must lie before the end".to_owned();
+        return Err(Error::Parameter { name: "from", problem });
     }
     Ok((from, to))
 }
 
 /// The log times of moments that need no recording to be known, as of a stream.
-pub fn absolute(
-    (from, to): (Option<Moment>, Option<Moment>),
-) -> Result<(Option<u64>, Option<u64>)> {
+fn absolute((from, to): (Option<Moment>, Option<Moment>)) -> Result<(Option<u64>, Option<u64>)> {
     let time = |moment| match moment {
         None => Ok(None),
         Some(Moment::Absolute(nanoseconds)) => Ok(Some(nanoseconds)),
-        Some(_) => {
-            bail!("of a stream, --from and --to are times since 1970 (@1317384506.4) or dates")
-        }
+        Some(_) => Err(Error::Parameter {
+            name: "window",
+            problem: "of a stream, both ends are times since 1970 (@1317384506.4) or dates"
+                .to_owned(),
+        }),
     };
     Ok((time(from)?, time(to)?))
 }
 
 /// Reads `12.5` as seconds from the start, `@1317384506.4` as seconds since 1970, `2011-09-30T12:28:26Z` as a date and
 /// `frame:100` as a cloud.
-pub fn moment(text: &str) -> Result<Moment, String> {
-    if let Some(frame) = text.strip_prefix("frame:") {
-        return frame.parse().map(Moment::Frame).map_err(|_| FORMS.to_owned());
-    }
-    if let Some(digits) = text.strip_prefix('@') {
-        return since_1970(digits).map(Moment::Absolute);
-    }
-    if text.contains(['T', 't']) {
-        return date(text).map(Moment::Absolute).ok_or_else(|| FORMS.to_owned());
-    }
-    let seconds = number(text.strip_suffix('s').unwrap_or(text)).map_err(|_| FORMS.to_owned())?;
-    match seconds < 0.0 {
-        true => Err("must not be negative".into()),
-        false => Ok(Moment::FromStart(seconds)),
+impl FromStr for Moment {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        if let Some(frame) = text.strip_prefix("frame:") {
+            return frame.parse().map(Moment::Frame).map_err(|_| FORMS.to_owned());
+        }
+        if let Some(digits) = text.strip_prefix('@') {
+            return since_1970(digits).map(Moment::Absolute);
+        }
+        if text.contains(['T', 't']) {
+            return date(text).map(Moment::Absolute).ok_or_else(|| FORMS.to_owned());
+        }
+        match text.strip_suffix('s').unwrap_or(text).parse::<f64>() {
+            Ok(seconds) if seconds < 0.0 && seconds.is_finite() => {
+                Err("must not be negative".into())
+            }
+            Ok(seconds) if seconds.is_finite() => Ok(Moment::FromStart(seconds)),
+            _ => Err(FORMS.to_owned()),
+        }
     }
 }
 
 /// Reads seconds since 1970, with a fraction or without, as nanoseconds.
-pub fn since_1970(text: &str) -> Result<u64, String> {
+///
+/// # Errors
+/// What to write instead.
+pub fn since_1970(text: &str) -> std::result::Result<u64, String> {
     // Through text: a double does not hold nanoseconds since 1970.
     let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
     match (digits(whole), fraction_ns(fraction)) {
@@ -208,6 +224,10 @@ fn days_since_1970(year: i64, month: i64, day: i64) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn moment(text: &str) -> std::result::Result<Moment, String> {
+        text.parse()
+    }
 
     #[test]
     fn every_form() {

@@ -1,0 +1,299 @@
+from collections.abc import Callable, Iterable
+from os import PathLike
+from typing import Any, Literal, Protocol, TypeAlias, final, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = [
+    "Error",
+    "Frame",
+    "Frames",
+    "REASONS",
+    "Result",
+    "Taxonomy",
+    "__version__",
+    "annotate",
+    "cluster",
+    "cluster_image",
+    "evaluate",
+    "frames",
+    "simulate",
+    "topics",
+]
+
+__version__: str
+REASONS: list[tuple[str, int]]
+
+_Path: TypeAlias = str | PathLike[str]
+_Preset: TypeAlias = Literal["best", "paper", "authors"]
+_BirdsEye: TypeAlias = Literal["off", "size", "box", "rectangle", "hull"]
+_Method: TypeAlias = Literal[
+    "divide-and-merge",
+    "depth-clustering",
+    "scan-line-run",
+    "euclidean",
+    "dbscan",
+    "supervoxel",
+    "alpine",
+    "one-per-class",
+]
+_Compression: TypeAlias = Literal["zstd", "lz4", "none"]
+_Runtime: TypeAlias = Literal["auto", "onnxruntime", "tract"]
+_Device: TypeAlias = Literal["auto", "cpu", "cuda", "tensorrt"]
+
+class _DLPack(Protocol):
+    def __dlpack__(self) -> Any: ...
+    def __dlpack_device__(self) -> tuple[int, int]: ...
+
+class _Labelled(Protocol):
+    @property
+    def semantic(self) -> Any: ...
+    @property
+    def instance(self) -> Any: ...
+
+_Array: TypeAlias = ArrayLike | _DLPack
+_Side: TypeAlias = tuple[_Array, _Array] | _Labelled
+
+class Error(Exception): ...
+
+@final
+class Taxonomy:
+    def __new__(cls, path: _Path | None = None) -> Taxonomy: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def classes(self) -> list[str]: ...
+    @property
+    def things(self) -> list[int]: ...
+    @property
+    def ids(self) -> dict[int, int]: ...
+
+@final
+class Result:
+    @property
+    def instance(self) -> NDArray[np.uint32]: ...
+    @property
+    def component(self) -> NDArray[np.uint32]: ...
+    @property
+    def semantic(self) -> NDArray[np.uint16]: ...
+    @property
+    def reason(self) -> NDArray[np.uint8]: ...
+    @property
+    def ground(self) -> NDArray[np.float32] | None: ...
+    @property
+    def range_image(self) -> NDArray[np.float32]: ...
+    @property
+    def point_of_pixel(self) -> NDArray[np.int64]: ...
+    @property
+    def pixel_of_point(self) -> NDArray[np.int64]: ...
+    @property
+    def votes(self) -> NDArray[np.void]: ...
+    @property
+    def merges(self) -> NDArray[np.void]: ...
+    @property
+    def joins(self) -> NDArray[np.void]: ...
+    @property
+    def instances(self) -> NDArray[np.void]: ...
+    @property
+    def rotation(self) -> NDArray[np.float64]: ...
+    @property
+    def times(self) -> dict[str, float]: ...
+    @property
+    def projection(self) -> str: ...
+
+@final
+class Frame:
+    @property
+    def topic(self) -> str: ...
+    @property
+    def number(self) -> int: ...
+    @property
+    def stamp_ns(self) -> int: ...
+    @property
+    def log_time_ns(self) -> int: ...
+    @property
+    def frame_id(self) -> str: ...
+    @property
+    def shape(self) -> tuple[int, int]: ...
+    @property
+    def points(self) -> NDArray[np.float32]: ...
+    @property
+    def classes(self) -> NDArray[np.uint16] | None: ...
+    @property
+    def confidence(self) -> NDArray[np.float32] | None: ...
+    @property
+    def ring(self) -> NDArray[np.uint16] | None: ...
+    @property
+    def source(self) -> NDArray[np.uint16] | None: ...
+    @property
+    def fields(self) -> dict[str, NDArray[np.int64] | NDArray[np.float64]]: ...
+    @property
+    def semantics(self) -> str: ...
+    @property
+    def taxonomy(self) -> Taxonomy: ...
+    @property
+    def rotation(self) -> NDArray[np.float64]: ...
+    def cluster(
+        self,
+        semantics: _Array | Literal["ground", "all"] | None = None,
+        *,
+        confidence: _Array | None = None,
+        ring: _Array | None = None,
+        source: _Array | None = None,
+        taxonomy: Taxonomy | _Path | None = None,
+        preset: _Preset = "best",
+        voxel: float | None = None,
+        angle: float | None = None,
+        gap_columns: int | None = None,
+        gap_rows: int | None = None,
+        min_points: int | None = None,
+        bev: _BirdsEye | None = None,
+        method: _Method | None = None,
+        rows: int | None = None,
+        columns: int | None = None,
+        fov: tuple[float, float] | None = None,
+    ) -> Result: ...
+    def __len__(self) -> int: ...
+
+@final
+class Frames:
+    @property
+    def topic(self) -> str: ...
+    def __len__(self) -> int: ...
+    def __iter__(self) -> Frames: ...
+    def __next__(self) -> Frame: ...
+
+def cluster(
+    points: _Array | Frame,
+    semantics: _Array | Literal["ground", "all"] | None = None,
+    *,
+    confidence: _Array | None = None,
+    ring: _Array | None = None,
+    source: _Array | None = None,
+    taxonomy: Taxonomy | _Path | None = None,
+    preset: _Preset = "best",
+    voxel: float | None = None,
+    angle: float | None = None,
+    gap_columns: int | None = None,
+    gap_rows: int | None = None,
+    min_points: int | None = None,
+    bev: _BirdsEye | None = None,
+    method: _Method | None = None,
+    rows: int | None = None,
+    columns: int | None = None,
+    fov: tuple[float, float] | None = None,
+    sensor_frame: str | None = None,
+) -> Result: ...
+def cluster_image(
+    x: _Array,
+    y: _Array,
+    z: _Array,
+    mask: _Array,
+    *,
+    preset: _Preset = "best",
+    voxel: float | None = None,
+    angle: float | None = None,
+    gap_columns: int | None = None,
+    gap_rows: int | None = None,
+    min_points: int | None = None,
+    bev: _BirdsEye | None = None,
+    method: _Method | None = None,
+    rows: int | None = None,
+    columns: int | None = None,
+    fov: tuple[float, float] | None = None,
+    sensor_frame: str | None = None,
+) -> Result: ...
+def frames(
+    path: _Path,
+    topic: str | None = None,
+    *,
+    start: int = 0,
+    stop: int | None = None,
+    fields: str | Iterable[str] = (),
+    semantics: str = "auto",
+    taxonomy: Taxonomy | _Path | None = None,
+    rows: int | None = None,
+    columns: int | None = None,
+    fov: tuple[float, float] | None = None,
+    sensor_frame: str = "auto",
+    tolerance: float = 0.01,
+    model_config: _Path | Iterable[_Path] | None = None,
+    model_image: Literal["auto", "clustering"] = "auto",
+    remission_scale: float | None = None,
+    runtime: _Runtime = "auto",
+    onnxruntime: _Path | None = None,
+    device: _Device = "auto",
+) -> Frames: ...
+def topics(path: _Path) -> list[str]: ...
+def annotate(
+    path: _Path,
+    out: _Path,
+    *,
+    semantics: str = "auto",
+    taxonomy: Taxonomy | _Path | None = None,
+    preset: _Preset = "best",
+    voxel: float | None = None,
+    angle: float | None = None,
+    gap_columns: int | None = None,
+    gap_rows: int | None = None,
+    min_points: int | None = None,
+    bev: _BirdsEye | None = None,
+    method: _Method | None = None,
+    rows: int | None = None,
+    columns: int | None = None,
+    fov: tuple[float, float] | None = None,
+    sensor_frame: str = "auto",
+    topics: str | Iterable[str] = (),
+    from_: float | str | None = None,
+    to: float | str | None = None,
+    objects: Literal["markers", "detection3d", "autoware"] | None = None,
+    flavor: Literal["auto", "foxglove"] = "auto",
+    compression: _Compression | None = None,
+    unchecked: bool = False,
+    only: bool = False,
+    in_place: bool = False,
+    resume: bool = False,
+    force: bool = False,
+    threads: int | None = None,
+    progress: Callable[[int, int], object] | None = None,
+    tolerance: float = 0.01,
+    model_config: _Path | Iterable[_Path] | None = None,
+    model_image: Literal["auto", "clustering"] = "auto",
+    remission_scale: float | None = None,
+    batch: int | None = None,
+    runtime: _Runtime = "auto",
+    onnxruntime: _Path | None = None,
+    device: _Device = "auto",
+) -> dict[str, Any]: ...
+@overload
+def evaluate(
+    scans: _Path,
+    *,
+    taxonomy: Taxonomy | _Path | None = None,
+    min_points: int = 50,
+    over_time: bool = False,
+    topic: str | None = None,
+) -> dict[str, dict[str, Any]]: ...
+@overload
+def evaluate(
+    scans: Iterable[tuple[_Side, _Side]],
+    *,
+    taxonomy: Taxonomy | _Path | None = None,
+    min_points: int = 50,
+    over_time: bool = False,
+    topic: str | None = None,
+) -> dict[str, Any]: ...
+def simulate(
+    out: _Path,
+    *,
+    sensor: str = "hdl-64e",
+    scene: str = "street",
+    frames: int = 50,
+    seed: int = 1,
+    encoding: Literal[
+        "ros2", "ros1", "foxglove-protobuf", "foxglove-json", "foxglove-ros2"
+    ] = "ros2",
+    compression: _Compression = "zstd",
+    force: bool = False,
+) -> int: ...

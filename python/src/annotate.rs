@@ -1,0 +1,217 @@
+//! Recordings, annotated.
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+use divmerge::annotate::moments::{self, Moment};
+use divmerge::annotate::{self as library, Event, Flavor, Form, MessageTypes, Objects, Options};
+use divmerge::io::{Compression, ObjectKind};
+use pyo3::exceptions::PyUserWarning;
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict};
+
+use crate::errors::{Error, exists_already, raised, wrong, wrong_type};
+use crate::parameters::{
+    ALL, OBJECTS, Parameters, choice, names, number, set_objects, text, within,
+};
+
+/// How the chunks of a recording are compressed.
+pub const COMPRESSIONS: [(&str, Compression); 3] =
+    [("zstd", Compression::Zstd), ("lz4", Compression::Lz4), ("none", Compression::None)];
+
+#[pyfunction]
+#[pyo3(
+    signature = (path, out, **parameters),
+    text_signature = "(path, out, *, semantics='auto', taxonomy=None, preset='best', voxel=None, angle=None, gap_columns=None, gap_rows=None, min_points=None, bev=None, method=None, rows=None, columns=None, fov=None, sensor_frame='auto', topics=(), from_=None, to=None, objects=None, flavor='auto', compression=None, unchecked=False, only=False, in_place=False, resume=False, force=False, threads=None, progress=None, tolerance=0.01, model_config=None, model_image='auto', remission_scale=None, batch=None, runtime='auto', onnxruntime=None, device='auto')"
+)]
+/// Writes a recording again with instances in it: the bytes that `divmerge annotate` writes with the same parameters. A
+/// viewer's layout is not written. Returns the report that `divmerge annotate --json` prints, as a dict.
+///
+/// path, out: the recording (MCAP), and the annotated one, which appears when it is whole.
+/// semantics, taxonomy, sensor_frame, tolerance, model_config, model_image, remission_scale, runtime, onnxruntime, device: as
+///     for `frames`; batch: clouds that go through a network at once.
+/// preset, voxel, angle, gap_columns, gap_rows, min_points, bev, method, rows, columns, fov: as for `cluster`.
+/// topics: cloud topics to annotate, one or several; all if not said.
+/// from_, to: leave out messages before the one and from the other on: seconds from the start (12.5), or text as at the
+///     command line ("@1317384506.4", "2011-09-30T12:28:26Z", "frame:100").
+/// objects: type of the boxes: "markers", "detection3d" or "autoware"; flavor: "auto" or "foxglove".
+/// compression: "zstd", "lz4" or "none"; that of most chunks of the input if not said.
+/// unchecked: take over chunks without clouds unopened.
+/// only: write the added topics alone; in_place: put the fields into the clouds themselves.
+/// resume: go on where a run with resume=True was cut off, and leave what is done if this one is.
+/// force: replace an existing output.
+/// threads: that unpack, cluster and compress; one for each core up to eight if not said.
+/// progress: is called with the bytes read and the bytes in all (0 of a stream); what it raises ends the run.
+///
+/// Other threads of Python run meanwhile. KeyboardInterrupt ends the run, and nothing half written is left. What is odd in
+/// the recording is a UserWarning and stands in the report.
+pub fn annotate<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    out: PathBuf,
+    parameters: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let mut asked = Asked::default();
+    let parameters =
+        Parameters::take("annotate", &[ALL, OBJECTS, OWN], parameters, |name, value| {
+            asked.set(name, value)
+        })?;
+    let Asked { objects, mut options, from, to, progress, in_place } = asked;
+    if options.form == Form::Only && in_place {
+        return Err(wrong("in_place", "not together with only"));
+    }
+    if options.resume && options.force {
+        return Err(wrong("force", "not together with resume"));
+    }
+    if in_place {
+        options.form = Form::InPlace;
+    }
+    options.resumable = options.resume;
+    let window = py.detach(|| moments::window(&path, (from, to), &options.topics));
+    (options.from_ns, options.to_ns) = window.map_err(raised)?;
+    options.method = parameters.method(py, objects, &path)?;
+    if !options.force && out.symlink_metadata().is_ok() {
+        return Err(exists_already(&out));
+    }
+    let mut watch = Watch { progress, failure: None };
+    let report =
+        py.detach(|| library::annotate(&path, &out, &options, &mut |event| watch.see(event)));
+    if let Some(failure) = watch.failure {
+        return Err(failure);
+    }
+    let report = serde_json::to_string(&report.map_err(raised)?)
+        .map_err(|error| Error::new_err(error.to_string()))?;
+    from_json(py, &report)
+}
+
+/// Names of the arguments of `annotate` beside those about the method and about objects.
+const OWN: &[&str] = &[
+    "topics",
+    "from_",
+    "to",
+    "objects",
+    "flavor",
+    "compression",
+    "unchecked",
+    "only",
+    "in_place",
+    "resume",
+    "force",
+    "threads",
+    "progress",
+];
+
+/// Arguments of `annotate` beside those of the method.
+#[derive(Default)]
+struct Asked {
+    objects: Objects,
+    options: Options,
+    in_place: bool,
+    from: Option<Moment>,
+    to: Option<Moment>,
+    progress: Option<Py<PyAny>>,
+}
+
+impl Asked {
+    fn set(&mut self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        let options = &mut self.options;
+        match name {
+            "topics" => options.topics = names(name, value)?,
+            "from_" => self.from = Some(moment(name, value)?),
+            "to" => self.to = Some(moment(name, value)?),
+            "objects" => {
+                options.types.objects = Some(choice(
+                    name,
+                    value,
+                    &[
+                        ("markers", ObjectKind::Markers),
+                        ("detection3d", ObjectKind::Detection3d),
+                        ("autoware", ObjectKind::Autoware),
+                    ],
+                )?);
+            }
+            "flavor" => {
+                let flavors = [("auto", Flavor::Auto), ("foxglove", Flavor::Foxglove)];
+                options.types =
+                    MessageTypes { flavor: choice(name, value, &flavors)?, ..options.types };
+            }
+            "compression" => options.compression = Some(choice(name, value, &COMPRESSIONS)?),
+            "unchecked" => options.unchecked = flag(name, value)?,
+            "only" => {
+                if flag(name, value)? {
+                    options.form = Form::Only;
+                }
+            }
+            "in_place" => self.in_place = flag(name, value)?,
+            "resume" => options.resume = flag(name, value)?,
+            "force" => options.force = flag(name, value)?,
+            "threads" => options.threads = within(name, value, 1024)?,
+            "progress" => {
+                if !value.is_callable() {
+                    return Err(wrong_type(
+                        name,
+                        "expected a function of bytes read and bytes in all",
+                    ));
+                }
+                self.progress = Some(value.clone().unbind());
+            }
+            _ => return set_objects(&mut self.objects, name, value),
+        }
+        Ok(())
+    }
+}
+
+/// True or false.
+pub fn flag(name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
+    value
+        .cast::<PyBool>()
+        .map(|flag| flag.is_true())
+        .map_err(|_| wrong_type(name, "expected a bool"))
+}
+
+/// Seconds from the start as a number, or text as the command line has it.
+fn moment(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Moment> {
+    let said = match value.extract::<f64>() {
+        Ok(_) => number(name, value)?.to_string(),
+        Err(_) => text(name, value)?,
+    };
+    said.parse().map_err(|problem: String| wrong(name, problem))
+}
+
+/// Looks on while the library works; what Python raises ends the work.
+struct Watch {
+    progress: Option<Py<PyAny>>,
+    failure: Option<PyErr>,
+}
+
+impl Watch {
+    fn see(&mut self, event: Event) -> ControlFlow<()> {
+        if self.failure.is_none() {
+            self.failure = Python::attach(|py| self.tell(py, event)).err();
+        }
+        match self.failure {
+            Some(_) => ControlFlow::Break(()),
+            None => ControlFlow::Continue(()),
+        }
+    }
+
+    fn tell(&self, py: Python<'_>, event: Event) -> PyResult<()> {
+        py.check_signals()?;
+        match (event, &self.progress) {
+            (Event::Progress { bytes, total }, Some(progress)) => {
+                progress.call1(py, (bytes, total)).map(drop)
+            }
+            (Event::Warning(warning), _) => {
+                let text = std::ffi::CString::new(warning.replace('\0', " ")).unwrap_or_default();
+                PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A value out of JSON.
+pub fn from_json<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyAny>> {
+    py.import(intern!(py, "json"))?.call_method1(intern!(py, "loads"), (json,))
+}

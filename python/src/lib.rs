@@ -1,0 +1,43 @@
+//! divmerge for Python: a thin layer over the library. Arrays become clouds, results become arrays; what is done to
+//! them is the library's.
+
+mod annotate;
+mod arrays;
+mod cluster;
+mod errors;
+mod evaluate;
+mod frames;
+mod parameters;
+mod result;
+mod simulate;
+mod taxonomy;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _divmerge {
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use super::annotate::annotate;
+    #[pymodule_export]
+    use super::cluster::{cluster, cluster_image};
+    #[pymodule_export]
+    use super::errors::Error;
+    #[pymodule_export]
+    use super::evaluate::evaluate;
+    #[pymodule_export]
+    use super::frames::{Frame, Frames, frames, topics};
+    #[pymodule_export]
+    use super::result::ClusterResult;
+    #[pymodule_export]
+    use super::simulate::simulate;
+    #[pymodule_export]
+    use super::taxonomy::PyTaxonomy;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+        module.add("REASONS", super::result::reasons())
+    }
+}

@@ -1,0 +1,289 @@
+//! Keyword arguments that several functions share, and what they ask for.
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use divmerge::Taxonomy;
+use divmerge::annotate::{Method, ObjectSource, Objects};
+use divmerge::baselines::AnyBaseline;
+use divmerge::io::asked_transforms;
+use divmerge::network::NetworkImage;
+use divmerge::network::runtime::{Device, RuntimeKind};
+use divmerge::pipeline::overrides::limits;
+use divmerge::pipeline::{Config, Overrides};
+use divmerge::sensor_frame::SensorFrame;
+use pyo3::exceptions::{PyOverflowError, PyTypeError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+
+use crate::errors::{raised, type_of, wrong, wrong_type};
+use crate::taxonomy::PyTaxonomy;
+
+/// How clouds are cut into instances.
+#[derive(Default)]
+pub struct Parameters {
+    overrides: Overrides,
+    /// Another method in the place of divide and merge.
+    method: Option<String>,
+    /// What the ids of classes mean, where that is said.
+    pub taxonomy: Option<Py<PyTaxonomy>>,
+    /// How the frame of the clouds stands, where that is said.
+    pub sensor_frame: Option<SensorFrame>,
+}
+
+/// Names of all of them.
+pub const ALL: &[&str] = &[
+    "taxonomy",
+    "preset",
+    "voxel",
+    "angle",
+    "gap_columns",
+    "gap_rows",
+    "min_points",
+    "bev",
+    "method",
+    "rows",
+    "columns",
+    "fov",
+    "sensor_frame",
+];
+
+/// Those that are not about classes.
+pub const WITHOUT_CLASSES: &[&str] = ALL.split_at(1).1;
+
+/// Who cuts objects into instances unless another method is named.
+const OURS: &str = "divide-and-merge";
+
+impl Parameters {
+    /// Takes the arguments of a function that takes those names, and gives `other` the ones that are not about the method.
+    /// None is as good as nothing said.
+    pub fn take<'py>(
+        function: &str,
+        names: &[&[&str]],
+        arguments: Option<&Bound<'py, PyDict>>,
+        mut other: impl FnMut(&str, &Bound<'py, PyAny>) -> PyResult<()>,
+    ) -> PyResult<Self> {
+        let mut parameters = Parameters::default();
+        for (name, value) in arguments.into_iter().flatten() {
+            let name: String = name.extract()?;
+            if !names.iter().any(|names| names.contains(&name.as_str())) {
+                return Err(PyTypeError::new_err(format!(
+                    "{function}() got an unexpected keyword argument '{name}'"
+                )));
+            }
+            if !value.is_none() && !parameters.set(&name, &value)? {
+                other(&name, &value)?;
+            }
+        }
+        Ok(parameters)
+    }
+
+    /// Whether it is one of them.
+    fn set(&mut self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
+        let overrides = &mut self.overrides;
+        match name {
+            "preset" => overrides.preset = parsed(name, value)?,
+            "voxel" => overrides.voxel = Some(number(name, value)?),
+            "angle" => overrides.angle = Some(number(name, value)?),
+            "gap_columns" => overrides.gap_columns = Some(whole(name, value)?),
+            "gap_rows" => overrides.gap_rows = Some(whole(name, value)?),
+            "min_points" => overrides.min_points = Some(whole(name, value)?),
+            "bev" => overrides.bev = Some(parsed(name, value)?),
+            "rows" => overrides.rows = Some(whole(name, value)?),
+            "columns" => overrides.columns = Some(whole(name, value)?),
+            "fov" => overrides.field_of_view = Some(pair(name, value)?),
+            "method" => self.method = Some(text(name, value)?),
+            "taxonomy" => self.taxonomy = Some(PyTaxonomy::of(value)?),
+            "sensor_frame" => self.sensor_frame = Some(parsed(name, value)?),
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// The parameters of the pipeline.
+    pub fn config(&self, taxonomy: &Taxonomy) -> PyResult<Config> {
+        let mut config = self.overrides.config().map_err(raised)?;
+        config.baseline = match self.method.as_deref() {
+            None | Some(OURS) => None,
+            Some("boxes") => {
+                return Err(wrong("method", "`boxes` needs boxes, which only the command line reads"));
+            }
+            Some(name) => Some(AnyBaseline::named(name, taxonomy).ok_or_else(|| {
+                wrong(
+                    "method",
+                    format!(
+                        "`{name}` is no method: use {OURS}, depth-clustering, scan-line-run, euclidean, dbscan, \
+                         supervoxel, alpine or one-per-class"
+                    ),
+                )
+            })?),
+        };
+        Ok(config)
+    }
+
+    /// What is done to each cloud of a recording.
+    pub fn method(
+        &self,
+        py: Python<'_>,
+        mut objects: Objects,
+        recording: &Path,
+    ) -> PyResult<Method> {
+        objects.taxonomy = self.taxonomy.as_ref().map(|taxonomy| taxonomy.get().inner.clone());
+        let sensor_frame = self.sensor_frame.unwrap_or_default();
+        let opened = py.detach(|| {
+            let transforms = asked_transforms(&sensor_frame, recording)?;
+            Ok((objects.method(recording)?, transforms))
+        });
+        let (method, transforms) = opened.map_err(raised)?;
+        let config = self.config(&method.taxonomy)?;
+        Ok(Method { config, sensor_frame, transforms, ..method })
+    }
+}
+
+/// Names of the arguments about where a recording's objects come from.
+pub const OBJECTS: &[&str] = &[
+    "semantics",
+    "tolerance",
+    "model_config",
+    "model_image",
+    "remission_scale",
+    "runtime",
+    "onnxruntime",
+    "device",
+    "batch",
+];
+
+/// Sets one of them.
+pub fn set_objects(objects: &mut Objects, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
+    let network = &mut objects.network;
+    match name {
+        "semantics" => objects.source = parsed::<ObjectSource>(name, value)?,
+        "tolerance" => {
+            let seconds = limits::not_negative(number(name, value)?);
+            objects.tolerance_ns = (seconds.map_err(|p| wrong(name, p))? * 1e9).round() as u64;
+        }
+        "model_config" => network.config = paths(name, value)?,
+        "model_image" => {
+            network.image = choice(
+                name,
+                value,
+                &[("auto", NetworkImage::Auto), ("clustering", NetworkImage::Clustering)],
+            )?;
+        }
+        "remission_scale" => {
+            let scale = limits::above_zero(number(name, value)?).map_err(|p| wrong(name, p))?;
+            network.remission_scale = Some(scale as f32);
+        }
+        "batch" => network.batch = within(name, value, 256)?,
+        "runtime" => {
+            network.runtime.kind = choice(
+                name,
+                value,
+                &[
+                    ("auto", RuntimeKind::Auto),
+                    ("onnxruntime", RuntimeKind::OnnxRuntime),
+                    ("tract", RuntimeKind::Tract),
+                ],
+            )?;
+        }
+        "onnxruntime" => network.runtime.library = Some(path(name, value)?),
+        "device" => {
+            network.runtime.device = choice(
+                name,
+                value,
+                &[
+                    ("auto", Device::Auto),
+                    ("cpu", Device::Cpu),
+                    ("cuda", Device::Cuda),
+                    ("tensorrt", Device::TensorRt),
+                ],
+            )?;
+        }
+        _ => {}
+    }
+    Ok(())
+}
+
+/// One of some words, and what it stands for.
+pub fn choice<T: Clone>(name: &str, value: &Bound<'_, PyAny>, words: &[(&str, T)]) -> PyResult<T> {
+    let said = text(name, value)?;
+    words
+        .iter()
+        .find(|(word, _)| *word == said)
+        .map(|(_, stands_for)| stands_for.clone())
+        .ok_or_else(|| {
+            let words: Vec<&str> = words.iter().map(|(word, _)| *word).collect();
+            wrong(name, format!("`{said}` is none of {}", words.join(", ")))
+        })
+}
+
+/// A text that is read as the command line reads it.
+pub fn parsed<T: FromStr<Err = String>>(name: &str, value: &Bound<'_, PyAny>) -> PyResult<T> {
+    text(name, value)?.parse().map_err(|problem| wrong(name, problem))
+}
+
+/// A text.
+pub fn text(name: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
+    match value.cast::<PyString>() {
+        Ok(text) => Ok(text.to_str()?.to_owned()),
+        Err(_) => Err(wrong_type(name, format!("expected str, got {}", type_of(value)))),
+    }
+}
+
+/// A number.
+pub fn number(name: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    let problem = |_| wrong_type(name, format!("expected a number, got {}", type_of(value)));
+    value.extract().map_err(problem)
+}
+
+/// A whole number from 0 on.
+pub fn whole(name: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
+    value.extract().map_err(|error: PyErr| {
+        match error.is_instance_of::<PyOverflowError>(value.py()) {
+            true => wrong(name, "expected a whole number from 0 on"),
+            false => wrong_type(name, format!("expected a whole number, got {}", type_of(value))),
+        }
+    })
+}
+
+/// A whole number of 1 to some other.
+pub fn within(name: &str, value: &Bound<'_, PyAny>, most: usize) -> PyResult<usize> {
+    match whole(name, value)? {
+        number if (1..=most).contains(&number) => Ok(number),
+        number => Err(wrong(name, format!("expected 1 to {most}, got {number}"))),
+    }
+}
+
+fn pair(name: &str, value: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
+    let problem = "expected two numbers, the upper and the lower elevation in degrees";
+    value.extract().map_err(|_| wrong_type(name, problem))
+}
+
+/// A path: text or an `os.PathLike`.
+pub fn path(name: &str, value: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
+    let problem = |_| wrong_type(name, format!("expected a path, got {}", type_of(value)));
+    value.extract().map_err(problem)
+}
+
+/// A path, or several.
+fn paths(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<PathBuf>> {
+    match value.extract::<PathBuf>() {
+        Ok(one) => Ok(vec![one]),
+        Err(_) => value
+            .try_iter()
+            .map_err(|_| wrong_type(name, format!("expected paths, got {}", type_of(value))))?
+            .map(|one| path(name, &one?))
+            .collect(),
+    }
+}
+
+/// Names of things: a text, or several.
+pub fn names(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
+    if value.cast::<PyString>().is_ok() {
+        return Ok(vec![text(name, value)?]);
+    }
+    let several = value.try_iter().map_err(|_| {
+        wrong_type(name, format!("expected str or several, got {}", type_of(value)))
+    })?;
+    several.map(|one| text(name, &one?)).collect()
+}
