@@ -1,10 +1,12 @@
 //! Recordings, annotated.
 
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use divmerge::annotate::moments::{self, Moment};
-use divmerge::annotate::{self as library, Event, Flavor, Form, MessageTypes, Objects, Options};
+use divmerge::annotate::{
+    self as library, Event, Flavor, Form, MessageTypes, Objects, Options, Report, Slice,
+};
 use divmerge::io::{Compression, ObjectKind};
 use pyo3::exceptions::PyUserWarning;
 use pyo3::intern;
@@ -52,12 +54,24 @@ pub fn annotate<'py>(
     out: PathBuf,
     parameters: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
+    run(py, "annotate", (&path, &out), parameters, None)
+}
+
+/// Annotates a recording, or a slice of it, for a function of Python.
+pub fn run<'py>(
+    py: Python<'py>,
+    function: &str,
+    (path, out): (&Path, &Path),
+    parameters: Option<&Bound<'py, PyDict>>,
+    slice: Option<Slice>,
+) -> PyResult<Bound<'py, PyAny>> {
     let mut asked = Asked::default();
     let parameters =
-        Parameters::take("annotate", &[ALL, OBJECTS, OWN], parameters, |name, value| {
+        Parameters::take(function, &[ALL, OBJECTS, OWN], parameters, |name, value| {
             asked.set(name, value)
         })?;
     let Asked { objects, mut options, from, to, progress, in_place } = asked;
+    options.slice = slice;
     if options.form == Form::Only && in_place {
         return Err(wrong("in_place", "not together with only"));
     }
@@ -68,21 +82,40 @@ pub fn annotate<'py>(
         options.form = Form::InPlace;
     }
     options.resumable = options.resume;
-    let window = py.detach(|| moments::window(&path, (from, to), &options.topics));
+    let window = py.detach(|| moments::window(path, (from, to), &options.topics));
     (options.from_ns, options.to_ns) = window.map_err(raised)?;
-    options.method = parameters.method(py, objects, &path)?;
+    options.method = parameters.method(py, objects, path)?;
     if !options.force && out.symlink_metadata().is_ok() {
-        return Err(exists_already(&out));
+        return Err(exists_already(out));
     }
+    watched(py, progress, |see| library::annotate(path, out, &options, see))
+}
+
+/// What happens, told to whoever looks on.
+type See<'a> = &'a mut dyn FnMut(Event) -> ControlFlow<()>;
+
+/// The report of some work of the library, which Python looks on.
+pub fn watched<'py>(
+    py: Python<'py>,
+    progress: Option<Py<PyAny>>,
+    work: impl FnOnce(See) -> divmerge::Result<Report> + Send,
+) -> PyResult<Bound<'py, PyAny>> {
     let mut watch = Watch { progress, failure: None };
-    let report =
-        py.detach(|| library::annotate(&path, &out, &options, &mut |event| watch.see(event)));
+    let report = py.detach(|| work(&mut |event| watch.see(event)));
     if let Some(failure) = watch.failure {
         return Err(failure);
     }
     let report = serde_json::to_string(&report.map_err(raised)?)
         .map_err(|error| Error::new_err(error.to_string()))?;
     from_json(py, &report)
+}
+
+/// A function of bytes read and bytes in all.
+pub fn progress(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
+    match value.is_callable() {
+        true => Ok(value.clone().unbind()),
+        false => Err(wrong_type(name, "expected a function of bytes read and bytes in all")),
+    }
 }
 
 /// Names of the arguments of `annotate` beside those about the method and about objects.
@@ -147,15 +180,7 @@ impl Asked {
             "resume" => options.resume = flag(name, value)?,
             "force" => options.force = flag(name, value)?,
             "threads" => options.threads = within(name, value, 1024)?,
-            "progress" => {
-                if !value.is_callable() {
-                    return Err(wrong_type(
-                        name,
-                        "expected a function of bytes read and bytes in all",
-                    ));
-                }
-                self.progress = Some(value.clone().unbind());
-            }
+            "progress" => self.progress = Some(progress(name, value)?),
             _ => return set_objects(&mut self.objects, name, value),
         }
         Ok(())

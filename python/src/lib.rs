@@ -10,6 +10,7 @@ mod frames;
 mod parameters;
 mod result;
 mod simulate;
+mod slices;
 mod taxonomy;
 
 use pyo3::prelude::*;
@@ -32,6 +33,8 @@ mod _divmerge {
     use super::result::ClusterResult;
     #[pymodule_export]
     use super::simulate::simulate;
+    #[pymodule_export]
+    use super::slices::{annotate_slice, join, plan};
     #[pymodule_export]
     use super::taxonomy::PyTaxonomy;
 
