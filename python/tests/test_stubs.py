@@ -47,10 +47,10 @@ def test_the_version_is_that_of_the_package():
     assert divmerge.__version__ == version("divmerge")
 
 
-def test_stubtest_agrees():
+def test_stubtest_agrees(tmp_path):
     pytest.importorskip("mypy")
     command = [sys.executable, "-m", "mypy.stubtest", "divmerge"]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=FOLDER.parent)
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 0, done.stdout
 
 
@@ -74,3 +74,7 @@ divmerge.cluster(ids, presett="best")
     command = [sys.executable, "-m", "mypy", "--strict", str(program)]
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
     assert '"presett"' in done.stdout and "Found 1 error" in done.stdout, done.stdout
+
+
+def test_the_version_is_that_of_the_command_line(command_line):
+    assert command_line("--version").split() == ["divmerge", divmerge.__version__]
