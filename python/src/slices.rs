@@ -6,7 +6,7 @@ use divmerge::annotate::slices::{self, Plan, Slice};
 use divmerge::annotate::{self as library, JoinOptions, SliceFile};
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::PyDict;
 
 use crate::annotate::{from_json, progress, run, watched};
 use crate::errors::{exists_already, raised, wrong, wrong_type};
@@ -85,7 +85,7 @@ pub fn annotate_slice<'py>(
 /// threads, progress: as for `annotate`.
 pub fn join<'py>(
     py: Python<'py>,
-    slices: &Bound<'py, PyList>,
+    slices: &Bound<'py, PyAny>,
     out: PathBuf,
     input: Option<PathBuf>,
     force: bool,
