@@ -1,6 +1,7 @@
 """The example over Ray: a local cluster of two workers, one of which is killed in the middle."""
 
 import importlib.util
+import sys
 import threading
 import time
 
@@ -19,6 +20,7 @@ def example():
     path = ROOT / "examples" / "ray_annotate.py"
     specification = importlib.util.spec_from_file_location("ray_annotate", path)
     module = importlib.util.module_from_spec(specification)
+    sys.modules["ray_annotate"] = module
     specification.loader.exec_module(module)
     ray.cloudpickle.register_pickle_by_value(module)
     return module
