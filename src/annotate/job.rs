@@ -537,6 +537,7 @@ impl<'a> Job<'a> {
         }
         self.report.input_sha256 = reader.finish()?;
         self.report.input_bytes_read = reader.bytes_read();
+        self.report.fetched = reader.fetched();
         let metadata = metadata(&self.report, &self.options.method);
         self.writer.write_metadata(METADATA_NAME, &metadata)?;
         (self.report.output_bytes, self.report.profile.write) = self.writer.finish_timed()?;

@@ -1,0 +1,271 @@
+//! An object as the process knows it: its size, what tells whether it is still the same, and the bytes that are read
+//! again and again.
+
+use std::io::{self, ErrorKind};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+
+use object_store::{GetOptions, GetRange, ObjectMeta, ObjectStore, ObjectStoreExt};
+use tokio::runtime::{Builder, Handle};
+use tokio::task::AbortHandle;
+
+use super::store::{Place, is_empty_object, words};
+use crate::io::recording::input::Fetched;
+
+/// Bytes fetched of the end when an object is opened: the index of a usual recording.
+const END: u64 = 256 << 10;
+/// Bytes fetched of the start when something of it is read.
+const START: u64 = 64 << 10;
+/// Most bytes of an end that are kept.
+const MOST_KEPT: u64 = 16 << 20;
+/// Objects that are kept, so that opening them again takes no request.
+const OBJECTS: usize = 8;
+
+/// Bytes that several may hold.
+pub(super) type Bytes = Arc<Vec<u8>>;
+
+/// An object.
+#[derive(Debug)]
+pub(super) struct Object {
+    address: PathBuf,
+    place: Arc<Place>,
+    pub(super) size: u64,
+    mark: Mark,
+    start: Mutex<Option<Bytes>>,
+    /// The end, and where it starts.
+    end: Mutex<(u64, Bytes)>,
+    requests: AtomicU64,
+    bytes: AtomicU64,
+}
+
+/// What tells one state of an object from another.
+#[derive(Debug, Clone, PartialEq)]
+struct Mark {
+    size: u64,
+    e_tag: Option<String>,
+    modified_ns: Option<i64>,
+}
+
+impl Mark {
+    fn of(meta: &ObjectMeta) -> Self {
+        let modified_ns = meta.last_modified.timestamp_nanos_opt();
+        Mark { size: meta.size, e_tag: meta.e_tag.clone(), modified_ns }
+    }
+
+    /// The tag that a server is asked to compare. A weak one it never takes for the same.
+    fn strong_tag(&self) -> Option<String> {
+        self.e_tag.clone().filter(|tag| !tag.starts_with("W/"))
+    }
+}
+
+/// A piece of an object that was asked for; dropped, it is not fetched any more.
+pub(super) struct UnderWay {
+    pub(super) range: Range<u64>,
+    result: Receiver<io::Result<Vec<u8>>>,
+    task: Option<AbortHandle>,
+}
+
+impl Drop for UnderWay {
+    fn drop(&mut self) {
+        if let Some(task) = &self.task {
+            task.abort();
+        }
+    }
+}
+
+/// The objects that were opened last.
+static OPENED: Mutex<Vec<Arc<Object>>> = Mutex::new(Vec::new());
+
+impl Object {
+    /// What an address names; no request where that was opened before.
+    pub(super) fn open(address: &Path) -> io::Result<Arc<Self>> {
+        let opened = lock(&OPENED).iter().find(|object| object.address == address).cloned();
+        match opened {
+            Some(object) => Ok(object),
+            None => Self::open_at(address, Place::of(address)?),
+        }
+    }
+
+    /// Fetches the end of an object, and with it all that is known of it.
+    pub(super) fn open_at(address: &Path, place: Place) -> io::Result<Arc<Self>> {
+        let place = Arc::new(place);
+        let there = Arc::clone(&place);
+        let (meta, bytes, requests) = wait(async move { end_of(&there).await })?;
+        let object = Arc::new(Object {
+            address: address.to_owned(),
+            size: meta.size,
+            mark: Mark::of(&meta),
+            start: Mutex::default(),
+            requests: requests.into(),
+            bytes: (bytes.len() as u64).into(),
+            end: Mutex::new((meta.size - bytes.len() as u64, Arc::new(bytes))),
+            place,
+        });
+        let mut opened = lock(&OPENED);
+        if opened.len() == OBJECTS {
+            opened.remove(0);
+        }
+        opened.push(Arc::clone(&object));
+        Ok(object)
+    }
+
+    pub(super) fn fetched(&self) -> Fetched {
+        Fetched { requests: self.requests.load(Relaxed), bytes: self.bytes.load(Relaxed) }
+    }
+
+    /// Where the end starts that is kept.
+    pub(super) fn start_of_end(&self) -> u64 {
+        lock(&self.end).0
+    }
+
+    /// What is kept at a position, with where it starts; the start is fetched if that is it.
+    pub(super) fn kept(&self, position: u64) -> io::Result<Option<(u64, Bytes)>> {
+        let end = lock(&self.end).clone();
+        if position >= end.0 {
+            return Ok(Some(end));
+        }
+        if position >= START.min(end.0) {
+            return Ok(None);
+        }
+        let mut start = lock(&self.start);
+        let bytes = match &*start {
+            Some(bytes) => Arc::clone(bytes),
+            None => self.take(self.ask(0..START.min(end.0)))?,
+        };
+        *start = Some(Arc::clone(&bytes));
+        Ok(Some((0, bytes)))
+    }
+
+    /// Keeps the end from a position on, unless that is too much.
+    pub(super) fn keep_end(&self, from: u64) -> io::Result<()> {
+        let mut end = lock(&self.end);
+        if from >= end.0 || self.size - from > MOST_KEPT {
+            return Ok(());
+        }
+        let before = self.take(self.ask(from..end.0))?;
+        *end = (from, Arc::new([before.as_slice(), end.1.as_slice()].concat()));
+        Ok(())
+    }
+
+    /// Asks for a piece.
+    pub(super) fn ask(&self, range: Range<u64>) -> UnderWay {
+        let (sender, result) = sync_channel(1);
+        let (place, mark, wanted) = (Arc::clone(&self.place), self.mark.clone(), range.clone());
+        self.requests.fetch_add(1, Relaxed);
+        // It was started when the object was opened.
+        let task = runtime().ok().map(|runtime| {
+            runtime.spawn(async move {
+                // Nobody may be waiting any more.
+                let _ = sender.send(piece(&place, &mark, wanted).await);
+            })
+        });
+        UnderWay { range, result, task: task.map(|task| task.abort_handle()) }
+    }
+
+    /// Waits for a piece.
+    pub(super) fn take(&self, piece: UnderWay) -> io::Result<Bytes> {
+        let came = piece.result.recv().unwrap_or_else(|_| Err(broken_off()));
+        let bytes = came.inspect_err(|_| self.forget())?;
+        self.bytes.fetch_add(bytes.len() as u64, Relaxed);
+        Ok(Arc::new(bytes))
+    }
+
+    /// Whoever opens it again is to see what is there then.
+    fn forget(&self) {
+        lock(&OPENED).retain(|object| !std::ptr::eq(&**object, self));
+    }
+}
+
+/// The last bytes of an object, and what the server says of it; with the number of requests.
+async fn end_of(place: &Place) -> io::Result<(ObjectMeta, Vec<u8>, u64)> {
+    let get = |range, if_match| {
+        place.store.get_opts(
+            &place.key,
+            GetOptions { range: Some(range), if_match, ..GetOptions::default() },
+        )
+    };
+    let said = |error| words(place, &error);
+    let (got, requests) = match place.gives_ends {
+        true => (get(GetRange::Suffix(END), None).await, 1),
+        // Azure wants to be told where the end starts.
+        false => {
+            let meta = place.store.head(&place.key).await.map_err(said)?;
+            let start = meta.size.saturating_sub(END);
+            (get(GetRange::Bounded(start..meta.size.max(1)), meta.e_tag).await, 2)
+        }
+    };
+    let got = match got {
+        Err(error) if is_empty_object(&error) => return Err(empty()),
+        got => got.map_err(said)?,
+    };
+    let meta = got.meta.clone();
+    let bytes = got.bytes().await.map_err(said)?;
+    match bytes.len() as u64 == meta.size.min(END) {
+        true => Ok((meta, bytes.into(), requests)),
+        false => Err(broken_off()),
+    }
+}
+
+/// A piece of an object that is still as it was.
+async fn piece(place: &Place, mark: &Mark, range: Range<u64>) -> io::Result<Vec<u8>> {
+    let said = |error| words(place, &error);
+    let length = range.end - range.start;
+    let options = GetOptions {
+        range: Some(GetRange::Bounded(range)),
+        if_match: mark.strong_tag(),
+        ..GetOptions::default()
+    };
+    let got = place.store.get_opts(&place.key, options).await.map_err(said)?;
+    if Mark::of(&got.meta) != *mark {
+        return Err(changed());
+    }
+    let bytes = got.bytes().await.map_err(said)?;
+    match bytes.len() as u64 == length {
+        true => Ok(bytes.into()),
+        false => Err(broken_off()),
+    }
+}
+
+pub(super) fn changed() -> io::Error {
+    io::Error::other("the object changed while it was read")
+}
+
+fn broken_off() -> io::Error {
+    io::Error::new(ErrorKind::UnexpectedEof, "the connection broke off")
+}
+
+fn empty() -> io::Error {
+    io::Error::new(ErrorKind::UnexpectedEof, "the object is empty")
+}
+
+/// What does the fetching: one thread, started when it is first needed.
+fn runtime() -> io::Result<&'static Handle> {
+    static RUNTIME: OnceLock<io::Result<Handle>> = OnceLock::new();
+    let started = RUNTIME.get_or_init(|| {
+        let runtime = Builder::new_current_thread().enable_all().build()?;
+        let handle = runtime.handle().clone();
+        let run = move || runtime.block_on(std::future::pending::<()>());
+        std::thread::Builder::new().name("fetch".to_owned()).spawn(run)?;
+        Ok(handle)
+    });
+    started.as_ref().map_err(|error| io::Error::new(error.kind(), error.to_string()))
+}
+
+/// Does something over there, and waits for it.
+fn wait<T: Send + 'static>(
+    task: impl Future<Output = io::Result<T>> + Send + 'static,
+) -> io::Result<T> {
+    let (sender, result) = sync_channel(1);
+    runtime()?.spawn(async move {
+        // Whoever waits, waits for this.
+        let _ = sender.send(task.await);
+    });
+    result.recv().unwrap_or_else(|_| Err(broken_off()))
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
