@@ -179,7 +179,7 @@ impl Selection {
             numbered: clouds.iter().map(|(&id, cloud)| (id, cloud.topic.clone())).collect(),
             frames: self.frames,
             others: false,
-            closed: None,
+            ..Wanted::default()
         }
     }
 

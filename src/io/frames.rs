@@ -169,7 +169,7 @@ impl CloudMessages {
             numbered: ids.iter().map(|&id| (id, topic.clone())).collect(),
             frames: (Bound::Included(*frames.start()), Bound::Included(*frames.end())),
             others: false,
-            closed: None,
+            ..Wanted::default()
         };
         Ok(CloudMessages {
             path: path.to_owned(),

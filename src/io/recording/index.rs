@@ -35,13 +35,14 @@ pub(super) struct IndexedChunk {
     pub(super) channels: usize,
     /// Name of its compression, empty for none.
     pub(super) compression: String,
-    /// Channels that are kept, and where their message indexes are.
-    pub(super) indexes: Vec<(u16, u64)>,
+    /// Channels that are kept, and their messages.
+    pub(super) counts: Vec<(u16, u64)>,
 }
 
 impl Index {
-    /// Reads the index, keeping message indexes of some channels. `None` if it cannot be relied on: there is no summary
-    /// or no checksum over it, it does not list as many chunks as it counts, or they overlap in the file.
+    /// Reads the index, keeping counts of the messages of some channels. `None` if it cannot be relied on: there is no
+    /// summary or no checksum over it, it does not list as many chunks as it counts, they overlap in the file, or the
+    /// message indexes behind one cannot lie where it says.
     pub(super) fn read(path: &Path, size: u64, keep: &dyn Fn(u16) -> bool) -> Option<Self> {
         let (mut chunks, mut counted) = (Vec::new(), None);
         let seen = visit_summary(path, size, |record| match record {
@@ -67,22 +68,38 @@ impl IndexedChunk {
         let start = chunk.chunk_start_offset;
         let end = start.checked_add(chunk.chunk_length)?.checked_add(chunk.message_index_length)?;
         let times = (chunk.message_start_time, chunk.message_end_time);
-        let (channels, compression) = (chunk.message_index_offsets.len(), chunk.compression);
-        let offsets = chunk.message_index_offsets.into_iter();
-        let indexes = offsets.filter(|&(channel, _)| keep(channel)).collect();
+        let channels = chunk.message_index_offsets.len();
+        let counts = message_counts(&chunk.message_index_offsets, end)?;
         (times.0 <= times.1 && start < end).then_some(IndexedChunk {
             start,
             end,
             times,
             channels,
-            compression,
-            indexes,
+            compression: chunk.compression,
+            counts: counts.into_iter().filter(|&(channel, _)| keep(channel)).collect(),
         })
     }
 
     pub(super) fn has_message_indexes(&self) -> bool {
         self.channels > 0
     }
+}
+
+/// Messages of each channel, from the lengths of the message indexes that begin at these offsets, one behind the other,
+/// the last of which ends at `end`. `None` if those are no lengths of such records.
+fn message_counts(offsets: &BTreeMap<u16, u64>, end: u64) -> Option<Vec<(u16, u64)>> {
+    /// Log time and offset of a message.
+    const ENTRY_LEN: u64 = 8 + 8;
+    /// Head, channel and length of the entries.
+    const BEFORE_ENTRIES: u64 = HEAD_LEN as u64 + 2 + 4;
+    let mut places: Vec<(u64, u16)> = offsets.iter().map(|(&id, &offset)| (offset, id)).collect();
+    places.sort_unstable();
+    let ends = places.iter().skip(1).map(|&(offset, _)| offset).chain([end]);
+    let count = |(&(offset, channel), end): (&(u64, u16), u64)| {
+        let entries = end.checked_sub(offset)?.checked_sub(BEFORE_ENTRIES)?;
+        entries.is_multiple_of(ENTRY_LEN).then_some((channel, entries / ENTRY_LEN))
+    };
+    places.iter().zip(ends).map(count).collect()
 }
 
 /// Topics of the messages in the chunk at an offset, if the index knows the chunk.

@@ -1,16 +1,10 @@
 //! What is wanted of a recording, and which of its chunks need not be read for that.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::fs::File;
-use std::io::{Read, Seek, SeekFrom};
-use std::ops::Bound;
+use std::ops::{Bound, Range};
 
-use mcap::records::op;
-
-use super::chunk::split_head;
 use super::index::{Index, IndexedChunk};
 use super::overview::Overview;
-use super::scan::{Fields, HEAD_LEN};
 use super::writer::Compression;
 
 /// Numbers of messages on their topic, from 0 in the order of the file.
@@ -29,6 +23,8 @@ pub struct Wanted {
     pub numbered: BTreeMap<u16, String>,
     /// Numbers that are wanted of each of those topics.
     pub frames: FrameRange,
+    /// Bytes of the file in which chunks begin that are wanted.
+    pub bytes: Range<u64>,
     /// Whether messages of other channels are wanted, too.
     pub others: bool,
     /// Chunks of this compression without a numbered message may be given as they lie, neither opened nor checked, by
@@ -36,11 +32,21 @@ pub struct Wanted {
     pub closed: Option<Compression>,
 }
 
+/// Every byte of a file.
+const ALL_BYTES: Range<u64> = 0..u64::MAX;
+
 impl Default for Wanted {
     /// Everything.
     fn default() -> Self {
-        let (numbered, frames) = (BTreeMap::new(), (Bound::Unbounded, Bound::Unbounded));
-        Wanted { from_ns: None, to_ns: None, numbered, frames, others: true, closed: None }
+        Wanted {
+            from_ns: None,
+            to_ns: None,
+            numbered: BTreeMap::new(),
+            frames: (Bound::Unbounded, Bound::Unbounded),
+            bytes: ALL_BYTES,
+            others: true,
+            closed: None,
+        }
     }
 }
 
@@ -51,14 +57,21 @@ impl Wanted {
             && self.to_ns.is_none_or(|to| log_time < to)
     }
 
-    /// Whether log times from the first to the last could.
-    fn overlaps(&self, (first, last): (u64, u64)) -> bool {
-        self.from_ns.is_none_or(|from| last >= from) && self.to_ns.is_none_or(|to| first < to)
+    /// Whether a chunk begins where it is wanted, and could hold log times of the window.
+    fn overlaps(&self, chunk: &IndexedChunk) -> bool {
+        let (first, last) = chunk.times;
+        self.bytes.contains(&chunk.start)
+            && self.from_ns.is_none_or(|from| last >= from)
+            && self.to_ns.is_none_or(|to| first < to)
     }
 
     /// Whether everything is wanted, and opened.
     fn is_everything(&self) -> bool {
-        self.others && self.from_ns.is_none() && self.to_ns.is_none() && self.closed.is_none()
+        self.others
+            && self.from_ns.is_none()
+            && self.to_ns.is_none()
+            && self.bytes == ALL_BYTES
+            && self.closed.is_none()
     }
 
     /// Whether a chunk need not be opened.
@@ -66,7 +79,7 @@ impl Wanted {
         self.others
             && self.closed.is_some_and(|closed| closed.name() == chunk.compression)
             && chunk.has_message_indexes()
-            && chunk.indexes.is_empty()
+            && chunk.counts.is_empty()
             && self.is_in_window(chunk.times.0)
             && self.is_in_window(chunk.times.1)
     }
@@ -128,16 +141,11 @@ impl Plan {
         let Some(index) = Index::read(&overview.path, overview.file_size, &numbered) else {
             return nothing();
         };
-        let Ok(file) = File::open(&overview.path) else {
-            return nothing();
-        };
-        let bytes_read = index.bytes_read;
-        let mut planner = Planner { wanted, file, bytes_read, topics: BTreeMap::new() };
-        let gaps = planner.gaps(&index.chunks).unwrap_or_default();
+        let gaps = Planner { wanted, topics: BTreeMap::new() }.gaps(&index.chunks);
         let closed = index.chunks.iter().filter(|chunk| wanted.may_stay_closed(chunk));
         let closed =
             closed.map(|chunk| (chunk.start, Closed { end: chunk.end, channels: chunk.channels }));
-        Plan { gaps, closed: closed.collect(), bytes_read: planner.bytes_read }
+        Plan { gaps, closed: closed.collect(), bytes_read: index.bytes_read }
     }
 
     /// Whether every record is read and opened.
@@ -148,26 +156,24 @@ impl Plan {
 
 struct Planner<'a> {
     wanted: &'a Wanted,
-    file: File,
-    bytes_read: u64,
     /// Messages of each topic so far.
     topics: BTreeMap<&'a str, u64>,
 }
 
 impl Planner<'_> {
-    /// `None` if the indexes of messages are not what the summary says.
-    fn gaps(&mut self, chunks: &[IndexedChunk]) -> Option<VecDeque<Gap>> {
+    fn gaps(&mut self, chunks: &[IndexedChunk]) -> VecDeque<Gap> {
         let mut gaps: VecDeque<Gap> = VecDeque::new();
         // Behind the last chunk in the window there is nothing left to be numbered.
-        let last = chunks.iter().rposition(|chunk| self.wanted.overlaps(chunk.times));
+        let last = chunks.iter().rposition(|chunk| self.wanted.overlaps(chunk));
         for (number, chunk) in chunks.iter().enumerate() {
             let is_past = last.is_none_or(|last| number > last) || self.is_past_all_frames();
-            let counts = if is_past { BTreeMap::new() } else { self.counts(chunk)? };
-            if self.is_needed(chunk, &counts, is_past) {
-                self.count(&counts);
+            let counts: BTreeMap<u16, u64> =
+                if is_past { BTreeMap::new() } else { chunk.counts.iter().copied().collect() };
+            let is_needed = self.is_needed(chunk, &counts, is_past);
+            self.count(&counts);
+            if is_needed {
                 continue;
             }
-            self.count(&counts);
             match gaps.back_mut().filter(|gap| gap.end == chunk.start) {
                 Some(gap) => {
                     gap.end = chunk.end;
@@ -178,7 +184,7 @@ impl Planner<'_> {
                 None => gaps.push_back(Gap { start: chunk.start, end: chunk.end, counts }),
             }
         }
-        Some(gaps)
+        gaps
     }
 
     fn is_past_all_frames(&self) -> bool {
@@ -197,7 +203,7 @@ impl Planner<'_> {
         if !chunk.has_message_indexes() {
             return true;
         }
-        if is_past || !wanted.overlaps(chunk.times) {
+        if is_past || !wanted.overlaps(chunk) {
             return false;
         }
         let mut of_topic: BTreeMap<&str, u64> = BTreeMap::new();
@@ -206,31 +212,6 @@ impl Planner<'_> {
         }
         let first = |topic: &str| self.topics.get(topic).copied().unwrap_or(0);
         wanted.others || of_topic.iter().any(|(topic, &n)| wanted.has_frame(first(topic), n))
-    }
-
-    /// Messages of each numbered channel in a chunk, from the lengths of their indexes.
-    fn counts(&mut self, chunk: &IndexedChunk) -> Option<BTreeMap<u16, u64>> {
-        let count = |&(channel, offset): &(u16, u64)| {
-            Some((channel, self.length_of_index(channel, offset)?))
-        };
-        chunk.indexes.iter().map(count).collect()
-    }
-
-    fn length_of_index(&mut self, channel: u16, offset: u64) -> Option<u64> {
-        const ENTRY_LEN: u64 = 8 + 8;
-        const BEFORE_ENTRIES: u64 = 2 + 4;
-        let mut start = [0; HEAD_LEN + BEFORE_ENTRIES as usize];
-        self.file.seek(SeekFrom::Start(offset)).ok()?;
-        self.file.read_exact(&mut start).ok()?;
-        self.bytes_read += start.len() as u64;
-        let (opcode, length) = split_head(&start)?;
-        let mut fields = Fields(&start[HEAD_LEN..]);
-        let (found, entries) = (fields.u16()?, u64::from(fields.u32()?));
-        let is_sound = opcode == op::MESSAGE_INDEX
-            && found == channel
-            && length == BEFORE_ENTRIES + entries
-            && entries.is_multiple_of(ENTRY_LEN);
-        is_sound.then_some(entries / ENTRY_LEN)
     }
 
     fn count(&mut self, counts: &BTreeMap<u16, u64>) {
@@ -254,7 +235,7 @@ pub(crate) fn window_around(
     };
     // Each chunk with such a message has one at most so far away. Chunks that tell of no messages, and messages
     // outside of chunks, are read whatever the window.
-    let with_one = index.chunks.iter().filter(|chunk| !chunk.indexes.is_empty());
+    let with_one = index.chunks.iter().filter(|chunk| !chunk.counts.is_empty());
     let reach = with_one.map(|chunk| {
         let (first, last) = chunk.times;
         first.abs_diff(log_time).max(last.abs_diff(log_time))
@@ -340,8 +321,7 @@ mod tests {
                     to_ns,
                     numbered: some.map(|&(id, topic)| (id, topic.to_owned())).collect(),
                     others,
-                    closed: None,
-                    frames: (Bound::Unbounded, Bound::Unbounded),
+                    ..Wanted::default()
                 };
                 let (first, end) = (dice.below(20), dice.below(30));
                 let wanted = match wanted.others {
