@@ -18,10 +18,8 @@ use super::input::Fetched;
 const PIECE: u64 = 8 << 20;
 /// Pieces in memory, the one that is being read included.
 const PIECES: usize = 4;
-/// Bytes of the first piece of a stretch that will be read, at least for a while.
-const FIRST_EXPECTED: u64 = 1 << 20;
-/// Bytes of the first piece where nothing is known of what will be read.
-const FIRST: u64 = 64 << 10;
+/// Bytes of the first piece of a run of which nobody knows how long it will be.
+const FIRST: u64 = 1 << 20;
 /// How much larger each piece is than the one before, up to [`PIECE`].
 const GROWTH: u64 = 4;
 /// Bytes that are rather fetched in vain than left out, which takes a request more.
@@ -40,6 +38,8 @@ pub(super) struct RemoteFile {
     next: u64,
     /// Bytes of that piece, at most.
     length: u64,
+    /// Pieces that were read one behind the other.
+    run: usize,
 }
 
 impl RemoteFile {
@@ -54,6 +54,7 @@ impl RemoteFile {
             stretches: None,
             next: 0,
             length: FIRST,
+            run: 0,
         })
     }
 
@@ -114,36 +115,34 @@ impl RemoteFile {
         // What is asked for where the last piece ended will go on.
         let goes_on =
             is_under_way || self.next > 0 && self.expected_from(self.next).start == position;
+        self.run = if goes_on { self.run + 1 } else { 0 };
         if !is_under_way {
-            self.begin(goes_on);
+            self.begin();
         }
         let piece = self.under_way.pop_front().ok_or(ErrorKind::UnexpectedEof)?;
-        if goes_on {
-            while self.under_way.len() < PIECES - 1 && self.ask() {}
-        }
+        // Whoever has come to a third piece will want a fourth.
+        while self.under_way.len() < self.run.saturating_sub(1).min(PIECES - 1) && self.ask() {}
         let start = piece.range.start;
         self.piece = Some((start, self.object.take(piece)?));
         Ok(())
     }
 
     /// Asks for the piece at the position, which is not under way.
-    fn begin(&mut self, goes_on: bool) {
+    fn begin(&mut self) {
+        let position = self.position;
         self.under_way.clear();
-        self.next = self.position;
-        let is_expected = self.expected_from(self.position).start == self.position;
-        if !goes_on {
-            self.length = match (&self.stretches, is_expected) {
-                (Some(_), true) => FIRST_EXPECTED,
-                _ => FIRST,
-            };
+        self.next = position;
+        let expected = self.expected_from(position);
+        if expected.start != position {
+            let end = self.object.start_of_end().min(position + FIRST);
+            return self.ask_for(position..end);
         }
-        match is_expected {
-            true => drop(self.ask()),
-            false => {
-                let end = self.object.start_of_end().min(self.position + FIRST);
-                self.ask_for(self.position..end);
-            }
+        if self.run == 0 {
+            // A short stretch that is wanted is wanted whole.
+            let is_short = self.stretches.is_some() && expected.end - position <= PIECE;
+            self.length = if is_short { PIECE } else { FIRST };
         }
+        self.ask();
     }
 
     /// Asks for the next piece, if there is one.

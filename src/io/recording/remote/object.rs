@@ -1,6 +1,7 @@
 //! An object as the process knows it: its size, what tells whether it is still the same, and the bytes that are read
 //! again and again.
 
+use std::collections::VecDeque;
 use std::io::{self, ErrorKind};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -21,6 +22,8 @@ const END: u64 = 256 << 10;
 const START: u64 = 64 << 10;
 /// Most bytes of an end that are kept.
 const MOST_KEPT: u64 = 16 << 20;
+/// Most bytes that are kept of what was taken last: a window by frames is looked for first, and then read.
+const LAST: usize = 16 << 20;
 /// Objects that are kept, so that opening them again takes no request.
 const OBJECTS: usize = 8;
 
@@ -37,6 +40,8 @@ pub(super) struct Object {
     start: Mutex<Option<Bytes>>,
     /// The end, and where it starts.
     end: Mutex<(u64, Bytes)>,
+    /// What was taken last, with where each starts.
+    last: Mutex<VecDeque<(u64, Bytes)>>,
     requests: AtomicU64,
     bytes: AtomicU64,
 }
@@ -99,6 +104,7 @@ impl Object {
             size: meta.size,
             mark: Mark::of(&meta),
             start: Mutex::default(),
+            last: Mutex::default(),
             requests: requests.into(),
             bytes: (bytes.len() as u64).into(),
             end: Mutex::new((meta.size - bytes.len() as u64, Arc::new(bytes))),
@@ -128,7 +134,10 @@ impl Object {
             return Ok(Some(end));
         }
         if position >= START.min(end.0) {
-            return Ok(None);
+            let is_in = |(start, bytes): &&(u64, Bytes)| {
+                (*start..start + bytes.len() as u64).contains(&position)
+            };
+            return Ok(lock(&self.last).iter().find(is_in).cloned());
         }
         let mut start = lock(&self.start);
         let bytes = match &*start {
@@ -170,7 +179,13 @@ impl Object {
         let came = piece.result.recv().unwrap_or_else(|_| Err(broken_off()));
         let bytes = came.inspect_err(|_| self.forget())?;
         self.bytes.fetch_add(bytes.len() as u64, Relaxed);
-        Ok(Arc::new(bytes))
+        let bytes = Arc::new(bytes);
+        let mut last = lock(&self.last);
+        last.push_back((piece.range.start, Arc::clone(&bytes)));
+        while last.iter().map(|(_, bytes)| bytes.len()).sum::<usize>() > LAST {
+            last.pop_front();
+        }
+        Ok(bytes)
     }
 
     /// Whoever opens it again is to see what is there then.
