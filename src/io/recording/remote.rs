@@ -45,8 +45,11 @@ pub(super) struct RemoteFile {
 impl RemoteFile {
     /// Opens what an address names, or the same object once more.
     pub(super) fn open(address: &Path) -> io::Result<Self> {
-        let object = Object::open(address)?;
-        Ok(RemoteFile {
+        Object::open(address).map(Self::of)
+    }
+
+    fn of(object: Arc<Object>) -> Self {
+        RemoteFile {
             object,
             position: 0,
             piece: None,
@@ -55,7 +58,7 @@ impl RemoteFile {
             next: 0,
             length: FIRST,
             run: 0,
-        })
+        }
     }
 
     pub(super) fn size(&self) -> u64 {

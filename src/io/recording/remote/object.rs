@@ -9,16 +9,16 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use object_store::{GetOptions, GetRange, ObjectMeta, ObjectStore, ObjectStoreExt};
+use object_store::{GetOptions, GetRange, ObjectMeta};
 use tokio::runtime::{Builder, Handle};
 use tokio::task::AbortHandle;
 
-use super::store::{Place, is_empty_object, words};
+use super::store::{Place, gives_no_part, is_empty_object, words};
 use crate::io::recording::input::Fetched;
 
 /// Bytes fetched of the end when an object is opened: the index of a usual recording.
 const END: u64 = 256 << 10;
-/// Bytes fetched of the start when something of it is read.
+/// Bytes fetched of the start, when something of it is read.
 const START: u64 = 64 << 10;
 /// Most bytes of an end that are kept.
 const MOST_KEPT: u64 = 16 << 20;
@@ -98,16 +98,22 @@ impl Object {
     pub(super) fn open_at(address: &Path, place: Place) -> io::Result<Arc<Self>> {
         let place = Arc::new(place);
         let there = Arc::clone(&place);
-        let (meta, bytes, requests) = wait(async move { end_of(&there).await })?;
+        let met = wait(async move { meet(&there).await })?;
+        let (size, end) = (met.meta.size, met.end.len() as u64);
+        let fetched = end + met.start.as_ref().map_or(0, |start| start.len() as u64);
+        // A server says one thing and sends another.
+        if end != size.min(END) && end != size.min(START) {
+            return Err(broken_off());
+        }
         let object = Arc::new(Object {
             address: address.to_owned(),
-            size: meta.size,
-            mark: Mark::of(&meta),
-            start: Mutex::default(),
+            size,
+            mark: Mark::of(&met.meta),
+            start: Mutex::new(met.start.map(Arc::new)),
             last: Mutex::default(),
-            requests: requests.into(),
-            bytes: (bytes.len() as u64).into(),
-            end: Mutex::new((meta.size - bytes.len() as u64, Arc::new(bytes))),
+            requests: met.requests.into(),
+            bytes: fetched.into(),
+            end: Mutex::new((size - end, Arc::new(met.end))),
             place,
         });
         let mut opened = lock(&OPENED);
@@ -194,52 +200,70 @@ impl Object {
     }
 }
 
-/// The last bytes of an object, and what the server says of it; with the number of requests.
-async fn end_of(place: &Place) -> io::Result<(ObjectMeta, Vec<u8>, u64)> {
-    let get = |range, if_match| {
-        place.store.get_opts(
-            &place.key,
-            GetOptions { range: Some(range), if_match, ..GetOptions::default() },
-        )
-    };
-    let said = |error| words(place, &error);
-    let (got, requests) = match place.gives_ends {
-        true => (get(GetRange::Suffix(END), None).await, 1),
-        // Azure wants to be told where the end starts.
-        false => {
-            let meta = place.store.head(&place.key).await.map_err(said)?;
-            let start = meta.size.saturating_sub(END);
-            (get(GetRange::Bounded(start..meta.size.max(1)), meta.e_tag).await, 2)
+/// What is fetched of an object when it is opened.
+struct Met {
+    meta: ObjectMeta,
+    start: Option<Vec<u8>>,
+    end: Vec<u8>,
+    requests: u64,
+}
+
+/// Fetches the end of an object, and learns what the server says of it on the way.
+async fn meet(place: &Place) -> io::Result<Met> {
+    let mut requests = 0;
+    if place.gives_ends {
+        requests += 1;
+        match get(place, GetRange::Suffix(END), None).await {
+            Ok((meta, end)) => return Ok(Met { meta, start: None, end, requests }),
+            Err(error) if gives_no_part(&error) => {}
+            Err(error) => return Err(said(place, &error)),
         }
-    };
-    let got = match got {
-        Err(error) if is_empty_object(&error) => return Err(empty()),
-        got => got.map_err(said)?,
-    };
+    }
+    // Some want to be told where the end starts: the size comes with the start.
+    let asked = get(place, GetRange::Bounded(0..START), None).await;
+    let (meta, start) = asked.map_err(|error| said(place, &error))?;
+    requests += 1;
+    if meta.size <= START {
+        return Ok(Met { meta, start: None, end: start, requests });
+    }
+    let range = meta.size.saturating_sub(END)..meta.size;
+    let asked = get(place, GetRange::Bounded(range), Mark::of(&meta).strong_tag()).await;
+    let (again, end) = asked.map_err(|error| said(place, &error))?;
+    match Mark::of(&again) == Mark::of(&meta) {
+        true => Ok(Met { meta, start: Some(start), end, requests: requests + 1 }),
+        false => Err(changed()),
+    }
+}
+
+/// A part of an object.
+async fn get(
+    place: &Place,
+    range: GetRange,
+    if_match: Option<String>,
+) -> object_store::Result<(ObjectMeta, Vec<u8>)> {
+    let options = GetOptions { range: Some(range), if_match, ..GetOptions::default() };
+    let got = place.store.get_opts(&place.key, options).await?;
     let meta = got.meta.clone();
-    let bytes = got.bytes().await.map_err(said)?;
-    match bytes.len() as u64 == meta.size.min(END) {
-        true => Ok((meta, bytes.into(), requests)),
-        false => Err(broken_off()),
+    Ok((meta, got.bytes().await?.into()))
+}
+
+fn said(place: &Place, error: &object_store::Error) -> io::Error {
+    match is_empty_object(error) {
+        true => empty(),
+        false => words(place, error),
     }
 }
 
 /// A piece of an object that is still as it was.
 async fn piece(place: &Place, mark: &Mark, range: Range<u64>) -> io::Result<Vec<u8>> {
-    let said = |error| words(place, &error);
     let length = range.end - range.start;
-    let options = GetOptions {
-        range: Some(GetRange::Bounded(range)),
-        if_match: mark.strong_tag(),
-        ..GetOptions::default()
-    };
-    let got = place.store.get_opts(&place.key, options).await.map_err(said)?;
-    if Mark::of(&got.meta) != *mark {
+    let asked = get(place, GetRange::Bounded(range), mark.strong_tag()).await;
+    let (meta, bytes) = asked.map_err(|error| words(place, &error))?;
+    if Mark::of(&meta) != *mark {
         return Err(changed());
     }
-    let bytes = got.bytes().await.map_err(said)?;
     match bytes.len() as u64 == length {
-        true => Ok(bytes.into()),
+        true => Ok(bytes),
         false => Err(broken_off()),
     }
 }

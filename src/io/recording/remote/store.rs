@@ -33,6 +33,14 @@ const SILENCE: (ClientConfigKey, &str, &str) =
     (ClientConfigKey::ReadTimeout, "READ_TIMEOUT", "20 seconds");
 const WHOLE: (ClientConfigKey, &str, &str) = (ClientConfigKey::Timeout, "TIMEOUT", "300 seconds");
 
+const S3_CREDENTIALS: &str = "set AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, or AWS_SKIP_SIGNATURE=true for what is public";
+const GOOGLE_CREDENTIALS: &str =
+    "set GOOGLE_SERVICE_ACCOUNT, or GOOGLE_SKIP_SIGNATURE=true for what is public";
+const AZURE_CREDENTIALS: &str = "set AZURE_STORAGE_ACCOUNT_NAME and AZURE_STORAGE_ACCOUNT_KEY, or \
+                                 AZURE_SKIP_SIGNATURE=true for what is public";
+const HTTP_CREDENTIALS: &str =
+    "the query of the address, or its user and password, may be wrong or out of date";
+
 /// Where an object is.
 #[derive(Debug)]
 pub(super) struct Place {
@@ -60,21 +68,12 @@ impl Place {
         let key = Key::parse(key).map_err(wrong)?;
         let place = |store, credentials| Place { store, key, gives_ends: true, credentials };
         match scheme.to_ascii_lowercase().as_str() {
-            "s3" | "s3a" => Ok(place(
-                s3(bucket)?,
-                "set AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, or AWS_SKIP_SIGNATURE=true for what is public",
-            )),
-            "gs" => Ok(place(
-                google(bucket)?,
-                "set GOOGLE_SERVICE_ACCOUNT, or GOOGLE_SKIP_SIGNATURE=true for what is public",
-            )),
+            "s3" | "s3a" => Ok(place(s3(bucket)?, S3_CREDENTIALS)),
+            "gs" => Ok(place(google(bucket)?, GOOGLE_CREDENTIALS)),
             "az" | "abfs" | "abfss" => Ok(Place {
+                // Azure has no ranges that count from the end.
                 gives_ends: false,
-                ..place(
-                    azure(&format!("{scheme}://{bucket}/"))?,
-                    "set AZURE_STORAGE_ACCOUNT_NAME and AZURE_STORAGE_ACCOUNT_KEY, or AZURE_SKIP_SIGNATURE=true for \
-                     what is public",
-                )
+                ..place(azure(&format!("{scheme}://{bucket}/"))?, AZURE_CREDENTIALS)
             }),
             _ => {
                 Err(wrong("is an address of an unknown kind; known are s3, gs, az, http and https"))
@@ -101,7 +100,7 @@ fn s3(bucket: &str) -> io::Result<Box<dyn ObjectStore>> {
     let builder = timeouts("AWS").fold(builder, |builder, (key, value)| {
         builder.with_config(AmazonS3ConfigKey::Client(key), value)
     });
-    Ok(Box::new(builder.build().map_err(unusable)?))
+    Ok(Box::new(builder.build().map_err(|error| unusable(&error, S3_CREDENTIALS))?))
 }
 
 fn google(bucket: &str) -> io::Result<Box<dyn ObjectStore>> {
@@ -111,7 +110,7 @@ fn google(bucket: &str) -> io::Result<Box<dyn ObjectStore>> {
     let builder = timeouts("GOOGLE").fold(builder, |builder, (key, value)| {
         builder.with_config(GoogleConfigKey::Client(key), value)
     });
-    Ok(Box::new(builder.build().map_err(unusable)?))
+    Ok(Box::new(builder.build().map_err(|error| unusable(&error, GOOGLE_CREDENTIALS))?))
 }
 
 fn azure(container: &str) -> io::Result<Box<dyn ObjectStore>> {
@@ -120,7 +119,7 @@ fn azure(container: &str) -> io::Result<Box<dyn ObjectStore>> {
     let builder = timeouts("AZURE").fold(builder, |builder, (key, value)| {
         builder.with_config(AzureConfigKey::Client(key), value)
     });
-    Ok(Box::new(builder.build().map_err(unusable)?))
+    Ok(Box::new(builder.build().map_err(|error| unusable(&error, AZURE_CREDENTIALS))?))
 }
 
 fn web_server(address: &str) -> io::Result<Place> {
@@ -140,10 +139,13 @@ fn web_server(address: &str) -> io::Result<Place> {
         .with_retry(retries())
         .with_http_connector(exact)
         .build()
-        .map_err(unusable)?;
-    let credentials =
-        "the query of the address, or its user and password, may be wrong or out of date";
-    Ok(Place { store: Box::new(store), key: Key::from("-"), gives_ends: true, credentials })
+        .map_err(|error| wrong(innermost(&error)))?;
+    Ok(Place {
+        store: Box::new(store),
+        key: Key::from("-"),
+        gives_ends: true,
+        credentials: HTTP_CREDENTIALS,
+    })
 }
 
 /// TLS by ring, for the whole process, unless that has another already.
@@ -232,8 +234,8 @@ fn wrong(problem: impl ToString) -> io::Error {
 }
 
 /// A store that cannot be had.
-fn unusable(error: Error) -> io::Error {
-    wrong(innermost(&error))
+fn unusable(error: &Error, credentials: &str) -> io::Error {
+    wrong(format!("{}; {credentials}", innermost(error)))
 }
 
 /// Whether a server says that no range of an object can be given, as it does of an empty one.
@@ -253,38 +255,36 @@ pub(super) fn words(place: &Place, error: &Error) -> io::Error {
             (ErrorKind::PermissionDenied, format!("not let in{code}; {}", place.credentials))
         }
         Error::Precondition { .. } => return changed(),
-        _ if is_whole(error) => (
+        _ if gives_no_part(error) => (
             ErrorKind::Unsupported,
             "the server gives no parts of it (it answers no range requests); download it, or pipe it: `curl ADDRESS | \
              divmerge annotate - -o OUT.mcap`"
                 .to_owned(),
         ),
+        _ if asks_machine(error) => (
+            ErrorKind::PermissionDenied,
+            format!("no credentials, and this machine has none to give; {}", place.credentials),
+        ),
         _ => match status(error) {
             Some(status) => (ErrorKind::Other, format!("the server says {status}{code}")),
-            None => (ErrorKind::Other, reason(place, error)),
+            None => (ErrorKind::Other, format!("cannot be read: {}", innermost(error))),
         },
     };
     io::Error::new(kind, problem)
 }
 
 /// Whether a server gave everything where a part was asked for.
-fn is_whole(error: &Error) -> bool {
+pub(super) fn gives_no_part(error: &Error) -> bool {
     chain(error).any(|said| {
         said.starts_with("Range request not supported") || said.starts_with("Received non-partial")
     })
 }
 
-/// What the network says; where the store was not reached but whoever gives credentials was asked, that.
-fn reason(place: &Place, error: &Error) -> String {
-    let asks_machine = |said: String| {
-        ["169.254.169.254", "metadata.google.internal", "/latest/api/token"]
-            .iter()
-            .any(|host| said.contains(host))
-    };
-    match chain(error).any(asks_machine) {
-        true => format!("no credentials, and this machine has none to give; {}", place.credentials),
-        false => innermost(error),
-    }
+/// Whether it was not the store that failed, but the machine's own service for credentials.
+fn asks_machine(error: &Error) -> bool {
+    const SERVICES: [&str; 3] =
+        ["//169.254.169.254", "//metadata.google.internal", "//169.254.170.2"];
+    chain(error).any(|said| SERVICES.iter().any(|service| said.contains(service)))
 }
 
 /// The status of a response that is a refusal.
@@ -308,7 +308,12 @@ fn code(error: &Error) -> Option<String> {
 /// What the innermost cause says, in one line.
 fn innermost(error: &Error) -> String {
     let said = chain(error).last().unwrap_or_default();
-    said.lines().next().unwrap_or_default().to_owned()
+    match said.lines().next().unwrap_or_default() {
+        "URL scheme is not allowed" => {
+            "http without TLS; AWS_ALLOW_HTTP=true, GOOGLE_ALLOW_HTTP=true or AZURE_ALLOW_HTTP=true permits it".to_owned()
+        }
+        line => line.to_owned(),
+    }
 }
 
 /// An error and its causes.
