@@ -299,7 +299,7 @@ def test_a_look_costs_little(s3, drive, tmp_path):
 
 COMMANDS = {
     "info": ["info", "IN"],
-    "explain": ["explain", "IN", "--frame", "1", "--instance", "1"],
+    "explain": ["explain", "IN", "--frame", "1", "--instance", "1", "--instance", "2"],
     "triage": ["triage", "IN", "--frames", "..2"],
     "evaluate": ["evaluate", "IN"],
     "failures": ["failures", "IN", "--frames", "..2"],
@@ -346,7 +346,7 @@ def test_without_an_index_it_is_read_through(s3, drive, tmp_path):
     report, found = annotated(address("cut.mcap"), tmp_path, code=3, **s3.environment())
     _, expected = annotated(cut, tmp_path, code=3)
     assert found == expected
-    # Once for what is in it, and once to annotate it.
+    # Once for what is in it, which is then known, and once to annotate it.
     assert report["fetched"]["bytes"] <= 2 * cut.stat().st_size
 
 
@@ -405,13 +405,14 @@ def test_wrong_credentials_are_denied(s3, strict):
 
 
 def test_without_a_signature_where_that_is_asked_for(s3, small):
+    s3.client().put_object_acl(Bucket=BUCKET, Key="small.mcap", ACL="public-read")
     more = s3.environment(AWS_SKIP_SIGNATURE="true")
     del more["AWS_ACCESS_KEY_ID"], more["AWS_SECRET_ACCESS_KEY"]
     run("info", address("small.mcap"), **more)
     assert [request["authorization"] for request in s3.seen.requests] == [None] * len(s3.seen.requests)
 
 
-@pytest.mark.parametrize("request_number", [2, 4])
+@pytest.mark.parametrize("request_number", [3, 6])
 def test_an_object_that_changes_is_refused(s3, drive, tmp_path, request_number):
     s3.client().upload_file(str(drive), BUCKET, "changes.mcap")
     s3.seen.clear()
@@ -424,7 +425,7 @@ def test_an_object_that_changes_is_refused(s3, drive, tmp_path, request_number):
 
 
 def test_addresses_that_are_secrets_go_to_the_server_alone(s3, drive, tmp_path):
-    url = s3.client(key="test", secret="test").generate_presigned_url(
+    url = s3.client(key="AKNEVERSHOWN").generate_presigned_url(
         "get_object", Params={"Bucket": BUCKET, "Key": KEY, "ResponseContentLanguage": SECRET})
     secrets = re.findall(r"(?:Signature|AWSAccessKeyId|Expires)=([^&]*)", url.split("?")[1]) + [SECRET]
     assert len(secrets) > 2
@@ -445,7 +446,7 @@ def test_addresses_that_are_secrets_go_to_the_server_alone(s3, drive, tmp_path):
     written = [path for path in tmp_path.rglob("*") if path.is_file()]
     assert written
     for path in written:
-        assert not any(secret in path.name or secret.encode() in path.read_bytes() for secret in secrets[:2] + [SECRET])
+        assert not any(secret in path.name or secret.encode() in path.read_bytes() for secret in secrets)
 
 
 def test_a_password_is_sent_and_not_shown(small, web):

@@ -4,7 +4,9 @@ use std::fs::File;
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::Path;
+use std::sync::{Arc, OnceLock};
 
+use super::overview::Overview;
 use super::scan::STANDARD_STREAM;
 use crate::error::{Error, Result};
 use crate::io::address::is_remote;
@@ -68,6 +70,15 @@ impl Input {
                 let _ = from;
                 Ok(())
             }
+        }
+    }
+
+    /// Where an overview is kept that took a reading through; only of what is far away, where that is dear.
+    pub(super) fn known_overview(&self) -> Option<Arc<OnceLock<Overview>>> {
+        match self {
+            #[cfg(feature = "remote")]
+            Input::Remote(file) => Some(file.known_overview()),
+            _ => None,
         }
     }
 

@@ -7,7 +7,7 @@ mod summary;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 use mcap::records::{self, Channel, op};
@@ -182,6 +182,11 @@ impl RecordingReader {
     /// What was fetched over the network, if the recording is at an address.
     pub fn fetched(&self) -> Option<Fetched> {
         self.source.source.fetched()
+    }
+
+    /// What is known of a recording that took a reading through to know, if it is far away.
+    pub(super) fn known_overview(&self) -> Option<Arc<OnceLock<Overview>>> {
+        self.source.source.known_overview()
     }
 
     /// What reading took so far.

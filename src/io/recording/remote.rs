@@ -9,10 +9,11 @@ use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use self::object::{Bytes, Object, UnderWay};
 use super::input::Fetched;
+use super::overview::Overview;
 
 /// Bytes of a piece. With these a request's delay is a small part of the time that its bytes take at a gigabit a second.
 const PIECE: u64 = 8 << 20;
@@ -63,6 +64,10 @@ impl RemoteFile {
 
     pub(super) fn size(&self) -> u64 {
         self.object.size
+    }
+
+    pub(super) fn known_overview(&self) -> Arc<OnceLock<Overview>> {
+        Arc::clone(&self.object.overview)
     }
 
     pub(super) fn fetched(&self) -> Fetched {

@@ -3,10 +3,12 @@
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
 
 use sha2::{Digest, Sha256};
 
 use super::input::{Fetched, Input};
+use super::overview::Overview;
 use crate::error::{Error, Result};
 use crate::io::address::is_remote;
 
@@ -129,6 +131,11 @@ impl Source {
     /// What was fetched of it over the network ([`Input::fetched`]).
     pub(super) fn fetched(&self) -> Option<Fetched> {
         self.file.get_ref().from.fetched()
+    }
+
+    /// What is known of it ([`Input::known_overview`]).
+    pub(super) fn known_overview(&self) -> Option<Arc<OnceLock<Overview>>> {
+        self.file.get_ref().from.known_overview()
     }
 
     /// Bytes that were read of the file.

@@ -15,6 +15,7 @@ use tokio::task::AbortHandle;
 
 use super::store::{Place, gives_no_part, is_empty_object, words};
 use crate::io::recording::input::Fetched;
+use crate::io::recording::overview::Overview;
 
 /// Bytes fetched of the end when an object is opened: the index of a usual recording.
 const END: u64 = 256 << 10;
@@ -42,6 +43,8 @@ pub(super) struct Object {
     end: Mutex<(u64, Bytes)>,
     /// What was taken last, with where each starts.
     last: Mutex<VecDeque<(u64, Bytes)>>,
+    /// What is in it, where it had to be read through for that.
+    pub(super) overview: Arc<OnceLock<Overview>>,
     requests: AtomicU64,
     bytes: AtomicU64,
 }
@@ -111,6 +114,7 @@ impl Object {
             mark: Mark::of(&met.meta),
             start: Mutex::new(met.start.map(Arc::new)),
             last: Mutex::default(),
+            overview: Arc::default(),
             requests: met.requests.into(),
             bytes: fetched.into(),
             end: Mutex::new((size - end, Arc::new(met.end))),
