@@ -47,7 +47,7 @@ pub fn put_secrets_aside(address: &str) -> PathBuf {
 }
 
 /// The whole address that a name stands for.
-#[cfg_attr(not(feature = "remote"), expect(dead_code))]
+#[cfg(any(test, feature = "remote"))]
 pub(crate) fn whole(name: &str) -> String {
     aside().get(name).cloned().unwrap_or_else(|| name.to_owned())
 }

@@ -165,7 +165,7 @@ class Web(http.server.ThreadingHTTPServer):
     def __init__(self, content, ranges="all", tag='"one"', compares=True, needs=None, query=""):
         super().__init__(("127.0.0.1", 0), Answer)
         self.content, self.ranges, self.tag, self.compares = content, ranges, tag, compares
-        self.needs, self.query = needs or {}, query
+        self.needs, self.query, self.moved_to = needs or {}, query, None
         self.cut, self.failing, self.seen = set(), set(), Seen()
 
     @property
@@ -193,6 +193,11 @@ class Answer(http.server.BaseHTTPRequestHandler):
         number = len(web.seen.requests)
         if query != web.query or any(self.headers.get(name) != value for name, value in web.needs.items()):
             return self.refuse(403)
+        if web.moved_to:
+            self.send_response(302)
+            self.send_header("Location", web.moved_to)
+            self.send_header("Content-Length", "0")
+            return self.end_headers()
         if number in web.failing:
             return self.refuse(503)
         if web.compares and request["if_match"] not in (None, web.tag):
@@ -468,6 +473,16 @@ def test_servers_of_all_kinds(drive, tmp_path, web):
         assert found == expected, how
         assert report["fetched"]["bytes"] == len(content), how
         assert {request["if_match"] for request in served.seen.requests} <= {None, '"one"'}, how
+
+
+def test_a_server_that_sends_elsewhere(small, tmp_path, web):
+    served, before = web(small.read_bytes(), query=f"token={SECRET}"), web(b"")
+    before.moved_to = f"{served.address}?{served.query}"
+    report, found = annotated(before.address, tmp_path)
+    assert report["input"] == before.address and served.seen.bytes == small.stat().st_size
+    served.query = "another"
+    said = refused("info", before.address)
+    assert before.address in said and "access denied" in said and SECRET not in said
 
 
 def test_a_change_is_seen_whatever_the_server_compares(drive, tmp_path, web):

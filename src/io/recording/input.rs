@@ -14,7 +14,7 @@ use crate::io::address::is_remote;
 /// The bytes of an input. Reading fills what it is given, unless the bytes end.
 pub(super) enum Input {
     File(File),
-    StandardInput(io::Stdin),
+    Stdin(io::Stdin),
     #[cfg(feature = "remote")]
     Remote(super::remote::RemoteFile),
 }
@@ -29,7 +29,7 @@ impl Input {
             return open_remote(path);
         }
         match path == STANDARD_STREAM {
-            true => Ok(Input::StandardInput(io::stdin())),
+            true => Ok(Input::Stdin(io::stdin())),
             false => File::open(path).map(Input::File).map_err(|source| at(path, source)),
         }
     }
@@ -38,7 +38,7 @@ impl Input {
     pub(super) fn size(&self) -> io::Result<u64> {
         match self {
             Input::File(file) => Ok(file.metadata()?.len()),
-            Input::StandardInput(_) => Err(ErrorKind::NotSeekable.into()),
+            Input::Stdin(_) => Err(ErrorKind::NotSeekable.into()),
             #[cfg(feature = "remote")]
             Input::Remote(file) => Ok(file.size()),
         }
@@ -105,7 +105,7 @@ impl Read for Input {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
         match self {
             Input::File(file) => file.read(into),
-            Input::StandardInput(input) => input.read(into),
+            Input::Stdin(input) => input.read(into),
             #[cfg(feature = "remote")]
             Input::Remote(file) => file.read(into),
         }
@@ -116,7 +116,7 @@ impl Seek for Input {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         match self {
             Input::File(file) => file.seek(to),
-            Input::StandardInput(_) => Err(ErrorKind::NotSeekable.into()),
+            Input::Stdin(_) => Err(ErrorKind::NotSeekable.into()),
             #[cfg(feature = "remote")]
             Input::Remote(file) => file.seek(to),
         }

@@ -82,11 +82,11 @@ impl Place {
     }
 }
 
-/// What of the two timeouts the environment leaves open.
+/// What of the two the environment leaves open.
 fn timeouts(prefix: &str) -> impl Iterator<Item = (ClientConfigKey, &'static str)> {
-    let open =
-        move |(_, name, _): &(_, &str, _)| std::env::var_os(format!("{prefix}_{name}")).is_none();
-    [SILENCE, WHOLE].into_iter().filter(open).map(|(key, _, value)| (key, value))
+    let is_set = move |name: &str| std::env::var_os(format!("{prefix}_{name}")).is_some();
+    let open = [SILENCE, WHOLE].into_iter().filter(move |(_, name, _)| !is_set(name));
+    open.map(|(key, _, value)| (key, value))
 }
 
 fn retries() -> RetryConfig {
@@ -131,8 +131,9 @@ fn web_server(address: &str) -> io::Result<Place> {
     }
     let exact = Exact::of(&whole(address));
     let options = ClientOptions::new().with_allow_http(true);
-    let options =
-        timeouts("HTTP").fold(options, |options, (key, value)| options.with_config(key, value));
+    let options = [SILENCE, WHOLE]
+        .into_iter()
+        .fold(options, |options, (key, _, value)| options.with_config(key, value));
     let store = HttpBuilder::new()
         .with_url(open_part(address))
         .with_client_options(options)
@@ -265,6 +266,9 @@ pub(super) fn words(place: &Place, error: &Error) -> io::Error {
             ErrorKind::PermissionDenied,
             format!("no credentials, and this machine has none to give; {}", place.credentials),
         ),
+        _ if is_elsewhere(error) => {
+            (ErrorKind::Other, "the bucket is in another region; set AWS_REGION".to_owned())
+        }
         _ => match status(error) {
             Some(status) => (ErrorKind::Other, format!("the server says {status}{code}")),
             None => (ErrorKind::Other, format!("cannot be read: {}", innermost(error))),
@@ -278,6 +282,12 @@ pub(super) fn gives_no_part(error: &Error) -> bool {
     chain(error).any(|said| {
         said.starts_with("Range request not supported") || said.starts_with("Received non-partial")
     })
+}
+
+/// Whether a store sends to another region, or wants requests signed for it.
+fn is_elsewhere(error: &Error) -> bool {
+    const SAID: [&str; 2] = ["Received redirect without LOCATION", "AuthorizationHeaderMalformed"];
+    chain(error).any(|said| SAID.iter().any(|known| said.contains(known)))
 }
 
 /// Whether it was not the store that failed, but the machine's own service for credentials.

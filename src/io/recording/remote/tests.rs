@@ -120,7 +120,7 @@ fn what_was_not_expected_can_be_read() {
     let all = bytes(SIZE);
     let mut file =
         RemoteFile::of(Store::with(all.clone()).open("test://unexpected", true).unwrap());
-    file.expect(vec![10 << 20..11 << 20]);
+    file.expect(vec![10 << 20..11 << 20, 30 << 20..31 << 20]);
     for start in [5 << 20, 10 << 20, 12 << 20, 9 << 20] {
         assert!(read(&mut file, start, 3 << 20) == all[start..start + (3 << 20)]);
     }
