@@ -165,7 +165,7 @@ class Web(http.server.ThreadingHTTPServer):
     def __init__(self, content, ranges="all", tag='"one"', compares=True, needs=None, query=""):
         super().__init__(("127.0.0.1", 0), Answer)
         self.content, self.ranges, self.tag, self.compares = content, ranges, tag, compares
-        self.needs, self.query, self.moved_to = needs or {}, query, None
+        self.needs, self.query, self.moved_to, self.date = needs or {}, query, None, None
         self.cut, self.failing, self.seen = set(), set(), Seen()
 
     @property
@@ -186,9 +186,9 @@ class Answer(http.server.BaseHTTPRequestHandler):
 
     def do_GET(self):
         web = self.server
-        _, _, query = self.path.partition("?")
+        path, _, query = self.path.partition("?")
         asked = self.headers.get("Range")
-        request = web.seen.note({"range": asked, "query": query, "bytes": 0,
+        request = web.seen.note({"range": asked, "path": path, "query": query, "bytes": 0,
                                  "if_match": self.headers.get("If-Match")})
         number = len(web.seen.requests)
         if query != web.query or any(self.headers.get(name) != value for name, value in web.needs.items()):
@@ -218,6 +218,8 @@ class Answer(http.server.BaseHTTPRequestHandler):
         self.send_header("Content-Length", str(len(part)))
         if status == 206:
             self.send_header("Content-Range", f"bytes {first}-{last}/{size}")
+        if web.date:
+            self.send_header("Last-Modified", web.date)
         if web.tag:
             self.send_header("ETag", web.tag)
         self.end_headers()
@@ -367,6 +369,8 @@ def test_what_is_not_there_is_named(s3):
     assert "Connection refused" in refused("info", "https://127.0.0.1:9/a.mcap")
     assert "AWS_ALLOW_HTTP=true" in said(address(), AWS_ALLOW_HTTP="false")
     assert "set AWS_ACCESS_KEY_ID" in refused("info", address(), AWS_ACCESS_KEY_ID="alone")
+    nobody = refused("info", address(), AWS_METADATA_ENDPOINT="http://127.0.0.1:9")
+    assert "no credentials" in nobody and "AWS_SKIP_SIGNATURE=true" in nobody
     assert "AZURE_STORAGE_ACCOUNT_NAME" in refused("info", "az://container/a.mcap")
 
 
@@ -473,6 +477,25 @@ def test_servers_of_all_kinds(drive, tmp_path, web):
         assert found == expected, how
         assert report["fetched"]["bytes"] == len(content), how
         assert {request["if_match"] for request in served.seen.requests} <= {None, '"one"'}, how
+
+
+def test_other_stores_as_their_clients_ask_them(drive, tmp_path, web):
+    """Not those stores: a server that answers as they do."""
+    _, expected = annotated(drive, tmp_path)
+    google, azure = web(drive.read_bytes()), web(drive.read_bytes(), ranges="no suffix")
+    google.date = azure.date = "Mon, 02 Jan 2023 03:04:05 GMT"
+    account = tmp_path / "account.json"
+    account.write_text(json.dumps({"gcs_base_url": f"http://127.0.0.1:{google.server_port}", "disable_oauth": True,
+                                   "client_email": "", "private_key": "", "private_key_id": ""}))
+    report, found = annotated("gs://bucket/a b/drive.mcap", tmp_path, GOOGLE_SERVICE_ACCOUNT=str(account))
+    assert found == expected and report["fetched"]["bytes"] == google.seen.bytes == drive.stat().st_size
+    assert {request["path"] for request in google.seen.requests} == {"/bucket/a%20b/drive.mcap"}
+    report, found = annotated(
+        "az://container/a/drive.mcap", tmp_path, AZURE_STORAGE_ACCOUNT_NAME="account", AZURE_SKIP_SIGNATURE="true",
+        AZURE_ALLOW_HTTP="true", AZURE_ENDPOINT=f"http://127.0.0.1:{azure.server_port}")
+    assert found == expected and report["fetched"]["bytes"] == azure.seen.bytes == drive.stat().st_size
+    assert {request["path"] for request in azure.seen.requests} == {"/container/a/drive.mcap"}
+    assert not any(request["range"].startswith("bytes=-") for request in azure.seen.requests)
 
 
 def test_a_server_that_sends_elsewhere(small, tmp_path, web):

@@ -292,8 +292,8 @@ fn is_elsewhere(error: &Error) -> bool {
 
 /// Whether it was not the store that failed, but the machine's own service for credentials.
 fn asks_machine(error: &Error) -> bool {
-    const SERVICES: [&str; 3] =
-        ["//169.254.169.254", "//metadata.google.internal", "//169.254.170.2"];
+    const SERVICES: [&str; 4] =
+        ["//169.254.169.254", "//metadata.google.internal", "//169.254.170.2", "/latest/api/token"];
     chain(error).any(|said| SERVICES.iter().any(|service| said.contains(service)))
 }
 
