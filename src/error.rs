@@ -169,6 +169,15 @@ pub enum Error {
         problem: String,
     },
 
+    /// Slices of a recording that do not make up the whole.
+    #[error("{}: {problem}", of.display())]
+    Slices {
+        /// The recording, or a slice.
+        of: PathBuf,
+        /// What is missing, or there twice, or does not belong.
+        problem: String,
+    },
+
     /// The caller broke off.
     #[error("interrupted; nothing was written to {}", path.display())]
     Interrupted {

@@ -7,10 +7,12 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::message::{Annotated, Clustered, Method, Semantics, annotate_message};
+use super::asked::Asked;
+use super::message::{Annotated, Clustered, Method, annotate_message};
+use super::notes::{Before, Done, Note, Noted};
 use super::profile::Profile;
-use super::report::{FrameReport, METADATA_NAME, Report, TopicReport, asked, metadata};
-use super::resume::{CutOff, Journal, Note, clean_up, journal_of};
+use super::report::{FrameReport, METADATA_NAME, Report, TopicReport, metadata};
+use super::resume::{CutOff, Journal, clean_up, journal_of};
 use super::topics::{CloudTopic, choose, choose_beside, refuse_annotated};
 use super::{Event, Form, Frame, Options, place};
 use crate::error::{Error, Result};
@@ -25,6 +27,7 @@ use channels::Added;
 
 mod batch;
 mod channels;
+mod slice;
 mod stream;
 
 /// Bytes of the input's messages, for each thread, that may wait for clouds before them.
@@ -48,6 +51,7 @@ pub(super) struct Job<'a> {
     on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
     workers: Workers,
     method: Arc<Method>,
+    asked: Asked,
     writer: RecordingWriter,
     /// What is to be written next, in its order.
     queue: VecDeque<Waiting>,
@@ -70,8 +74,10 @@ pub(super) struct Job<'a> {
     warned: BTreeMap<(String, String), u64>,
     report: Report,
     journal: Option<Journal>,
-    /// What a run that was cut off had done.
-    cut_off: Option<CutOff>,
+    /// Clouds that were annotated before.
+    done: Option<Done>,
+    /// Of a slice: what became of the clouds since the last note that was written.
+    notes: Vec<u8>,
     /// Clouds that wait to go through a network together.
     batch: Batch,
 }
@@ -79,7 +85,7 @@ pub(super) struct Job<'a> {
 /// What becomes of a cloud: it is clustered, or was before.
 enum Made {
     Now(Box<Clustered>, Annotated),
-    Before(FrameReport, [Vec<u8>; 2]),
+    Before(Before),
 }
 
 /// Something to be written, and how many bytes of the input are read when it is.
@@ -92,6 +98,8 @@ enum What {
     Chunk(SourceChunk),
     Item(Item),
     Cloud(Box<Cloud>),
+    /// The end of a part of the input, where a slice is annotated.
+    End,
 }
 
 /// A cloud being clustered.
@@ -108,7 +116,7 @@ impl What {
     fn is_ready(&mut self) -> bool {
         match self {
             What::Cloud(cloud) => cloud.result.is_ready(),
-            What::Chunk(_) | What::Item(_) => true,
+            What::Chunk(_) | What::Item(_) | What::End => true,
         }
     }
 
@@ -117,7 +125,7 @@ impl What {
         match self {
             What::Cloud(cloud) => (1, cloud.message.len()),
             What::Item(Item::Message { data, .. }) => (0, data.len()),
-            What::Item(Item::Record(_)) => (0, 0),
+            What::Item(Item::Record(_)) | What::End => (0, 0),
             What::Chunk(chunk) => (0, chunk.size()),
         }
     }
@@ -126,20 +134,31 @@ impl What {
 impl<'a> Job<'a> {
     pub(super) fn new(
         overview: Overview,
+        asked: Asked,
         output: &Path,
         options: &'a Options,
         workers: &Workers,
         on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
     ) -> Result<Self> {
-        let clouds = choose_beside(&overview, &options.topics, options.method.class_topic())?;
-        options.types.check(&overview, clouds.values().map(|cloud| cloud.format), options.form)?;
-        let mut job = Self::with(overview, clouds, output, options, workers, on_event)?;
+        let clouds = choose_beside(&overview, &asked.topics, asked.class_topic.as_deref())?;
+        asked.types.check(&overview, clouds.values().map(|cloud| cloud.format), asked.form)?;
+        let mut job = Self::with(overview, asked, clouds, output, options, workers, on_event)?;
         refuse_annotated(&job.overview, job.wanted.numbered.values())?;
         job.writer.reserve(&job.overview);
         for channel in job.overview.channels.clone().into_values() {
             job.warn_of_other_cloud(&channel);
         }
+        // All of them now: their ids must not depend on which clouds can be read.
+        for channel in job.clouds.keys().copied().collect::<Vec<_>>() {
+            job.channels_for(channel)?;
+        }
+        job.begin_slice()?;
         Ok(job)
+    }
+
+    /// Takes clouds that were annotated before from there.
+    pub(super) fn take_from(&mut self, done: Done) {
+        self.done = Some(done);
     }
 
     /// The same for a stream, whose topics are not known yet.
@@ -150,7 +169,9 @@ impl<'a> Job<'a> {
         workers: &Workers,
         on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
     ) -> Result<Self> {
-        let mut job = Self::with(overview, BTreeMap::new(), output, options, workers, on_event)?;
+        let asked = Asked::of(&overview, options);
+        let none = BTreeMap::new();
+        let mut job = Self::with(overview, asked, none, output, options, workers, on_event)?;
         job.writer.reserve_all_but_the_highest();
         job.is_stream = true;
         Ok(job)
@@ -158,18 +179,17 @@ impl<'a> Job<'a> {
 
     fn with(
         overview: Overview,
+        asked: Asked,
         clouds: BTreeMap<u16, CloudTopic>,
         output: &Path,
         options: &'a Options,
         workers: &Workers,
         on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
     ) -> Result<Self> {
-        let usual = || overview.usual_compression().unwrap_or_default();
-        let compression = options.compression.unwrap_or_else(usual);
+        let compression = asked.compression;
         let is_resumable = (options.resume || options.resumable) && output != STANDARD_STREAM;
-        let asked = asked_of(&overview, options, compression);
-        let cut_off = match options.resume && is_resumable {
-            true => CutOff::find(output, &asked)?,
+        let done = match options.resume && is_resumable {
+            true => CutOff::find(output, &asked)?.map(Done::CutOff),
             false => None,
         };
         let mut writer = RecordingWriter::create(
@@ -188,7 +208,8 @@ impl<'a> Job<'a> {
         writer.compress_on(workers);
         let wanted = Wanted {
             closed: options.unchecked.then_some(compression),
-            others: options.form != Form::Only,
+            others: options.form != Form::Only && options.slice.is_none(),
+            bytes: options.slice.as_ref().map_or(0..u64::MAX, |slice| slice.start..slice.end),
             from_ns: options.from_ns,
             to_ns: options.to_ns,
             numbered: clouds.iter().map(|(&id, cloud)| (id, cloud.topic.clone())).collect(),
@@ -217,6 +238,7 @@ impl<'a> Job<'a> {
             on_event,
             workers: workers.clone(),
             method: Arc::new(options.method.clone()),
+            asked,
             writer,
             queue: VecDeque::new(),
             queued: (0, 0),
@@ -232,7 +254,8 @@ impl<'a> Job<'a> {
             warned: BTreeMap::new(),
             report,
             journal,
-            cut_off,
+            done,
+            notes: Vec::new(),
             batch: Batch::of(&options.method),
         })
     }
@@ -267,9 +290,18 @@ impl<'a> Job<'a> {
                 clouds.iter().try_for_each(|item| self.push_cloud(bytes, item))
             }
             Part::Chunk(SourceChunk { items, .. }) | Part::Items(items) => {
-                items.into_iter().try_for_each(|item| self.item(bytes, item))
+                items.into_iter().try_for_each(|item| self.item(bytes, item))?;
+                match self.options.slice {
+                    Some(_) => self.push(bytes, What::End),
+                    None => Ok(()),
+                }
             }
         }
+    }
+
+    /// Whether what the input holds is in the output, too.
+    fn copies(&self) -> bool {
+        self.options.form != Form::Only && self.options.slice.is_none()
     }
 
     /// Whether a chunk can be placed as it is.
@@ -282,7 +314,7 @@ impl<'a> Job<'a> {
             Form::InPlace => self.clouds_of(chunk).next().is_none(),
             Form::Only => false,
         };
-        may_stay && is_kept && chunk.compression() == self.compression.name()
+        may_stay && self.copies() && is_kept && chunk.compression() == self.compression.name()
     }
 
     fn clouds_of<'c>(&'c self, chunk: &'c SourceChunk) -> impl Iterator<Item = &'c Item> {
@@ -296,7 +328,9 @@ impl<'a> Job<'a> {
     /// Takes a record that is copied by itself.
     fn item(&mut self, bytes: u64, item: Item) -> Result<()> {
         match &item {
-            Item::Message { header, .. } if !self.wanted.is_in_window(header.log_time) => {
+            Item::Message { header, position, .. }
+                if !self.wanted.is_in_window(header.log_time) || !self.is_in_slice(*position) =>
+            {
                 if let Some((topic, _)) = self.clouds.get(&header.channel_id).cloned() {
                     self.count_cloud(&topic);
                 }
@@ -310,7 +344,7 @@ impl<'a> Job<'a> {
                 Ok(())
             }
             Item::Message { .. } if self.is_cloud(&item) => {
-                if self.options.form == Form::Beside {
+                if self.options.form == Form::Beside && self.copies() {
                     self.push(bytes, What::Item(item.clone()))?;
                 }
                 self.push_cloud(bytes, &item)
@@ -324,7 +358,7 @@ impl<'a> Job<'a> {
     fn is_left_out(&self, item: &Item) -> bool {
         let is_damage =
             matches!(item, Item::Record(Record::Damaged { .. } | Record::Truncated { .. }));
-        self.options.form == Form::Only && !is_damage
+        !self.copies() && !is_damage
     }
 
     /// Gives a cloud to the threads.
@@ -334,16 +368,14 @@ impl<'a> Job<'a> {
         };
         let (topic, format) = self.clouds[&header.channel_id].clone();
         let number = self.count_cloud(&topic);
-        let before = match &mut self.cut_off {
-            Some(cut_off) => cut_off.take(&topic, number, data)?,
+        let before = match &mut self.done {
+            Some(done) => done.take(&topic, number, data)?,
             None => None,
         };
         let (method, message, name) = (Arc::clone(&self.method), data.clone(), Arc::clone(&topic));
         let types = self.options.types;
         let result = match before {
-            Some((report, messages)) => {
-                Workers::none().run(move || Ok(Made::Before(report, messages)))
-            }
+            Some(before) => Workers::none().run(move || Ok(Made::Before(before))),
             None if self.batch.size > 1 => self.batch_cloud(message, format, name, number),
             None => self.workers.run(move || {
                 let mut annotated = Annotated::default();
@@ -416,11 +448,12 @@ impl<'a> Job<'a> {
                 self.cloud(*cloud)?;
                 self.progress(bytes)
             }
+            What::End => self.end_part(),
         }
     }
 
     fn progress(&mut self, bytes: u64) -> Result<()> {
-        let total = self.total;
+        let (bytes, total) = self.of_slice(bytes);
         match (self.on_event)(Event::Progress { bytes, total }) {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(()) => Err(Error::Interrupted { path: self.report.output.clone() }),
@@ -446,7 +479,7 @@ impl<'a> Job<'a> {
 
     fn cloud(&mut self, cloud: Cloud) -> Result<()> {
         let Cloud { topic, number, header, position, message, result } = cloud;
-        let is_in_place = self.options.form == Form::InPlace;
+        let is_in_place = self.options.form == Form::InPlace && self.copies();
         self.report.messages += u64::from(is_in_place);
         let started = Instant::now();
         let result = result.wait();
@@ -454,10 +487,30 @@ impl<'a> Job<'a> {
         let made = match result {
             Ok(made) => made,
             Err(error) if error.is_of_what_was_asked() => return Err(error),
-            Err(error) => {
+            Err(error) => Made::Before(Before::Unreadable(error.to_string())),
+        };
+        let (report, times, messages, chunks): (_, _, [&[u8]; 2], _) = match &made {
+            Made::Now(clustered, annotated) => (
+                &FrameReport::new(clustered, &annotated.frame_id, &self.options.method.taxonomy),
+                Some(annotated.times),
+                [&annotated.cloud, &annotated.objects],
+                [&None, &None],
+            ),
+            Made::Before(Before::Annotated(report, given)) => {
+                let [cloud, objects] = given;
+                let chunks = [&cloud.chunk, &objects.chunk];
+                (report, None, [&cloud.data, &objects.data], chunks)
+            }
+            Made::Before(Before::Unreadable(problem)) => {
                 let report = self.report.topics.entry(topic.to_string()).or_default();
                 report.unreadable += 1;
-                self.warn(format!("{topic}: {error} ({}); not annotated", place(position)));
+                self.warn(format!("{topic}: {problem} ({}); not annotated", place(position)));
+                self.note(
+                    &topic,
+                    number,
+                    &message,
+                    Noted::Unreadable { problem: problem.clone() },
+                )?;
                 return match is_in_place {
                     true => self.writer.write_message(&header, &message),
                     false => Ok(()),
@@ -465,24 +518,20 @@ impl<'a> Job<'a> {
             }
         };
         let Added { instances, objects } = self.channels_for(header.channel_id)?;
-        let instances = if is_in_place { header.channel_id } else { instances };
-        let (report, times, messages) = match &made {
-            Made::Now(clustered, annotated) => (
-                &FrameReport::new(clustered, &annotated.frame_id, &self.options.method.taxonomy),
-                Some(annotated.times),
-                [&annotated.cloud, &annotated.objects],
-            ),
-            Made::Before(report, [cloud, objects]) => (report, None, [cloud, objects]),
-        };
-        for (channel_id, message) in [instances, objects].into_iter().zip(messages) {
+        for ((channel_id, message), chunk) in
+            [instances, objects].into_iter().zip(messages).zip(chunks)
+        {
             let header = MessageHeader { channel_id, ..header };
+            if let Some(chunk) = chunk {
+                self.writer.offer(chunk);
+            }
             self.writer.write_message(&header, message)?;
             self.report.annotations += 1;
         }
-        if let Some(journal) = &mut self.journal {
-            let [instances, objects] = messages.map(|message| checksum(message));
-            let (topic, cloud, report) = (topic.to_string(), checksum(&message), report.clone());
-            journal.note(&Note { topic, number, cloud, instances, objects, report })?;
+        if self.journal.is_some() || self.options.slice.is_some() {
+            let [instances, objects] = messages.map(checksum);
+            let outcome = Noted::Annotated { instances, objects, report: report.clone() };
+            self.note(&topic, number, &message, outcome)?;
         }
         self.report.topics.entry(topic.to_string()).or_default().take(report, times);
         for (kind, problem) in &report.remarks {
@@ -508,6 +557,19 @@ impl<'a> Job<'a> {
         Ok(())
     }
 
+    /// Notes what became of a cloud, for a run that continues and for the slices to be joined.
+    fn note(&mut self, topic: &str, number: u64, message: &[u8], outcome: Noted) -> Result<()> {
+        let note = Note { topic: topic.to_owned(), number, cloud: checksum(message), outcome };
+        if self.options.slice.is_some() {
+            self.notes.extend(serde_json::json!(note).to_string().into_bytes());
+            self.notes.push(b'\n');
+        }
+        match &mut self.journal {
+            Some(journal) => journal.note(&note),
+            None => Ok(()),
+        }
+    }
+
     /// Ends with an error; what an interrupted run had done is left if it can be resumed.
     pub(super) fn give_up(mut self, error: Error) -> Error {
         if let (Error::Interrupted { .. }, Some(journal)) = (&error, &mut self.journal) {
@@ -527,6 +589,9 @@ impl<'a> Job<'a> {
         if self.is_stream {
             choose(&self.overview, &self.options.topics)?;
         }
+        if let Some(done) = &mut self.done {
+            done.finish()?;
+        }
         for channel in self.clouds.keys().copied().collect::<Vec<_>>() {
             self.channels_for(channel)?;
         }
@@ -535,38 +600,21 @@ impl<'a> Job<'a> {
                 self.warn(format!("{topic}: {count} clouds {kind}"));
             }
         }
-        self.report.input_sha256 = reader.finish()?;
+        if self.options.slice.is_none() {
+            self.report.input_sha256 = reader.finish()?;
+        }
         self.report.input_bytes_read = reader.bytes_read();
         self.report.fetched = reader.fetched();
-        let metadata = metadata(&self.report, &self.options.method);
-        self.writer.write_metadata(METADATA_NAME, &metadata)?;
+        if self.options.slice.is_none() {
+            self.writer.write_declared()?;
+            let metadata = metadata(&self.report, &self.asked.method);
+            self.writer.write_metadata(METADATA_NAME, &metadata)?;
+        }
         (self.report.output_bytes, self.report.profile.write) = self.writer.finish_timed()?;
         if self.journal.is_some() {
-            drop(self.cut_off.take());
+            drop(self.done.take());
             clean_up(&self.report.output);
         }
         Ok(self.report)
     }
-}
-
-/// What the bytes of the output depend on besides those of the clouds.
-fn asked_of(overview: &Overview, options: &Options, compression: Compression) -> serde_json::Value {
-    let name = overview.path.file_name().unwrap_or_default().to_string_lossy();
-    serde_json::json!({
-        "input": name,
-        "length of the input": overview.file_size,
-        "method": asked(&options.method),
-        "semantics": options.method.semantics.describe(None),
-        "classes": match &options.method.semantics {
-            Semantics::Given(given) => Some(given.source()),
-            _ => None,
-        },
-        "topic": options.topics,
-        "from": options.from_ns,
-        "to": options.to_ns,
-        "form": options.form.describe(),
-        "types": format!("{:?}", options.types),
-        "compression": compression.name(),
-        "check of chunks": !options.unchecked,
-    })
 }

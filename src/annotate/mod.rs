@@ -1,16 +1,22 @@
 //! The main job: a recording in, the same recording with instances out.
 
+mod asked;
 mod job;
+mod join;
 mod message;
+mod notes;
 mod profile;
 mod report;
 pub mod resume;
+pub mod slices;
 mod topics;
 mod types;
 
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
 
 use crate::cloud::PointCloud;
 use crate::error::{Error, Result};
@@ -19,10 +25,13 @@ use crate::pipeline::Stages;
 use crate::stopwatch::ms_since;
 use crate::workers::Workers;
 
+use asked::Asked;
 use job::Job;
+pub use join::{JoinOptions, SliceFile, by_recording, join};
 pub use message::{Annotated, Clustered, Decoded, Method, Semantics, annotate_message, cluster};
 pub use profile::{Profile, SlowFrame};
 pub use report::{FrameTimes, METADATA_NAME, Report, TopicReport, remarks};
+pub use slices::Slice;
 pub(crate) use topics::added_metadata;
 pub use topics::{
     CloudTopic, INSTANCES, OBJECTS, annotated_topics, choose, choose_beside, is_annotation,
@@ -30,7 +39,7 @@ pub use topics::{
 pub use types::{Flavor, MessageTypes};
 
 /// What the output holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Form {
     /// Everything that the input holds, and `T/instances` and `T/objects` beside each cloud topic T.
     #[default]
@@ -70,6 +79,8 @@ pub struct Options {
     pub form: Form,
     /// Compression of the output. Default: that of most of the input's chunks, so that those stay as they are.
     pub compression: Option<Compression>,
+    /// The part of the input that is annotated; the output is what [`join`] takes. Default: all of it.
+    pub slice: Option<Slice>,
     /// Whether chunks that by the input's index hold nothing that is annotated are taken over without being opened. A
     /// chunk of these that is damaged is then as damaged in the output, where its checksum still tells. Default: no.
     pub unchecked: bool,
@@ -127,7 +138,7 @@ pub enum Event<'a> {
 /// below 400 MB with a large sensor (docs/performance.md).
 pub const USUAL_THREADS: usize = 8;
 
-/// Annotates a recording. The input may be a stream ([`crate::io::is_stream`]), whose topics are taken as they come, and
+/// Annotates a recording, or a slice of one. The input may be a stream ([`crate::io::is_stream`]), whose topics are taken as they come, and
 /// the output the standard one ([`crate::io::STANDARD_STREAM`]), which gets the recording as it is made.
 ///
 /// Everything in the input is copied unchanged; to each cloud message come one on `T/instances` and one on
@@ -157,19 +168,31 @@ pub fn annotate(
         0 => Workers::per_core().min(USUAL_THREADS),
         threads => threads,
     });
-    let (mut job, mut reader) = match is_stream(input) {
+    let (job, reader) = match is_stream(input) {
         true => {
             let mut reader = RecordingReader::open_ahead(input, &workers)?;
             let overview = Overview::of_stream(&mut reader, input)?;
             (Job::of_stream(overview, output, options, &workers, on_event)?, reader)
         }
         false => {
-            let job = Job::new(Overview::read(input)?, output, options, &workers, on_event)?;
+            let overview = Overview::read(input)?;
+            if let Some(slice) = &options.slice {
+                slice.check(&overview)?;
+            }
+            let asked = Asked::of(&overview, options);
+            let job = Job::new(overview, asked, output, options, &workers, on_event)?;
             let reader = RecordingReader::open_wanted(&job.overview, &job.wanted, &workers)?;
             (job, reader)
         }
     };
-    loop {
+    let mut report = read_all(job, reader)?;
+    report.profile.wall_ms = ms_since(started);
+    Ok(report)
+}
+
+/// Goes through what is to be read, and completes the output.
+fn read_all(mut job: Job, mut reader: RecordingReader) -> Result<Report> {
+    while !job.is_behind_slice(reader.offset()) {
         let part = reader.next_part();
         let bytes = reader.offset();
         match part {
@@ -188,7 +211,6 @@ pub fn annotate(
     let read = reader.times();
     let mut report = job.finish(reader)?;
     report.profile.read = read;
-    report.profile.wall_ms = ms_since(started);
     Ok(report)
 }
 

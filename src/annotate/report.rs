@@ -71,7 +71,7 @@ pub struct TopicReport {
     pub format: CloudFormat,
     /// Coordinate frame of the clouds, of the last where it changes.
     pub frame_id: String,
-    /// How many of these were annotated by a run that was cut off.
+    /// How many of these were annotated before: by a run that was cut off, or in slices.
     pub resumed: u64,
     /// Clouds passed through without annotation because they cannot be read.
     pub unreadable: u64,
@@ -241,9 +241,9 @@ fn input_read(report: &Report) -> String {
 }
 
 /// The part of the metadata record that is known beforehand: version and parameters.
-pub(super) fn asked(method: &Method) -> BTreeMap<String, String> {
+pub(super) fn parameters(method: &Method) -> BTreeMap<String, String> {
     let json = |value: serde_json::Value| value.to_string();
-    let mut asked = BTreeMap::from([
+    let mut parameters = BTreeMap::from([
         ("version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
         ("method".to_owned(), method.config.method_name().to_owned()),
         ("preset".to_owned(), method.config.preset.to_owned()),
@@ -252,18 +252,21 @@ pub(super) fn asked(method: &Method) -> BTreeMap<String, String> {
         ("ground".to_owned(), json(serde_json::json!(method.ground))),
     ]);
     if method.sensor_frame != SensorFrame::Auto {
-        asked.insert("sensor_frame".to_owned(), method.sensor_frame.to_string());
+        parameters.insert("sensor_frame".to_owned(), method.sensor_frame.to_string());
     }
     if let Semantics::Network(network) = &method.semantics {
-        asked.insert("network".to_owned(), network.describe());
+        parameters.insert("network".to_owned(), network.describe());
     }
-    asked.extend(method.boxes.describe().map(|boxes| ("boxes".to_owned(), boxes)));
-    asked
+    parameters.extend(method.boxes.describe().map(|boxes| ("boxes".to_owned(), boxes)));
+    parameters
 }
 
 /// The metadata record: version, parameters, the input's hash, counts per reason.
-pub(super) fn metadata(report: &Report, method: &Method) -> BTreeMap<String, String> {
-    let mut metadata = asked(method);
+pub(super) fn metadata(
+    report: &Report,
+    parameters: &BTreeMap<String, String>,
+) -> BTreeMap<String, String> {
+    let mut metadata = parameters.clone();
     let mut say = |key: &str, value: Option<String>| {
         metadata.extend(value.map(|value| (key.to_owned(), value)));
     };

@@ -11,24 +11,12 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde::Serialize;
 
-use super::report::FrameReport;
+use super::asked::Asked;
+use super::notes::{Before, Given, Note, Noted};
 use crate::error::{Error, Result};
 use crate::io::{PartialFile, Record, RecordingReader, checksum};
-
-/// A line of the journal.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Note {
-    pub(super) topic: String,
-    pub(super) number: u64,
-    /// Checksums: of the cloud's message, and of those that annotate it.
-    pub(super) cloud: u32,
-    pub(super) instances: u32,
-    pub(super) objects: u32,
-    pub(super) report: FrameReport,
-}
 
 /// Where the journal of an output lies.
 pub fn journal_of(output: &Path) -> PathBuf {
@@ -51,7 +39,7 @@ pub(super) struct Journal {
 
 impl Journal {
     /// Starts a journal with what was asked for.
-    pub(super) fn start(output: &Path, asked: &Value) -> Result<Self> {
+    pub(super) fn start(output: &Path, asked: &Asked) -> Result<Self> {
         let path = journal_of(output);
         let file = File::create(&path).map_err(|source| io_error(&path, source))?;
         let mut journal = Journal { path, file, is_kept: false };
@@ -95,7 +83,7 @@ impl CutOff {
     ///
     /// # Errors
     /// [`Error::Conflict`] if something else was asked for then, [`Error::Io`].
-    pub(super) fn find(output: &Path, asked: &Value) -> Result<Option<Self>> {
+    pub(super) fn find(output: &Path, asked: &Asked) -> Result<Option<Self>> {
         let (partial, journal) = (PartialFile::name_for(output), journal_of(output));
         check(output, &journal, asked)?;
         check(output, &old(&journal), asked)?;
@@ -114,7 +102,7 @@ impl CutOff {
         Ok(Some(found))
     }
 
-    /// The next cloud's report and messages, if the run had come to it.
+    /// What became of the next cloud, if the run had come to it.
     ///
     /// # Errors
     /// [`Error::Conflict`] if it had another cloud there.
@@ -123,7 +111,7 @@ impl CutOff {
         topic: &str,
         number: u64,
         cloud: &[u8],
-    ) -> Result<Option<(FrameReport, [Vec<u8>; 2])>> {
+    ) -> Result<Option<Before>> {
         let is_next = |note: &&Note| note.topic == topic && note.number == number;
         let Some(note) = self.next.as_ref().filter(is_next).cloned() else {
             return Ok(None);
@@ -136,9 +124,14 @@ impl CutOff {
             return Err(Error::Conflict { path: self.output.clone(), problem });
         }
         self.advance();
-        let found = [self.message(note.instances), self.message(note.objects)];
-        match found {
-            [Some(instances), Some(objects)] => Ok(Some((note.report, [instances, objects]))),
+        let (instances, objects, report) = match note.outcome {
+            Noted::Annotated { instances, objects, report } => (instances, objects, report),
+            Noted::Unreadable { problem } => return Ok(Some(Before::Unreadable(problem))),
+        };
+        match [self.message(instances), self.message(objects)] {
+            [Some(instances), Some(objects)] => {
+                Ok(Some(Before::Annotated(report, [instances, objects])))
+            }
             _ => {
                 self.next = None;
                 Ok(None)
@@ -154,12 +147,12 @@ impl CutOff {
     }
 
     /// The next message with a checksum, as far as the half written output can be read.
-    fn message(&mut self, wanted: u32) -> Option<Vec<u8>> {
+    fn message(&mut self, wanted: u32) -> Option<Given> {
         while let Ok(Some(record)) = self.recording.next_record() {
             if let Record::Message { data, .. } = record
                 && checksum(&data) == wanted
             {
-                return Some(data.into_owned());
+                return Some(Given { data: data.into_owned().into(), chunk: None });
             }
         }
         None
@@ -174,24 +167,22 @@ pub(super) fn clean_up(output: &Path) {
 }
 
 /// Refuses a journal of something else.
-fn check(output: &Path, journal: &Path, asked: &Value) -> Result<()> {
+fn check(output: &Path, journal: &Path, asked: &Asked) -> Result<()> {
     let Ok(file) = File::open(journal) else {
         return Ok(());
     };
     let mut line = String::new();
     let read = BufReader::new(file).read_line(&mut line);
-    let Some(then) = read.ok().and_then(|_| serde_json::from_str::<Value>(&line).ok()) else {
+    let Some(then) = read.ok().and_then(|_| serde_json::from_str::<Asked>(&line).ok()) else {
         return Ok(());
     };
-    if &then == asked {
+    let differences = asked.differences(&then);
+    if differences.is_empty() {
         return Ok(());
     }
-    let differs = |key: &&String| then.get(key) != asked.get(key);
-    let keys = asked.as_object().into_iter().flat_map(|asked| asked.keys());
-    let keys: Vec<&str> = keys.filter(differs).map(String::as_str).collect();
     let problem = format!(
         "the run that was cut off had another {}; without --resume the output is made anew",
-        keys.join(", ")
+        differences.join(", ")
     );
     Err(Error::Conflict { path: output.to_owned(), problem })
 }

@@ -1,5 +1,7 @@
 //! In which messages an annotation is written.
 
+use serde::{Deserialize, Serialize};
+
 use super::Form;
 use super::message::Clustered;
 use crate::error::{Error, Result};
@@ -9,7 +11,7 @@ use crate::io::{
 };
 
 /// Types of the messages that are added.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct MessageTypes {
     /// Of the annotated clouds.
     pub flavor: Flavor,
@@ -18,7 +20,7 @@ pub struct MessageTypes {
 }
 
 /// In which messages annotated clouds are written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Flavor {
     /// Each topic's as its clouds are.
     #[default]

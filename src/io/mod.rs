@@ -41,10 +41,10 @@ pub use labelled::{
 };
 pub use objects::{ObjectBox, ObjectEncoding, ObjectKind};
 pub use recording::{
-    AttachmentHeader, Channel, Compression, Fetched, FrameRange, Item, MessageHeader, Metadata,
-    Overview, Part, PartialFile, Position, ReadTimes, Record, RecordingReader, RecordingWriter,
-    STANDARD_STREAM, Schema, SharedBytes, SourceChunk, Wanted, WriteOptions, WriteTimes,
-    abandon_partial_files, checksum, is_stream, write_file,
+    AttachmentHeader, Channel, ChunkPlace, Compression, Fetched, FrameRange, Item, MessageHeader,
+    Metadata, Overview, Part, PartialFile, Position, ReadTimes, Record, RecordingReader,
+    RecordingWriter, STANDARD_STREAM, Schema, SharedBytes, SourceChunk, Wanted, WriteOptions,
+    WriteTimes, abandon_partial_files, checksum, is_stream, write_file,
 };
 pub use ros::{ByteOrder, Layout};
 pub use static_transforms::static_transforms;

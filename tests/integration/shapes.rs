@@ -71,7 +71,7 @@ fn u64_at(bytes: &[u8], at: usize) -> u64 {
 
 /// What a file has besides its records.
 #[derive(Debug, Clone, Copy)]
-struct Shape {
+pub struct Shape {
     /// Share of the records that stand in chunks.
     chunked: f64,
     has_message_indexes: bool,
@@ -425,14 +425,14 @@ fn assert_truthful(file: &[u8], what: &str) {
     }
 }
 
-fn run(input: &Path, options: &Options) -> Vec<u8> {
+pub fn run(input: &Path, options: &Options) -> Vec<u8> {
     let output = input.with_extension("out.mcap");
     annotate(input, &output, options, &mut |_: Event| ControlFlow::Continue(()))
         .expect("annotated");
     std::fs::read(output).expect("the output")
 }
 
-fn each_shape(check: impl Fn(Shape, &Path, &[u8])) {
+pub fn each_shape(check: impl Fn(Shape, &Path, &[u8])) {
     let folder = tempfile::tempdir().expect("a folder");
     let path: PathBuf = folder.path().join("in.mcap");
     let clouds = clouds();

@@ -6,7 +6,7 @@ use super::Job;
 use crate::annotate::Form;
 use crate::annotate::topics::{INSTANCES, OBJECTS, added_metadata, channel_metadata};
 use crate::error::Result;
-use crate::io::{Channel, CloudFormat, MessageSchema};
+use crate::io::{Channel, CloudFormat, MessageSchema, Schema};
 
 /// The channels of what is added to a topic's clouds.
 #[derive(Clone, Copy)]
@@ -16,22 +16,39 @@ pub(super) struct Added {
 }
 
 impl Job<'_> {
-    /// The channels of what is added to a channel's clouds, made at the first of its topic.
+    /// The channels of what is added to a channel's clouds, declared at the first of its topic.
     pub(super) fn channels_for(&mut self, cloud_channel: u16) -> Result<Added> {
         let (topic, format) = self.clouds[&cloud_channel].clone();
         let written = self.options.types.format(format);
-        if let Some(&added) = self.added.get(&(Arc::clone(&topic), written)) {
+        let channel = self.overview.channels[&cloud_channel].clone();
+        let known = self.added.get(&(Arc::clone(&topic), written)).copied();
+        if self.options.form == Form::InPlace {
+            return self.in_place(known, &channel, written, topic);
+        }
+        if let Some(added) = known {
             return Ok(added);
         }
-        let channel = self.overview.channels[&cloud_channel].clone();
-        let instances = match self.options.form {
-            Form::InPlace => cloud_channel,
-            _ => self.add_instances(&channel, format, written)?,
-        };
-        let schema = self.options.types.objects(written)?;
-        let objects = self.add_channel(&format!("{topic}{OBJECTS}"), &schema, &channel)?;
+        let instances = self.add_instances(&channel, format, written)?;
+        let objects = self.add_objects(&channel, written)?;
         let added = Added { instances, objects };
         self.added.insert((topic, written), added);
+        Ok(added)
+    }
+
+    /// The same where the annotated clouds take the place of the clouds.
+    fn in_place(
+        &mut self,
+        known: Option<Added>,
+        cloud: &Channel,
+        written: CloudFormat,
+        topic: Arc<str>,
+    ) -> Result<Added> {
+        let objects = match known {
+            Some(added) => added.objects,
+            None => self.add_objects(cloud, written)?,
+        };
+        let added = Added { instances: cloud.id, objects };
+        self.added.entry((topic, written)).or_insert(added);
         Ok(added)
     }
 
@@ -43,23 +60,25 @@ impl Job<'_> {
         written: CloudFormat,
     ) -> Result<u16> {
         let topic = format!("{}{INSTANCES}", cloud.topic);
-        if format != written {
-            return self.add_channel(&topic, &written.schema(), cloud);
-        }
-        let schema = match (self.options.form, self.overview.schema_of(cloud.id)) {
-            (Form::Only, Some(schema)) => {
-                self.writer.add_schema(&schema.name, &schema.encoding, &schema.data)?
+        match self.overview.schema_of(cloud.id).filter(|_| format == written).cloned() {
+            Some(Schema { name, encoding, data, .. }) => {
+                let metadata = channel_metadata(cloud, format);
+                let schema = (name.as_str(), encoding.as_str(), data.as_slice());
+                self.writer.declare_channel(&topic, schema, &cloud.message_encoding, &metadata)
             }
-            _ => cloud.schema_id,
-        };
-        let (encoding, metadata) = (&cloud.message_encoding, channel_metadata(cloud, format));
-        self.writer.add_channel(&topic, schema, encoding, &metadata)
+            None => self.declare(&topic, &written.schema(), cloud),
+        }
+    }
+
+    fn add_objects(&mut self, cloud: &Channel, written: CloudFormat) -> Result<u16> {
+        let schema = self.options.types.objects(written)?;
+        self.declare(&format!("{}{OBJECTS}", cloud.topic), &schema, cloud)
     }
 
     /// A channel of a type of its own beside a cloud's.
-    fn add_channel(&mut self, topic: &str, schema: &MessageSchema, cloud: &Channel) -> Result<u16> {
-        let id = self.writer.add_type(schema)?;
+    fn declare(&mut self, topic: &str, schema: &MessageSchema, cloud: &Channel) -> Result<u16> {
         let metadata = added_metadata(topic, schema, cloud);
-        self.writer.add_channel(topic, id, schema.message_encoding, &metadata)
+        let definition = (schema.name, schema.encoding, &*schema.data);
+        self.writer.declare_channel(topic, definition, schema.message_encoding, &metadata)
     }
 }

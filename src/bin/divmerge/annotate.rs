@@ -5,11 +5,11 @@ mod tasks;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use divmerge::annotate::{
-    Event, Flavor, Form, FrameTimes, INSTANCES, MessageTypes, OBJECTS, Options, Report,
-    TopicReport, annotate,
+    Event, Flavor, Form, FrameTimes, INSTANCES, MessageTypes, OBJECTS, Options, Report, Slice,
+    TopicReport, annotate, slices::Plan,
 };
 use divmerge::io::{Compression, ObjectKind, STANDARD_STREAM, is_stream, write_file};
 use divmerge::view::{ShownTopic, Target, viewer_layout};
@@ -30,13 +30,13 @@ use tasks::{Task, Tasks};
 #[derive(Args)]
 pub struct Arguments {
     /// The recordings (MCAP), or folders of rosbag2 with a metadata.yaml; they are never touched. `-` reads one from
-    /// standard input
-    #[arg(required = true)]
+    /// standard input. Of a slice: where the recording is, if not where it was planned
+    #[arg(value_name = "IN", required_unless_present = "slice")]
     inputs: Vec<PathBuf>,
 
     /// The annotated recording; it appears when it is complete. For several recordings, and for a folder of rosbag2, a
-    /// folder: each keeps its name there, and a metadata.yaml is written beside those of a bag. `-` writes to standard
-    /// output
+    /// folder: each keeps its name there, and a metadata.yaml is written beside those of a bag. A slice goes into this
+    /// folder under a name of its own. `-` writes to standard output
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
 
@@ -75,6 +75,10 @@ pub struct Arguments {
     /// Leave out messages from this log time on
     #[arg(long, value_name = "T", value_parser = moment)]
     to: Option<Moment>,
+
+    /// Annotate one slice of a plan (`divmerge plan`), numbered from 0: plan.json:3. `divmerge join` puts slices together
+    #[arg(long, value_name = "PLAN:N", value_parser = slice)]
+    slice: Option<PlanAndNumber>,
 
     /// Write no layout for Lichtblick and Foxglove beside the output (OUT.layout.json, which shows clouds and boxes
     /// in colour once it is imported there)
@@ -117,6 +121,22 @@ pub struct Arguments {
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
+}
+
+/// A slice of a plan.
+#[derive(Clone)]
+struct PlanAndNumber {
+    plan: PathBuf,
+    number: usize,
+}
+
+/// Reads `plan.json:3`.
+fn slice(text: &str) -> Result<PlanAndNumber, String> {
+    let (plan, number) = text.rsplit_once(':').unwrap_or_default();
+    match (plan, number.parse()) {
+        ("", _) | (_, Err(_)) => Err("use the plan and a number from 0, as in plan.json:3".into()),
+        (plan, Ok(number)) => Ok(PlanAndNumber { plan: plan.into(), number }),
+    }
 }
 
 /// Types of messages that hold boxes.
@@ -181,18 +201,54 @@ impl From<Compress> for Compression {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     interrupt::listen();
+    if let Some(wanted) = &arguments.slice {
+        return one_slice(arguments, wanted);
+    }
     let mut tasks = Tasks::new(&arguments.inputs, &arguments.output)?;
     let done = if arguments.resume { tasks.leave_out_done() } else { Vec::new() };
     tasks.prepare(arguments.force)?;
     match tasks.tasks.as_slice() {
         [task] if !tasks.has_folder => {
-            let report = one(arguments, task)?;
-            if arguments.json {
-                tell(task, &(serde_json::to_string_pretty(&report)? + "\n"))?;
-            }
+            let report = one(arguments, task, None)?;
+            tell_json(arguments, task, &report)?;
             Ok(outcome(&report))
         }
         _ => several(arguments, &tasks, done),
+    }
+}
+
+/// Annotates a slice of a plan.
+fn one_slice(arguments: &Arguments, wanted: &PlanAndNumber) -> Result<Outcome> {
+    let mut slices = Plan::read(&wanted.plan)?.slices;
+    if wanted.number >= slices.len() {
+        let (plan, count) = (wanted.plan.display(), slices.len());
+        bail!("{plan} has {count} slices, numbered from 0: there is no {}", wanted.number);
+    }
+    let slice = slices.swap_remove(wanted.number);
+    let input = match arguments.inputs.as_slice() {
+        [] => slice.input.clone(),
+        [input] => input.clone(),
+        _ => bail!("a slice is of one recording"),
+    };
+    let output = arguments.output.join(slice.file_name());
+    let task = Task { input, output };
+    if arguments.resume && task.output.exists() {
+        println!("{} is there already", task.output.display());
+        return Ok(Outcome::Done);
+    }
+    crate::refuse_existing(&task.output, arguments.force)?;
+    if let Some(folder) = task.output.parent() {
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    }
+    let report = one(arguments, &task, Some(slice))?;
+    tell_json(arguments, &task, &report)?;
+    Ok(outcome(&report))
+}
+
+fn tell_json(arguments: &Arguments, task: &Task, report: &Report) -> Result<()> {
+    match arguments.json {
+        true => tell(task, &(serde_json::to_string_pretty(report)? + "\n")),
+        false => Ok(()),
     }
 }
 
@@ -201,7 +257,7 @@ fn several(arguments: &Arguments, tasks: &Tasks, done: Vec<PathBuf>) -> Result<O
     let (mut reports, mut made, mut failed) = (Vec::new(), done, Vec::new());
     let all = made.len() + tasks.tasks.len();
     for task in &tasks.tasks {
-        match one(arguments, task) {
+        match one(arguments, task, None) {
             Ok(report) => {
                 made.push(task.output.clone());
                 reports.push(report);
@@ -229,15 +285,16 @@ fn several(arguments: &Arguments, tasks: &Tasks, done: Vec<PathBuf>) -> Result<O
     Ok(if is_whole { Outcome::Done } else { Outcome::Incomplete })
 }
 
-fn outcome(report: &Report) -> Outcome {
+pub fn outcome(report: &Report) -> Outcome {
     if report.is_complete() { Outcome::Done } else { Outcome::Incomplete }
 }
 
 /// Annotates a recording and says what was done, unless that is to be said as JSON.
-fn one(arguments: &Arguments, task: &Task) -> Result<Report> {
+fn one(arguments: &Arguments, task: &Task, slice: Option<Slice>) -> Result<Report> {
     let input = task.input.as_path();
-    let options = options(arguments, input)?;
-    let layout = layout_of(arguments, task)?;
+    let has_layout = !arguments.no_layout && slice.is_none();
+    let options = Options { slice, ..options(arguments, input)? };
+    let layout = Layout::beside(&task.output, has_layout, arguments.force)?;
     let target = arguments.rerun.clone().map(|target| match target {
         Target::Save { path, .. } => Target::Save { path, force: arguments.force },
         other => other,
@@ -260,9 +317,7 @@ fn one(arguments: &Arguments, task: &Task) -> Result<Report> {
     });
     bar.finish_and_clear();
     let report = report?;
-    if let Some(layout) = &layout {
-        write_file(layout, viewer_layout(&shown(arguments, &report)).as_bytes(), arguments.force)?;
-    }
+    layout.write(&report)?;
     if !arguments.json {
         tell(task, &text(&report))?;
         if arguments.profile {
@@ -289,6 +344,7 @@ fn options(arguments: &Arguments, input: &Path) -> Result<Options> {
         from_ns,
         to_ns,
         compression: arguments.compression.map(Compression::from),
+        slice: None,
         unchecked: arguments.unchecked,
         form: match (arguments.only, arguments.in_place_fields) {
             (true, _) => Form::Only,
@@ -316,27 +372,44 @@ pub fn print(report: &Report) {
     print!("{}", text(report));
 }
 
-/// Where the layout goes, if one is written.
-fn layout_of(arguments: &Arguments, task: &Task) -> Result<Option<PathBuf>> {
-    if arguments.no_layout || task.output.as_path() == STANDARD_STREAM {
-        return Ok(None);
+/// The layout for viewers beside an output.
+pub struct Layout {
+    /// Where it goes, if it is written.
+    path: Option<PathBuf>,
+    force: bool,
+}
+
+impl Layout {
+    /// The layout beside an output, if there is to be one.
+    pub fn beside(output: &Path, is_wanted: bool, force: bool) -> Result<Self> {
+        let is_wanted = is_wanted && output != STANDARD_STREAM;
+        let path = is_wanted.then(|| output.with_extension("layout.json"));
+        if let Some(path) = &path {
+            crate::refuse_existing(path, force)?;
+        }
+        Ok(Layout { path, force })
     }
-    let layout = task.output.with_extension("layout.json");
-    crate::refuse_existing(&layout, arguments.force)?;
-    Ok(Some(layout))
+
+    /// Writes it.
+    pub fn write(&self, report: &Report) -> Result<()> {
+        if let Some(path) = &self.path {
+            write_file(path, viewer_layout(&shown(report)).as_bytes(), self.force)?;
+        }
+        Ok(())
+    }
 }
 
 /// The topics that viewers are to show.
-fn shown(arguments: &Arguments, report: &Report) -> Vec<ShownTopic> {
-    let topic = |(topic, report): (&String, &TopicReport)| ShownTopic {
+fn shown(report: &Report) -> Vec<ShownTopic> {
+    let topic = |(topic, of_topic): (&String, &TopicReport)| ShownTopic {
         cloud: topic.clone(),
-        instances: match arguments.in_place_fields {
+        instances: match report.form == Form::InPlace.describe() {
             true => topic.clone(),
             false => format!("{topic}{INSTANCES}"),
         },
         objects: format!("{topic}{OBJECTS}"),
-        has_packed_colours: !report.format.is_foxglove(),
-        frame_id: report.frame_id.clone(),
+        has_packed_colours: !of_topic.format.is_foxglove(),
+        frame_id: of_topic.frame_id.clone(),
     };
     report.topics.iter().map(topic).collect()
 }
@@ -364,28 +437,37 @@ fn summary(report: &TopicReport) -> String {
     if report.frames + report.unreadable == 0 {
         return "no clouds".into();
     }
-    let FrameTimes { decode_ms, semantics_ms, stages, encode_ms } = &report.times;
+    let mut line = format!(
+        "{} frames, {} points, {:.1} instances per frame",
+        grouped(report.frames),
+        grouped(report.points),
+        report.instances as f64 / report.frames.max(1) as f64,
+    );
+    if report.frames > report.resumed {
+        line += &times(&report.times);
+    }
+    if report.unreadable > 0 {
+        line += &format!("; {} clouds could not be read", grouped(report.unreadable));
+    }
+    line
+}
+
+fn times(times: &FrameTimes) -> String {
+    let FrameTimes { decode_ms, semantics_ms, stages, encode_ms } = times;
     let classes = match semantics_ms {
         0.0 => String::new(),
         ms => format!(", classes {ms:.1}"),
     };
-    let mut line = format!(
-        "{} frames, {} points, {:.1} instances per frame, {:.1} ms per frame (decode {decode_ms:.1}{classes}, \
-             project {:.1}, mask {:.1}, divide {:.1}, merge {:.1}, label {:.1}, encode {encode_ms:.1})",
-        grouped(report.frames),
-        grouped(report.points),
-        report.instances as f64 / report.frames.max(1) as f64,
-        report.times.total_ms(),
+    format!(
+        ", {:.1} ms per frame (decode {decode_ms:.1}{classes}, project {:.1}, mask {:.1}, divide {:.1}, \
+         merge {:.1}, label {:.1}, encode {encode_ms:.1})",
+        times.total_ms(),
         stages.projection_ms,
         stages.mask_ms,
         stages.divide_ms,
         stages.merge_ms,
         stages.labels_ms,
-    );
-    if report.unreadable > 0 {
-        line += &format!("; {} clouds could not be read", grouped(report.unreadable));
-    }
-    line
+    )
 }
 
 fn how(report: &TopicReport) -> String {

@@ -17,8 +17,10 @@ mod figure;
 mod geometry;
 mod info;
 mod interrupt;
+mod join;
 mod moments;
 mod objects;
+mod plan;
 mod profile;
 mod simulate;
 mod sweep;
@@ -61,6 +63,8 @@ enum Command {
     Convert(convert::Arguments),
     Info(info::Arguments),
     Annotate(annotate::Arguments),
+    Plan(plan::Arguments),
+    Join(join::Arguments),
     View(view::Arguments),
     Figure(figure::Arguments),
     Explain(explain::Arguments),
@@ -105,6 +109,8 @@ fn main() -> ExitCode {
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Annotate(arguments) => annotate::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
+        Command::Join(arguments) => join::run(&arguments),
         Command::View(arguments) => view::run(&arguments),
         Command::Figure(arguments) => figure::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),

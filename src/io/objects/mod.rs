@@ -7,6 +7,7 @@ mod markers;
 mod scene;
 
 use nalgebra::Isometry3;
+use serde::{Deserialize, Serialize};
 
 use super::definitions::{self, MessageSchema, ros1};
 use super::ros::{Layout, RosWriter};
@@ -37,7 +38,7 @@ pub struct ObjectBox {
 }
 
 /// Types of messages that hold boxes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ObjectKind {
     /// `visualization_msgs/MarkerArray`: a cube and a text each, for RViz, Foxglove and Lichtblick.
     Markers,

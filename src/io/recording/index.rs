@@ -8,6 +8,7 @@ use mcap::records::{self, op};
 
 use super::chunk::split_head;
 use super::input::Input;
+use super::overview::Overview;
 use super::parse::parse_record;
 use super::scan::HEAD_LEN;
 
@@ -82,6 +83,35 @@ impl IndexedChunk {
 
     pub(super) fn has_message_indexes(&self) -> bool {
         self.channels > 0
+    }
+}
+
+/// A chunk by the recording's own index.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ChunkPlace {
+    /// Where it begins in the file.
+    pub start: u64,
+    /// Earliest and latest log time in nanoseconds since 1970; 0 and 0 without messages.
+    pub times: (u64, u64),
+    /// Messages of the channels that were asked for.
+    pub messages: u64,
+    /// Whether it has messages of any channel.
+    pub has_messages: bool,
+}
+
+impl ChunkPlace {
+    /// The chunks of a recording in the order of the file, and how many messages they have of some channels. `None` if
+    /// there is no index, or none that can be relied on.
+    pub fn all(overview: &Overview, is_counted: &dyn Fn(u16) -> bool) -> Option<Vec<Self>> {
+        let index = Index::read(&overview.path, overview.file_size, is_counted)
+            .filter(|_| overview.from_summary)?;
+        let place = |chunk: IndexedChunk| ChunkPlace {
+            start: chunk.start,
+            times: chunk.times,
+            messages: chunk.counts.iter().map(|(_, count)| count).sum(),
+            has_messages: chunk.has_message_indexes(),
+        };
+        Some(index.chunks.into_iter().map(place).collect())
     }
 }
 

@@ -27,6 +27,7 @@ mod writer;
 #[cfg(test)]
 mod tests;
 
+pub use index::ChunkPlace;
 pub use input::Fetched;
 pub use mcap::records::{AttachmentHeader, Channel, MessageHeader, Metadata};
 pub use overview::Overview;

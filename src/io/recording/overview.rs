@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 const MAX_PROBLEMS: usize = 16;
 
 /// What is in a recording.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Overview {
     /// The file.
     pub path: PathBuf,
@@ -118,21 +118,8 @@ impl Overview {
         Overview {
             path: path.to_owned(),
             file_size: reader.file_size(),
-            profile: String::new(),
-            library: String::new(),
             is_complete: reader.is_complete(),
-            from_summary: false,
-            schemas: BTreeMap::new(),
-            channels: BTreeMap::new(),
-            message_counts: BTreeMap::new(),
-            message_count: 0,
-            start_ns: None,
-            end_ns: None,
-            chunk_count: 0,
-            compression: BTreeMap::new(),
-            attachment_count: 0,
-            metadata_count: 0,
-            problems: Vec::new(),
+            ..Overview::default()
         }
     }
 

@@ -89,6 +89,10 @@ impl OpenChunk {
         self.records.len() as u64
     }
 
+    pub(super) fn records(&self) -> &[u8] {
+        &self.records
+    }
+
     pub(super) fn put_record(&mut self, record: &[u8]) {
         self.records.extend_from_slice(record);
     }

@@ -24,6 +24,13 @@ impl SharedBytes {
     }
 }
 
+impl From<Vec<u8>> for SharedBytes {
+    fn from(bytes: Vec<u8>) -> Self {
+        let place = 0..bytes.len();
+        SharedBytes { all: Arc::new(bytes), place }
+    }
+}
+
 impl Deref for SharedBytes {
     type Target = [u8];
 
@@ -108,6 +115,14 @@ impl SourceChunk {
     /// Messages of each channel in it.
     pub(super) fn counts(&self) -> impl Iterator<Item = (u16, u64)> {
         self.places.counts()
+    }
+
+    /// Its records, unpacked; nothing if it was not opened, or holds no message.
+    pub(super) fn records(&self) -> Option<&[u8]> {
+        self.items.iter().find_map(|item| match item {
+            Item::Message { data, .. } => Some(data.all.as_slice()),
+            Item::Record(_) => None,
+        })
     }
 
     /// Name of its compression, empty for none.

@@ -4,13 +4,14 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use mcap::McapError;
 use mcap::records::{
     AttachmentHeader, AttachmentIndex, Channel, Header, MessageHeader, Metadata, MetadataIndex, op,
 };
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::super::definitions::MessageSchema;
 use super::encode;
@@ -29,7 +30,7 @@ use crate::workers::{Ticket, Workers};
 const CHUNK_SIZE: u64 = 4 << 20;
 
 /// Compression of the output's chunks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Compression {
     /// None.
     None,
@@ -108,6 +109,10 @@ pub struct RecordingWriter {
     summary: Summary,
     schemas: BTreeMap<u16, Schema>,
     channel_ids: BTreeSet<u16>,
+    /// Channels that are written before their first message, or at the end.
+    declared: BTreeMap<u16, Channel>,
+    /// Chunks that others made of the messages that are being written, in their order.
+    offered: VecDeque<Arc<SourceChunk>>,
     /// Whether new ids are the highest that are free, else the one behind the highest that is taken.
     ids_from_the_top: bool,
     times: WriteTimes,
@@ -198,6 +203,8 @@ impl RecordingWriter {
             summary: Summary::default(),
             schemas: BTreeMap::new(),
             channel_ids: BTreeSet::new(),
+            declared: BTreeMap::new(),
+            offered: VecDeque::new(),
             ids_from_the_top: false,
             times: WriteTimes::default(),
         };
@@ -292,24 +299,27 @@ impl RecordingWriter {
     /// # Errors
     /// [`Error::Write`] if all 65535 ids are taken, [`Error::Io`].
     pub fn add_schema(&mut self, name: &str, encoding: &str, data: &[u8]) -> Result<u16> {
+        let id = self.reserve_schema(name, encoding, data)?;
+        let schema = self.schemas[&id].clone();
+        self.copy_schema(&schema)?;
+        Ok(id)
+    }
+
+    /// The id that a schema has or will have.
+    fn reserve_schema(&mut self, name: &str, encoding: &str, data: &[u8]) -> Result<u16> {
         let equal = |schema: &&Schema| {
             (schema.name.as_str(), schema.encoding.as_str()) == (name, encoding)
                 && schema.data == data
         };
-        let id = match self.schemas.values().find(equal) {
-            Some(schema) => schema.id,
-            None => self
-                .free_id(self.schemas.last_key_value().map(|(&id, _)| id), |id| {
-                    self.schemas.contains_key(&id)
-                })
-                .ok_or(Error::Write(McapError::TooManySchemas))?,
-        };
-        self.copy_schema(&Schema {
-            id,
-            name: name.to_owned(),
-            encoding: encoding.to_owned(),
-            data: data.to_vec(),
-        })?;
+        if let Some(schema) = self.schemas.values().find(equal) {
+            return Ok(schema.id);
+        }
+        let last = self.schemas.last_key_value().map(|(&id, _)| id);
+        let id = self
+            .free_id(last, |id| self.schemas.contains_key(&id))
+            .ok_or(Error::Write(McapError::TooManySchemas))?;
+        let (name, encoding, data) = (name.to_owned(), encoding.to_owned(), data.to_vec());
+        self.schemas.insert(id, Schema { id, name, encoding, data });
         Ok(id)
     }
 
@@ -333,17 +343,90 @@ impl RecordingWriter {
         message_encoding: &str,
         metadata: &BTreeMap<String, String>,
     ) -> Result<u16> {
+        let channel = self.new_channel(topic, schema_id, message_encoding, metadata)?;
+        self.copy_channel(&channel)?;
+        Ok(channel.id)
+    }
+
+    /// Adds a schema (name, encoding and definition) and a channel of it as [`RecordingWriter::add_channel`] does, but
+    /// leaves both to be written before the channel's first message, or by [`RecordingWriter::write_declared`].
+    ///
+    /// # Errors
+    /// [`Error::Write`] if all ids are taken.
+    pub fn declare_channel(
+        &mut self,
+        topic: &str,
+        (name, encoding, data): (&str, &str, &[u8]),
+        message_encoding: &str,
+        metadata: &BTreeMap<String, String>,
+    ) -> Result<u16> {
+        let schema_id = self.reserve_schema(name, encoding, data)?;
+        let channel = self.new_channel(topic, schema_id, message_encoding, metadata)?;
+        let id = channel.id;
+        self.declare(channel);
+        Ok(id)
+    }
+
+    /// Leaves a channel of a recording whose ids are kept ([`RecordingWriter::reserve`]) to be written before its first
+    /// message, if it has one.
+    pub fn declare(&mut self, channel: Channel) {
+        self.channel_ids.insert(channel.id);
+        self.declared.insert(channel.id, channel);
+    }
+
+    /// Writes the channels that were declared and have no message yet.
+    ///
+    /// # Errors
+    /// Those of [`RecordingWriter::copy`].
+    pub fn write_declared(&mut self) -> Result<()> {
+        for channel in std::mem::take(&mut self.declared).into_values() {
+            self.define(&channel)?;
+        }
+        Ok(())
+    }
+
+    /// Writes a channel, and its schema before it.
+    fn define(&mut self, channel: &Channel) -> Result<()> {
+        if let Some(schema) = self.schemas.get(&channel.schema_id).cloned() {
+            self.copy_schema(&schema)?;
+        }
+        self.copy_channel(channel)
+    }
+
+    fn new_channel(
+        &mut self,
+        topic: &str,
+        schema_id: u16,
+        message_encoding: &str,
+        metadata: &BTreeMap<String, String>,
+    ) -> Result<Channel> {
         let id = self
             .free_id(self.channel_ids.last().copied(), |id| self.channel_ids.contains(&id))
             .ok_or(Error::Write(McapError::TooManyChannels))?;
-        self.copy_channel(&Channel {
+        self.channel_ids.insert(id);
+        Ok(Channel {
             id,
             schema_id,
             topic: topic.to_owned(),
             message_encoding: message_encoding.to_owned(),
             metadata: metadata.clone(),
-        })?;
-        Ok(id)
+        })
+    }
+
+    /// Closes the current chunk, so that what follows stands in chunks of its own.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn end_chunk(&mut self) -> Result<()> {
+        self.close_chunk()
+    }
+
+    /// Offers a chunk that holds the next message that is written: if the chunk that comes to be has the same records,
+    /// it is taken as it is instead of being compressed once more.
+    pub fn offer(&mut self, chunk: &Arc<SourceChunk>) {
+        if !self.offered.back().is_some_and(|last| Arc::ptr_eq(last, chunk)) {
+            self.offered.push_back(Arc::clone(chunk));
+        }
     }
 
     /// Writes a message to a channel that was added or copied.
@@ -351,6 +434,9 @@ impl RecordingWriter {
     /// # Errors
     /// [`Error::Write`] for an unknown channel, [`Error::Io`].
     pub fn write_message(&mut self, header: &MessageHeader, data: &[u8]) -> Result<()> {
+        if let Some(channel) = self.declared.remove(&header.channel_id) {
+            self.define(&channel)?;
+        }
         self.require(header.channel_id, header.sequence)?;
         self.summary.count(header.channel_id, 1, (header.log_time, header.log_time));
         if self.open.len() > CHUNK_SIZE {
@@ -493,8 +579,26 @@ impl RecordingWriter {
             return Ok(());
         }
         let (chunk, compression) = (std::mem::take(&mut self.open), self.compression);
-        let packing = self.workers.run(move || chunk.pack(compression));
-        self.enqueue(Placement::Packing(packing))
+        match self.take_offered(&chunk) {
+            Some(packed) => self.enqueue(Placement::Verbatim(packed)),
+            None => {
+                let packing = self.workers.run(move || chunk.pack(compression));
+                self.enqueue(Placement::Packing(packing))
+            }
+        }
+    }
+
+    /// The chunk with these records, if it was offered. Those before it are of no use any more; nor are all but the last
+    /// where there is none, from which messages may still come.
+    fn take_offered(&mut self, chunk: &OpenChunk) -> Option<PackedChunk> {
+        let name = self.compression.name();
+        let is_same = |offered: &Arc<SourceChunk>| {
+            offered.compression() == name && offered.records() == Some(chunk.records())
+        };
+        let found = self.offered.iter().position(is_same);
+        let used = found.map_or(self.offered.len().saturating_sub(1), |found| found + 1);
+        let last = self.offered.drain(..used).next_back();
+        found.and(last).map(|chunk| chunk.verbatim())
     }
 
     fn queue_behind_chunk(&mut self, placement: Placement) -> Result<()> {

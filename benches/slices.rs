@@ -1,0 +1,148 @@
+//! What it costs to annotate a recording in slices: the slices and their join against one run over the whole, and the
+//! bytes that each reads and writes.
+//!
+//! The drive is the simulator's street under an HDL-64E. Everything runs on one thread, so that times on processors
+//! (Linux, user and system) are those of a core; rounds follow one another, and each figure is the best of all.
+//!
+//! `cargo bench --bench slices` (`-- --quick` for a look, `-- --shards 16` for other slices).
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use divmerge::annotate::slices::{plan, recordings};
+use divmerge::annotate::{Event, JoinOptions, Options, SliceFile, annotate, by_recording, join};
+use divmerge::io::WriteOptions;
+use divmerge::io::drive::write_drive;
+use divmerge::simulate::{Drive, Scene, Sensor};
+
+fn go_on(_: Event) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().collect();
+    let value = |name: &str| {
+        let at = arguments.iter().position(|argument| argument == name)?;
+        arguments.get(at + 1)?.parse::<usize>().ok()
+    };
+    let quick = arguments.iter().any(|argument| argument == "--quick");
+    let frames = value("--frames").unwrap_or(if quick { 20 } else { 200 });
+    let rounds = value("--rounds").unwrap_or(if quick { 1 } else { 3 });
+    let shards = value("--shards").unwrap_or(8);
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let input = folder.path().join("drive.mcap");
+    let drive = Drive::new(Sensor::Hdl64e, Scene::Street, 1);
+    let written =
+        write_drive(
+            &drive,
+            frames,
+            &input,
+            &WriteOptions::default(),
+            |_| ControlFlow::Continue(()),
+        );
+    written.expect("a drive");
+    let bench = Bench { input, folder: folder.path(), shards };
+    let mut best: Option<[Cost; 4]> = None;
+    for _ in 0..rounds {
+        let costs = bench.round();
+        best = Some(match best {
+            None => costs,
+            Some(best) => std::array::from_fn(|i| best[i].min(costs[i])),
+        });
+    }
+    let costs = best.expect("a round");
+    let per_frame = |figure: f64| figure / frames as f64;
+    println!("{frames} frames in {shards} slices; for each frame, on one thread\n");
+    println!("| step | ms by the clock | ms of processors | MB read | MB written |");
+    println!("| --- | ---: | ---: | ---: | ---: |");
+    for (name, cost) in ["plan", "slices", "join", "one run over the whole"].iter().zip(costs) {
+        let [clock, processors] = [cost.clock_ms, cost.processor_ms].map(per_frame);
+        let [read, written] = [cost.read, cost.written].map(|bytes| per_frame(bytes as f64) / 1e6);
+        println!("| {name} | {clock:.2} | {processors:.2} | {read:.2} | {written:.2} |");
+    }
+    let [plan, slices, join, whole] = costs.map(|cost| cost.processor_ms);
+    println!("\nslices / one run: {:.2} of the time on processors", slices / whole);
+    println!("join / one run: {:.2}", join / whole);
+    println!("plan, slices and join / one run: {:.2}", (plan + slices + join) / whole);
+}
+
+struct Bench<'a> {
+    input: PathBuf,
+    folder: &'a Path,
+    shards: usize,
+}
+
+/// What a step took.
+#[derive(Clone, Copy, Default)]
+struct Cost {
+    clock_ms: f64,
+    processor_ms: f64,
+    read: u64,
+    written: u64,
+}
+
+impl Cost {
+    fn min(self, other: Cost) -> Cost {
+        Cost {
+            clock_ms: self.clock_ms.min(other.clock_ms),
+            processor_ms: self.processor_ms.min(other.processor_ms),
+            ..self
+        }
+    }
+}
+
+/// What a step took that says how many bytes it read and wrote.
+fn cost(step: impl FnOnce() -> (u64, u64)) -> Cost {
+    let (started, before) = (Instant::now(), processor_ms());
+    let (read, written) = step();
+    let clock_ms = started.elapsed().as_secs_f64() * 1e3;
+    Cost { clock_ms, processor_ms: processor_ms() - before, read, written }
+}
+
+impl Bench<'_> {
+    fn round(&self) -> [Cost; 4] {
+        let mut slices = Vec::new();
+        let plan_cost = cost(|| {
+            let recordings = recordings(std::slice::from_ref(&self.input)).expect("a recording");
+            slices = plan(&recordings, self.shards, &[]).expect("a plan");
+            (0, 0)
+        });
+        let options = Options { threads: 1, force: true, ..Options::default() };
+        let mut files = Vec::new();
+        let slices_cost = cost(|| {
+            let one = |slice: &divmerge::annotate::Slice| {
+                let output = self.folder.join(slice.file_name());
+                let options = Options { slice: Some(slice.clone()), ..options.clone() };
+                let report = annotate(&self.input, &output, &options, &mut go_on).expect("a slice");
+                files.push(output);
+                (report.input_bytes_read, report.output_bytes)
+            };
+            slices.iter().map(one).fold((0, 0), |all, one| (all.0 + one.0, all.1 + one.1))
+        });
+        let output = self.folder.join("joined.mcap");
+        let join_cost = cost(|| {
+            let opened = files.iter().map(|file| SliceFile::open(file).expect("a slice")).collect();
+            let slices = by_recording(opened, None).expect("all slices").remove(0);
+            let options = JoinOptions { threads: 1, force: true, ..JoinOptions::default() };
+            let report = join(&slices, &output, &options, &mut go_on).expect("joined");
+            (report.input_bytes_read + slices_cost.written, report.output_bytes)
+        });
+        let whole = self.folder.join("whole.mcap");
+        let whole_cost = cost(|| {
+            let report = annotate(&self.input, &whole, &options, &mut go_on).expect("annotated");
+            (report.input_bytes_read, report.output_bytes)
+        });
+        let same = std::fs::read(&output).expect("joined") == std::fs::read(&whole).expect("whole");
+        assert!(same, "the joined recording is not that of one run");
+        [plan_cost, slices_cost, join_cost, whole_cost]
+    }
+}
+
+/// Milliseconds that this process was on processors; not a number where Linux does not say.
+fn processor_ms() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/schedstat").unwrap_or_default();
+    let ns = stat.split_whitespace().next().and_then(|field| field.parse::<f64>().ok());
+    ns.unwrap_or(f64::NAN) / 1e6
+}
