@@ -358,6 +358,21 @@ def test_without_an_index_it_is_read_through(s3, drive, tmp_path):
     assert report["fetched"]["bytes"] <= 2 * cut.stat().st_size
 
 
+def test_slices_cost_their_part(s3, drive, tmp_path):
+    plan, parts, output = tmp_path / "plan.json", tmp_path / "parts", tmp_path / "annotated.mcap"
+    run("plan", address(), "--shards", 3, "-o", plan, **s3.environment())
+    # The end and the start: what is in it, and where.
+    assert len(s3.seen.requests) <= 2
+    size = drive.stat().st_size
+    for number in range(3):
+        s3.seen.clear()
+        run("annotate", "--slice", f"{plan}:{number}", "-o", parts, **s3.environment())
+        assert s3.seen.bytes < size * 3 // 5
+    run("join", parts, "--plan", plan, "-o", output, **s3.environment())
+    _, expected = annotated(drive, tmp_path / "parts")
+    assert output.read_bytes() == expected
+
+
 def test_what_is_not_there_is_named(s3):
     def said(source, **more):
         return refused("info", source, **s3.environment(**more))
