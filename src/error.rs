@@ -257,6 +257,17 @@ pub enum Error {
         source: std::io::Error,
     },
 
+    /// An address of a recording, where only files can be read.
+    #[error(
+        "{}: this divmerge was built without object stores. Install it with `cargo install --path . --features \
+         remote`, or download the recording",
+        path.display()
+    )]
+    NoRemote {
+        /// The address.
+        path: PathBuf,
+    },
+
     /// A stream to a viewer, or into a file for one, that cannot be opened or broke off.
     #[error("{target}: {problem}")]
     Viewer {

@@ -604,6 +604,7 @@ impl<'a> Job<'a> {
             self.report.input_sha256 = reader.finish()?;
         }
         self.report.input_bytes_read = reader.bytes_read();
+        self.report.fetched = reader.fetched();
         if self.options.slice.is_none() {
             self.writer.write_declared()?;
             let metadata = metadata(&self.report, &self.asked.method);

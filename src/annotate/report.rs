@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::message::{Clustered, Method, Semantics};
 use super::profile::Profile;
 use crate::instances::Reason;
-use crate::io::CloudFormat;
+use crate::io::{CloudFormat, Fetched};
 use crate::pipeline::{StageTimes, Stages};
 use crate::sensor_frame::SensorFrame;
 use crate::taxonomy::Taxonomy;
@@ -29,6 +29,9 @@ pub struct Report {
     pub input_bytes: u64,
     /// Bytes that were read of it; fewer than it has if a window was asked for and its index says where that lies.
     pub input_bytes_read: u64,
+    /// What came over the network of an input at an address, looks at it beforehand included.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fetched: Option<Fetched>,
     /// SHA-256 of the input, if all of it was read.
     pub input_sha256: Option<String>,
     /// What the output holds, in words.

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::topics::choose;
 use crate::error::{Error, Result};
 use crate::io::bag::METADATA_FILE;
-use crate::io::{Bag, ChunkPlace, Overview, is_stream};
+use crate::io::{Bag, ChunkPlace, Overview, is_remote, is_stream};
 
 /// A slice of a recording.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -116,7 +116,7 @@ pub fn recordings(inputs: &[PathBuf]) -> Result<Vec<Planned>> {
 
 /// The path of a file from the root on; an address of an object store is one, and a stream has none.
 fn absolute(path: &Path) -> Result<PathBuf> {
-    if path.to_string_lossy().contains("://") || is_stream(path) {
+    if is_remote(path) || is_stream(path) {
         return Ok(path.to_owned());
     }
     std::path::absolute(path).map_err(|source| Error::Io { path: path.to_owned(), source })

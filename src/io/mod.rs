@@ -4,6 +4,7 @@
 //! message becomes a [`crate::PointCloud`] ([`clouds`]), and results become messages
 //! ([`annotation`], [`objects`]). [`bag`] knows the folders that rosbag2 makes of recordings.
 
+pub mod address;
 pub mod annotation;
 pub mod bag;
 pub mod boxes;
@@ -26,6 +27,7 @@ pub mod semantic_kitti;
 pub mod static_transforms;
 pub mod transforms;
 
+pub use address::is_remote;
 pub use annotation::{Certainty, PointAnnotation, annotated_cloud};
 pub use bag::Bag;
 pub use boxes::{BoxSource, FrameBoxes, FrameDetections};
@@ -39,10 +41,10 @@ pub use labelled::{
 };
 pub use objects::{ObjectBox, ObjectEncoding, ObjectKind};
 pub use recording::{
-    AttachmentHeader, Channel, ChunkPlace, Compression, FrameRange, Item, MessageHeader, Metadata,
-    Overview, Part, PartialFile, Position, ReadTimes, Record, RecordingReader, RecordingWriter,
-    STANDARD_STREAM, Schema, SharedBytes, SourceChunk, Wanted, WriteOptions, WriteTimes,
-    abandon_partial_files, checksum, is_stream, write_file,
+    AttachmentHeader, Channel, ChunkPlace, Compression, Fetched, FrameRange, Item, MessageHeader,
+    Metadata, Overview, Part, PartialFile, Position, ReadTimes, Record, RecordingReader,
+    RecordingWriter, STANDARD_STREAM, Schema, SharedBytes, SourceChunk, Wanted, WriteOptions,
+    WriteTimes, abandon_partial_files, checksum, is_stream, write_file,
 };
 pub use ros::{ByteOrder, Layout};
 pub use static_transforms::{asked_transforms, static_transforms};

@@ -1,5 +1,6 @@
 //! One binary for all integration tests.
 
+mod addresses;
 mod boxes;
 mod broken;
 mod classes;

@@ -40,6 +40,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     interrupt::listen();
     let folder = &arguments.out;
+    crate::refuse_address(folder)?;
     std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
     let drive = folder.join("drive.mcap");
     let annotated = folder.join("annotated.mcap");

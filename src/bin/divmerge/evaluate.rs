@@ -95,6 +95,7 @@ pub struct Arguments {
 const NAMED: usize = 10;
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    arguments.json.as_deref().map_or(Ok(()), crate::refuse_address)?;
     let taxonomy = match &arguments.taxonomy {
         Some(path) => Taxonomy::from_yaml_file(path)?,
         None => Taxonomy::semantic_kitti(),

@@ -151,6 +151,7 @@ fn annotated_topic(input: &Path) -> Result<String> {
 
 /// Refuses if a label file is there already. With `force`, if one would stay that belongs to no cloud.
 fn refuse_existing_labels(export: &Export, force: bool) -> Result<()> {
+    crate::refuse_address(&export.labels)?;
     let clouds = CloudMessages::open(export.input, Some(&export.topic), 0..=u64::MAX)?;
     if !force {
         for number in 0..clouds.message_count() {

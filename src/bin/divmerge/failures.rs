@@ -114,6 +114,9 @@ struct Written<'a> {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    for output in [&arguments.csv, &arguments.json].into_iter().flatten() {
+        crate::refuse_address(output)?;
+    }
     let method = arguments.method.method(&arguments.clouds.input)?;
     let frames = arguments.clouds.open(&method)?;
     let bar = frame_bar("judging", frames.remaining());

@@ -288,6 +288,7 @@ fn steps(
 }
 
 fn make_folder(folder: &Path) -> Result<()> {
+    crate::refuse_address(folder)?;
     std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))
 }
 

@@ -31,10 +31,12 @@ mod truth;
 mod view;
 mod viewer;
 
+use std::ffi::OsString;
 use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use divmerge::io::address::{is_remote, put_secrets_aside};
 
 /// Cuts the LiDAR clouds of a recording into object instances.
 ///
@@ -100,7 +102,7 @@ const INCOMPLETE: u8 = 3;
 
 fn main() -> ExitCode {
     end_quietly_on_a_closed_pipe();
-    let result = match Cli::parse().command {
+    let result = match Cli::parse_from(arguments()).command {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
@@ -130,11 +132,25 @@ fn main() -> ExitCode {
     }
 }
 
+/// The words of the command line; what is secret of addresses is put aside before anything is shown or written.
+fn arguments() -> impl Iterator<Item = OsString> {
+    std::env::args_os().map(|word| {
+        let Some(text) = word.to_str() else { return word };
+        // Also behind the name of an option.
+        let (option, value) = match text.split_once('=') {
+            Some((option, value)) if option.starts_with("--") => (format!("{option}="), value),
+            _ => (String::new(), text),
+        };
+        (option + &put_secrets_aside(value).to_string_lossy()).into()
+    })
+}
+
 fn exit_code(error: &anyhow::Error) -> u8 {
     match error.downcast_ref::<divmerge::Error>() {
         Some(divmerge::Error::Interrupted { .. } | divmerge::Error::Left { .. }) => {
             interrupt::ENDED
         }
+        Some(divmerge::Error::NoRemote { .. }) => WRONG_USAGE,
         _ if error.is::<NotBuilt>() => WRONG_USAGE,
         _ => FAILED,
     }
@@ -168,8 +184,17 @@ fn told(error: &anyhow::Error) -> String {
 
 /// Refuses to replace a file unless that was asked for.
 fn refuse_existing(output: &Path, force: bool) -> anyhow::Result<()> {
+    refuse_address(output)?;
     if !force && output.symlink_metadata().is_ok() {
         anyhow::bail!("{} exists already; --force replaces it", output.display());
+    }
+    Ok(())
+}
+
+/// Refuses to write anywhere but into files.
+fn refuse_address(output: &Path) -> anyhow::Result<()> {
+    if is_remote(output) {
+        anyhow::bail!("{}: is an address; outputs are files", output.display());
     }
     Ok(())
 }

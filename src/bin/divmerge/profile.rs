@@ -1,6 +1,7 @@
 //! Where an annotation's time went, as a table.
 
 use divmerge::annotate::{Profile, Report};
+use divmerge::io::Fetched;
 use divmerge::stopwatch::Steps;
 
 use crate::terminal::grouped;
@@ -35,6 +36,10 @@ pub fn text(report: &Report) -> String {
         grouped(write.compress.bytes),
         grouped(write.compressed_bytes)
     ));
+    if let Some(Fetched { requests, bytes }) = report.fetched {
+        let (requests, bytes) = (grouped(requests), grouped(bytes));
+        lines.push(format!("fetched over the network: {bytes} bytes in {requests} requests"));
+    }
     lines.push(format!("clouds in flight: at most {}", profile.most_clouds_in_flight));
     if let Some(bytes) = peak_memory() {
         lines.push(format!("memory at its peak: {:.0} MB", bytes as f64 / 1e6));

@@ -1,13 +1,13 @@
 //! The index at the end of a recording, read without the rest.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use mcap::records::{self, op};
 
 use super::chunk::split_head;
+use super::input::Input;
 use super::overview::Overview;
 use super::parse::parse_record;
 use super::scan::HEAD_LEN;
@@ -163,7 +163,7 @@ pub(super) fn visit_summary(
     size: u64,
     mut visit: impl FnMut(records::Record),
 ) -> Option<Seen> {
-    let mut file = File::open(path).ok()?;
+    let mut file = Input::open(path).ok()?;
     let end = size.checked_sub(FOOTER_LEN + mcap::MAGIC.len() as u64)?;
     let mut footer = [0; FOOTER_LEN as usize + 8];
     file.seek(SeekFrom::Start(end)).ok()?;
@@ -180,6 +180,7 @@ pub(super) fn visit_summary(
         0 => return None,
         start => end.checked_sub(start)?,
     };
+    file.keep_end(places.summary_start).ok()?;
     file.seek(SeekFrom::Start(places.summary_start)).ok()?;
     let mut file = BufReader::new(file);
     let mut crc = crc32fast::Hasher::new();

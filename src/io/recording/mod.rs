@@ -8,6 +8,7 @@
 mod chunk;
 mod encode;
 mod index;
+mod input;
 mod overview;
 mod pack;
 mod parse;
@@ -15,6 +16,8 @@ mod part;
 pub(crate) mod partial;
 mod reader;
 mod record;
+#[cfg(feature = "remote")]
+mod remote;
 mod scan;
 mod summary;
 mod wanted;
@@ -25,6 +28,7 @@ mod writer;
 mod tests;
 
 pub use index::ChunkPlace;
+pub use input::Fetched;
 pub use mcap::records::{AttachmentHeader, Channel, MessageHeader, Metadata};
 pub use overview::Overview;
 pub use part::{Item, Part, SharedBytes, SourceChunk};

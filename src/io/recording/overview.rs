@@ -70,11 +70,21 @@ impl Overview {
             return Err(Error::Recording { path, offset: 0, problem });
         }
         let mut reader = RecordingReader::open_unhashed(path)?;
+        let known = reader.known_overview();
+        if let Some(overview) = known.as_ref().and_then(|known| known.get()) {
+            return Ok(overview.clone());
+        }
         let mut overview = Overview::empty(path, &reader);
         overview.take_first(&mut reader)?;
         match overview.indexed() {
             Some(indexed) => Ok(indexed),
-            None => overview.read_through(reader),
+            None => {
+                let overview = overview.read_through(reader)?;
+                Ok(match known {
+                    Some(known) => known.get_or_init(|| overview).clone(),
+                    None => overview,
+                })
+            }
         }
     }
 

@@ -10,6 +10,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use tempfile::TempPath;
 
 use crate::error::{Error, Result};
+use crate::io::address::is_remote;
 
 /// A file under a temporary name in the folder of its final one (`.NAME.partial`); it is removed if it is never put
 /// there. What an earlier run left under that name is replaced, unless that run still goes on.
@@ -83,6 +84,10 @@ impl PartialFile {
     /// [`Error::Io`] if the folder cannot be written to, if the output exists and may not be replaced, or if it is being
     /// written by somebody else.
     pub fn create(output: &Path, force: bool) -> Result<(File, Self)> {
+        if is_remote(output) {
+            let problem = "is an address; outputs are files";
+            return Err(at(output)(io::Error::new(ErrorKind::InvalidInput, problem)));
+        }
         if let Ok(existing) = output.symlink_metadata()
             && !(force && existing.is_file())
         {

@@ -7,7 +7,7 @@ mod summary;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 use mcap::records::{self, Channel, op};
@@ -18,6 +18,7 @@ use self::batch::{Batch, Found};
 use self::summary::Summary;
 use super::chunk;
 use super::index;
+use super::input::Fetched;
 use super::overview::Overview;
 use super::parse::parse_record;
 use super::part::{Item, Part, SharedBytes, SourceChunk};
@@ -176,6 +177,16 @@ impl RecordingReader {
     /// Bytes that were read of the file so far, those of the index included where it was used.
     pub fn bytes_read(&self) -> u64 {
         self.source.source.bytes_read() + self.index_bytes
+    }
+
+    /// What was fetched over the network, if the recording is at an address.
+    pub fn fetched(&self) -> Option<Fetched> {
+        self.source.source.fetched()
+    }
+
+    /// What is known of a recording that took a reading through to know, if it is far away.
+    pub(super) fn known_overview(&self) -> Option<Arc<OnceLock<Overview>>> {
+        self.source.source.known_overview()
     }
 
     /// What reading took so far.

@@ -1,12 +1,16 @@
 //! The bytes of a recording from front to back, and the small pieces that records are made of.
 
-use std::fs::File;
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
 
 use sha2::{Digest, Sha256};
 
+use super::input::{Fetched, Input};
+use super::overview::Overview;
 use crate::error::{Error, Result};
+use crate::io::address::is_remote;
 
 /// Bytes of a record's opcode and length.
 pub(super) const HEAD_LEN: usize = 1 + 8;
@@ -23,7 +27,7 @@ pub const STANDARD_STREAM: &str = "-";
 /// Whether a name stands for a stream, which is read once from front to back: the standard one, a pipe, a device.
 pub fn is_stream(path: &Path) -> bool {
     let is_other = |metadata: std::fs::Metadata| !metadata.is_file() && !metadata.is_dir();
-    path == STANDARD_STREAM || path.metadata().is_ok_and(is_other)
+    path == STANDARD_STREAM || !is_remote(path) && path.metadata().is_ok_and(is_other)
 }
 
 /// The bytes of a file or a stream in order, hashed as they go by unless some are passed over.
@@ -40,21 +44,13 @@ pub(super) struct Source {
 
 /// Where bytes come from, and how many were read.
 struct Counted {
-    from: From,
+    from: Input,
     bytes: u64,
-}
-
-enum From {
-    File(File),
-    StandardInput(io::Stdin),
 }
 
 impl Read for Counted {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
-        let read = match &mut self.from {
-            From::File(file) => file.read(into),
-            From::StandardInput(input) => input.read(into),
-        }?;
+        let read = self.from.read(into)?;
         self.bytes += read as u64;
         Ok(read)
     }
@@ -62,10 +58,7 @@ impl Read for Counted {
 
 impl Seek for Counted {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        match &mut self.from {
-            From::File(file) => file.seek(to),
-            From::StandardInput(_) => Err(ErrorKind::NotSeekable.into()),
-        }
+        self.from.seek(to)
     }
 }
 
@@ -73,17 +66,17 @@ impl Source {
     /// Opens a recording and reads the magic that it starts with.
     pub(super) fn open(path: &Path, hash: bool) -> Result<Self> {
         let at = |source| Error::Io { path: path.to_owned(), source };
-        let (from, size, is_complete) = match is_stream(path) {
-            true => (open_stream(path).map_err(at)?, None, false),
+        let mut from = Input::open(path)?;
+        let (size, is_complete) = match is_stream(path) {
+            true => (None, false),
             false => {
-                let mut file = File::open(path).map_err(at)?;
-                let metadata = file.metadata().map_err(at)?;
-                if metadata.is_dir() {
+                if from.is_folder().map_err(at)? {
                     return Err(a_folder(path));
                 }
-                let is_complete = ends_with_magic(&mut file, metadata.len()).map_err(at)?;
-                file.seek(SeekFrom::Start(0)).map_err(at)?;
-                (From::File(file), Some(metadata.len()), is_complete)
+                let size = from.size().map_err(at)?;
+                let is_complete = ends_with_magic(&mut from, size).map_err(at)?;
+                from.seek(SeekFrom::Start(0)).map_err(at)?;
+                (Some(size), is_complete)
             }
         };
         let mut source = Source {
@@ -130,6 +123,21 @@ impl Source {
         Ok(())
     }
 
+    /// Says which stretches of the file will be read, in order ([`Input::expect`]).
+    pub(super) fn expect(&mut self, stretches: Vec<Range<u64>>) {
+        self.file.get_mut().from.expect(stretches);
+    }
+
+    /// What was fetched of it over the network ([`Input::fetched`]).
+    pub(super) fn fetched(&self) -> Option<Fetched> {
+        self.file.get_ref().from.fetched()
+    }
+
+    /// What is known of it ([`Input::known_overview`]).
+    pub(super) fn known_overview(&self) -> Option<Arc<OnceLock<Overview>>> {
+        self.file.get_ref().from.known_overview()
+    }
+
     /// Bytes that were read of the file.
     pub(super) fn bytes_read(&self) -> u64 {
         self.file.get_ref().bytes
@@ -169,13 +177,6 @@ impl Source {
         let length = self.file.read(&mut more).unwrap_or(0);
         start.extend_from_slice(&more[..length]);
         Err(self.damage(0, not_a_recording(&start)))
-    }
-}
-
-fn open_stream(path: &Path) -> io::Result<From> {
-    match path == STANDARD_STREAM {
-        true => Ok(From::StandardInput(io::stdin())),
-        false => File::open(path).map(From::File),
     }
 }
 
@@ -224,7 +225,7 @@ pub(super) fn head(opcode: u8, length: u64) -> [u8; HEAD_LEN] {
     head
 }
 
-fn ends_with_magic(file: &mut File, size: u64) -> io::Result<bool> {
+fn ends_with_magic(file: &mut Input, size: u64) -> io::Result<bool> {
     let length = mcap::MAGIC.len() as u64;
     if size < 2 * length {
         return Ok(false);

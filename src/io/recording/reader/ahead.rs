@@ -1,6 +1,8 @@
 //! The records of a file one after the other, whole ones read ahead and chunks of them unpacked by threads.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::iter;
+use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -105,8 +107,11 @@ pub(super) struct Ahead {
 }
 
 impl Ahead {
-    pub(super) fn new(source: Source, workers: Workers, plan: Plan) -> Self {
+    pub(super) fn new(mut source: Source, workers: Workers, plan: Plan) -> Self {
         let (queue, Plan { gaps, closed, .. }) = (VecDeque::new(), plan);
+        if !gaps.is_empty() {
+            source.expect(between(&gaps, &source));
+        }
         Ahead {
             source,
             workers,
@@ -240,6 +245,13 @@ impl Ahead {
     pub(super) fn finish(&mut self) -> Result<Option<String>> {
         self.source.finish()
     }
+}
+
+/// What is read of a file of which some is passed over.
+fn between(gaps: &VecDeque<Gap>, source: &Source) -> Vec<Range<u64>> {
+    let starts = iter::once(0).chain(gaps.iter().map(|gap| gap.end));
+    let ends = gaps.iter().map(|gap| gap.start).chain(source.size);
+    starts.zip(ends).map(|(start, end)| start..end).collect()
 }
 
 fn unpack(body: &[u8]) -> Unpacked {
