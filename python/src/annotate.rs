@@ -15,7 +15,7 @@ use pyo3::types::{PyBool, PyDict};
 
 use crate::errors::{Error, exists_already, raised, wrong, wrong_type};
 use crate::parameters::{
-    ALL, OBJECTS, Parameters, choice, names, number, set_objects, text, within,
+    ALL, OBJECTS, Parameters, choice, names, number, recording, set_objects, text, within,
 };
 
 /// How the chunks of a recording are compressed.
@@ -54,7 +54,7 @@ pub fn annotate<'py>(
     out: PathBuf,
     parameters: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    run(py, "annotate", (&path, &out), parameters, None)
+    run(py, "annotate", (&recording(path), &out), parameters, None)
 }
 
 /// Annotates a recording, or a slice of it, for a function of Python.

@@ -15,6 +15,7 @@ use pyo3::types::PyDict;
 use crate::annotate::from_json;
 use crate::arrays::{array, whole_numbers};
 use crate::errors::{Error, raised, wrong, wrong_type};
+use crate::parameters::recording;
 use crate::taxonomy::PyTaxonomy;
 
 #[pyfunction]
@@ -46,7 +47,7 @@ pub fn evaluate<'py>(
     let taxonomy = &taxonomy.get().inner;
     let wanted = Wanted { taxonomy, min_points, entropy: false, over_time };
     if let Ok(path) = scans.extract::<PathBuf>() {
-        return of_recording(py, &path, topic, wanted);
+        return of_recording(py, &recording(path), topic, wanted);
     }
     let mut sums = Sums::new(wanted);
     let each = scans

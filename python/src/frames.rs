@@ -16,7 +16,7 @@ use pyo3::types::PyDict;
 use crate::arrays::shaped;
 use crate::cluster::{Objects, cluster};
 use crate::errors::{raised, wrong};
-use crate::parameters::{OBJECTS, Parameters, names, set_objects, whole};
+use crate::parameters::{OBJECTS, Parameters, names, recording, set_objects, whole};
 use crate::result::{ClusterResult, rotation};
 use crate::taxonomy::PyTaxonomy;
 
@@ -300,6 +300,7 @@ pub fn frames(
     topic: Option<String>,
     parameters: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Frames> {
+    let path = recording(path);
     let (mut start, mut stop, mut fields) = (0, None, Vec::new());
     let mut objects = ObjectsOf::default();
     let parameters = Parameters::take(
@@ -335,6 +336,7 @@ pub fn frames(
 #[pyfunction]
 /// The topics of a recording that carry clouds, sorted.
 pub fn topics(py: Python<'_>, path: PathBuf) -> PyResult<Vec<String>> {
+    let path = recording(path);
     let chosen = py.detach(|| annotate::choose(&Overview::read(&path)?, &[]));
     let topics = chosen.map_err(raised)?.into_values().map(|cloud| cloud.topic);
     let mut topics: Vec<String> = topics.collect();

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use divmerge::Taxonomy;
 use divmerge::annotate::{Method, ObjectSource, Objects};
 use divmerge::baselines::AnyBaseline;
+use divmerge::io::address::put_secrets_aside;
 use divmerge::io::asked_transforms;
 use divmerge::network::NetworkImage;
 use divmerge::network::runtime::{Device, RuntimeKind};
@@ -263,6 +264,11 @@ fn pair(name: &str, value: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
 pub fn path(name: &str, value: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
     let problem = |_| wrong_type(name, format!("expected a path, got {}", type_of(value)));
     value.extract().map_err(problem)
+}
+
+/// A recording: a path, or an address, of which what is secret is put aside.
+pub fn recording(path: PathBuf) -> PathBuf {
+    path.to_str().map(put_secrets_aside).unwrap_or(path)
 }
 
 /// A path, or several.

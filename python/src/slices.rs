@@ -10,7 +10,7 @@ use pyo3::types::PyDict;
 
 use crate::annotate::{from_json, progress, run, watched};
 use crate::errors::{exists_already, raised, wrong, wrong_type};
-use crate::parameters::{names, paths, within};
+use crate::parameters::{names, paths, recording, within};
 
 #[pyfunction]
 #[pyo3(signature = (inputs, shards, *, topics=None))]
@@ -30,7 +30,7 @@ pub fn plan<'py>(
     shards: &Bound<'py, PyAny>,
     topics: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let inputs = paths("inputs", inputs)?;
+    let inputs: Vec<PathBuf> = paths("inputs", inputs)?.into_iter().map(recording).collect();
     let shards = within("shards", shards, u32::MAX as usize)?;
     let topics = topics.map(|topics| names("topics", topics)).transpose()?.unwrap_or_default();
     let planned = py.detach(|| slices::plan(&slices::recordings(&inputs)?, shards, &topics));
@@ -61,7 +61,7 @@ pub fn annotate_slice<'py>(
     let json: String =
         json.map_err(|_| wrong_type("slice", "expected one of plan()"))?.extract()?;
     let slice: Slice = serde_json::from_str(&json).map_err(|error| wrong("slice", error))?;
-    let input = input.unwrap_or_else(|| slice.input.clone());
+    let input = input.map_or_else(|| slice.input.clone(), recording);
     let out = folder.join(slice.file_name());
     if let Some(folder) = out.parent() {
         std::fs::create_dir_all(folder)?;
@@ -109,6 +109,6 @@ pub fn join<'py>(
     if !force && out.symlink_metadata().is_ok() {
         return Err(exists_already(&out));
     }
-    let options = JoinOptions { input, force, threads: threads.unwrap_or(0) };
+    let options = JoinOptions { input: input.map(recording), force, threads: threads.unwrap_or(0) };
     watched(py, progress, |see| library::join(slices, &out, &options, see))
 }
