@@ -1,20 +1,30 @@
 //! What it costs to annotate a recording in slices: the slices and their join against one run over the whole, and the
 //! bytes that each reads and writes.
 //!
-//! The drive is the simulator's street under an HDL-64E. Everything runs on one thread, so that times on processors
+//! The drive is the simulator's street under an HDL-64E, by itself and with twenty pictures of a megabyte to each cloud,
+//! which cannot be compressed, in the same chunks. Everything runs on one thread, so that times on processors
 //! (Linux, user and system) are those of a core; rounds follow one another, and each figure is the best of all.
 //!
 //! `cargo bench --bench slices` (`-- --quick` for a look, `-- --shards 16` for other slices).
 
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use divmerge::annotate::slices::{plan, recordings};
 use divmerge::annotate::{Event, JoinOptions, Options, SliceFile, annotate, by_recording, join};
-use divmerge::io::WriteOptions;
 use divmerge::io::drive::write_drive;
+use divmerge::io::{
+    MessageHeader, Overview, Record, RecordingReader, RecordingWriter, WriteOptions,
+};
 use divmerge::simulate::{Drive, Scene, Sensor};
+use rand::{Rng, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// Bytes of a picture, and pictures to a frame.
+const PICTURE: usize = 1 << 20;
+const PICTURES: u32 = 20;
 
 fn go_on(_: Event) -> ControlFlow<()> {
     ControlFlow::Continue(())
@@ -43,29 +53,48 @@ fn main() {
             |_| ControlFlow::Continue(()),
         );
     written.expect("a drive");
-    let bench = Bench { input, folder: folder.path(), shards };
-    let mut best: Option<[Cost; 4]> = None;
-    for _ in 0..rounds {
-        let costs = bench.round();
-        best = Some(match best {
-            None => costs,
-            Some(best) => std::array::from_fn(|i| best[i].min(costs[i])),
+    println!("Clouds alone: {frames} frames in {shards} slices; for each frame, on one thread\n");
+    let bench = Bench { input: input.clone(), folder: folder.path(), shards };
+    bench.compare(frames, rounds);
+    let few = frames.min(30);
+    let cameras = folder.path().join("cameras.mcap");
+    add_pictures(&input, few, &cameras);
+    println!("\nWith pictures: {few} frames in {shards} slices\n");
+    Bench { input: cameras, ..bench }.compare(few, rounds);
+}
+
+/// Writes the first frames of a drive with pictures behind each cloud.
+fn add_pictures(drive: &Path, frames: usize, output: &Path) {
+    let mut reader = RecordingReader::open(drive).expect("a drive");
+    let mut writer = RecordingWriter::create(output, &WriteOptions::default()).expect("a writer");
+    let overview = Overview::read(drive).expect("a drive");
+    writer.reserve(&overview);
+    let mut random = Pcg64Mcg::seed_from_u64(1);
+    let mut picture = vec![0; PICTURE];
+    let (mut camera, mut clouds) = (None, 0);
+    while let Some(record) = reader.next_record().expect("a record") {
+        writer.copy(&record).expect("copied");
+        let Record::Message { header, data, .. } = record else { continue };
+        if data.len() < PICTURE {
+            continue;
+        }
+        let channel_id = *camera.get_or_insert_with(|| {
+            let schema =
+                writer.add_schema("sensor_msgs/msg/CompressedImage", "ros2msg", b"uint8[] data");
+            let schema = schema.expect("a schema");
+            writer.add_channel("/camera", schema, "cdr", &BTreeMap::new()).expect("a channel")
         });
+        for sequence in 0..PICTURES {
+            random.fill_bytes(&mut picture);
+            let header = MessageHeader { channel_id, sequence, ..header };
+            writer.write_message(&header, &picture).expect("written");
+        }
+        clouds += 1;
+        if clouds == frames {
+            break;
+        }
     }
-    let costs = best.expect("a round");
-    let per_frame = |figure: f64| figure / frames as f64;
-    println!("{frames} frames in {shards} slices; for each frame, on one thread\n");
-    println!("| step | ms by the clock | ms of processors | MB read | MB written |");
-    println!("| --- | ---: | ---: | ---: | ---: |");
-    for (name, cost) in ["plan", "slices", "join", "one run over the whole"].iter().zip(costs) {
-        let [clock, processors] = [cost.clock_ms, cost.processor_ms].map(per_frame);
-        let [read, written] = [cost.read, cost.written].map(|bytes| per_frame(bytes as f64) / 1e6);
-        println!("| {name} | {clock:.2} | {processors:.2} | {read:.2} | {written:.2} |");
-    }
-    let [plan, slices, join, whole] = costs.map(|cost| cost.processor_ms);
-    println!("\nslices / one run: {:.2} of the time on processors", slices / whole);
-    println!("join / one run: {:.2}", join / whole);
-    println!("plan, slices and join / one run: {:.2}", (plan + slices + join) / whole);
+    writer.finish().expect("finished");
 }
 
 struct Bench<'a> {
@@ -102,6 +131,31 @@ fn cost(step: impl FnOnce() -> (u64, u64)) -> Cost {
 }
 
 impl Bench<'_> {
+    fn compare(&self, frames: usize, rounds: usize) {
+        let mut best: Option<[Cost; 4]> = None;
+        for _ in 0..rounds {
+            let costs = self.round();
+            best = Some(match best {
+                None => costs,
+                Some(best) => std::array::from_fn(|i| best[i].min(costs[i])),
+            });
+        }
+        let costs = best.expect("a round");
+        let per_frame = |figure: f64| figure / frames as f64;
+        println!("| step | ms by the clock | ms of processors | MB read | MB written |");
+        println!("| --- | ---: | ---: | ---: | ---: |");
+        for (name, cost) in ["plan", "slices", "join", "one run over the whole"].iter().zip(costs) {
+            let [clock, processors] = [cost.clock_ms, cost.processor_ms].map(per_frame);
+            let [read, written] =
+                [cost.read, cost.written].map(|bytes| per_frame(bytes as f64) / 1e6);
+            println!("| {name} | {clock:.2} | {processors:.2} | {read:.2} | {written:.2} |");
+        }
+        let [plan, slices, join, whole] = costs.map(|cost| cost.processor_ms);
+        println!("\nslices / one run: {:.2} of the time on processors", slices / whole);
+        println!("join / one run: {:.2}", join / whole);
+        println!("plan, slices and join / one run: {:.2}", (plan + slices + join) / whole);
+    }
+
     fn round(&self) -> [Cost; 4] {
         let mut slices = Vec::new();
         let plan_cost = cost(|| {

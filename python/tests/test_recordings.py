@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import divmerge
-from conftest import TOPIC
+from conftest import ROOT, TOPIC
 
 COLUMNS = ("instance", "component", "semantic", "reason")
 KINDS = ["rings", "small", "organised", "solid", "ros1", "protobuf"]
@@ -333,3 +333,26 @@ def test_what_is_odd_is_warned_of(drives, tmp_path):
         warnings.simplefilter("error")
         with pytest.raises(UserWarning):
             divmerge.annotate(cut, tmp_path / "other.mcap")
+
+
+def test_a_network_gives_the_same_classes_as_at_the_command_line(drives, command_line, tmp_path):
+    model = ROOT / "tests" / "data" / "network" / "network.onnx"
+    semantics = f"onnx:{model}"
+    try:
+        frames = list(divmerge.frames(drives("rings"), semantics=semantics))
+    except divmerge.Error as error:
+        if "ONNX Runtime" not in str(error):
+            raise
+        pytest.skip("no ONNX Runtime: pip install onnxruntime, or ORT_DYLIB_PATH")
+    command_line("annotate", drives("rings"), "-o", tmp_path / "out.mcap", "--semantics", semantics)
+    divmerge.annotate(drives("rings"), tmp_path / "own.mcap", semantics=semantics)
+    assert (tmp_path / "own.mcap").read_bytes() == (tmp_path / "out.mcap").read_bytes()
+    for frame, fields in zip(frames, annotated(tmp_path / "out.mcap", TOPIC)):
+        assert frame.semantics == "onnx" and frame.confidence is not None
+        same_as_annotated(frame.cluster(), fields)
+
+
+def test_an_address_is_taken_for_one_and_its_secrets_stay(tmp_path):
+    with pytest.raises((divmerge.Error, OSError)) as raised:
+        divmerge.annotate("http://127.0.0.1:9/a.mcap?signature=secret", tmp_path / "out.mcap")
+    assert "http://127.0.0.1:9/a.mcap" in str(raised.value) and "secret" not in str(raised.value)
