@@ -114,7 +114,7 @@ def remove_empty(folder):
 
 def table(recordings):
     """What was done, a line for each recording."""
-    head = ["recording", "slices", "clouds", "points", "instances", "MB", "core-seconds"]
+    head = ["recording", "slices", "clouds", "points", "instances", "MB", "task-seconds"]
     rows = []
     totals = defaultdict(float)
     for recording in recordings:
@@ -125,7 +125,7 @@ def table(recordings):
             "points": sum(topic["points"] for topic in topics),
             "instances": sum(topic["instances"] for topic in topics),
             "MB": (recording.report or {"output_bytes": 0})["output_bytes"] / 1e6,
-            "core-seconds": recording.seconds,
+            "task-seconds": recording.seconds,
         }
         for name, figure in figures.items():
             totals[name] += figure
@@ -133,7 +133,7 @@ def table(recordings):
     if len(rows) > 1:
         rows.append(["all", *totals.values()])
     cells = [head] + [
-        [row[0], *(f"{figure:,.1f}" if name in ("MB", "core-seconds") else f"{int(figure):,}"
+        [row[0], *(f"{figure:,.1f}" if name in ("MB", "task-seconds") else f"{int(figure):,}"
                    for name, figure in zip(head[1:], row[1:]))]
         for row in rows
     ]
@@ -173,7 +173,7 @@ def main():
                         help="a parameter of divmerge.annotate, as in preset=paper; may be given several times")
     parser.add_argument("--force", action="store_true", help="replace existing outputs")
     arguments = parser.parse_args()
-    ray.init(address=arguments.address, log_to_driver=False)
+    ray.init(address=arguments.address, log_to_driver=False, logging_level="warning")
     shards = arguments.shards or 4 * int(ray.cluster_resources().get("CPU", 1))
     inputs = [text for text in listed(arguments.inputs) if text]
     parameters = dict(parameter(text) for text in arguments.parameters)
@@ -181,6 +181,8 @@ def main():
         recordings = run(inputs, arguments.output, shards, parameters, arguments.force)
     except (divmerge.Error, OSError, ValueError) as error:
         sys.exit(f"error: {error}")
+    except KeyboardInterrupt:
+        sys.exit(130)
     print(table(recordings))
     failed = [recording for recording in recordings if recording.problem]
     for recording in failed:

@@ -12,7 +12,7 @@ use super::asked::Asked;
 use super::job::Job;
 use super::notes::{Before, Done, Given, Note, Noted};
 use super::slices::{Plan, Slice};
-use super::{Event, Options, Report, USUAL_THREADS, read_all, refuse_same_file};
+use super::{Event, Options, Report, read_all, refuse_same_file, usual_workers};
 use crate::error::{Error, Result};
 use crate::io::{Item, Metadata, Overview, Part, Record, RecordingReader, checksum};
 use crate::stopwatch::ms_since;
@@ -202,10 +202,7 @@ pub fn join(
         refuse_same_file(&slice.path, output)?;
     }
     let started = Instant::now();
-    let workers = Workers::start(match options.threads {
-        0 => Workers::per_core().min(USUAL_THREADS),
-        threads => threads,
-    });
+    let workers = usual_workers(options.threads);
     let overview = Overview::read(input)?;
     first.slice.check(&overview)?;
     let run = Options { force: options.force, threads: options.threads, ..first.asked.options() };

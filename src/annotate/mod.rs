@@ -166,11 +166,12 @@ pub fn annotate(
     on_event: &mut dyn FnMut(Event) -> ControlFlow<()>,
 ) -> Result<Report> {
     refuse_same_file(input, output)?;
+    if options.slice.is_some() && is_stream(input) {
+        let problem = "a slice is read from a file, not from a stream".to_owned();
+        return Err(Error::Slices { of: input.to_owned(), problem });
+    }
     let started = Instant::now();
-    let workers = Workers::start(match options.threads {
-        0 => Workers::per_core().min(USUAL_THREADS),
-        threads => threads,
-    });
+    let workers = usual_workers(options.threads);
     let (job, reader) = match is_stream(input) {
         true => {
             let mut reader = RecordingReader::open_ahead(input, &workers)?;
@@ -191,6 +192,14 @@ pub fn annotate(
     let mut report = read_all(job, reader)?;
     report.profile.wall_ms = ms_since(started);
     Ok(report)
+}
+
+/// So many threads; 0: as many as are started unasked.
+fn usual_workers(threads: usize) -> Workers {
+    Workers::start(match threads {
+        0 => Workers::per_core().min(USUAL_THREADS),
+        threads => threads,
+    })
 }
 
 /// Goes through what is to be read, and completes the output.
