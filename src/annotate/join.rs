@@ -321,6 +321,10 @@ impl Slices {
             Item::Record(Record::Truncated { problem, .. }) => {
                 return Err(self.wrong(format!("cut off: {problem}; annotate it again")));
             }
+            // Also where no message is lost by it: the checksum over everything covers what the slice says of itself.
+            Item::Record(Record::Damaged { problem, .. }) => {
+                return Err(self.wrong(format!("damaged: {problem}; annotate it again")));
+            }
             Item::Record(_) => {}
         }
         Ok(())

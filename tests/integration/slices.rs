@@ -10,6 +10,9 @@ use divmerge::annotate::{
     by_recording, join,
 };
 use divmerge::io::drive::CLOUD_TOPIC;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
 use divmerge::io::{Compression, Overview, Record, RecordingWriter, WriteOptions};
 
 use crate::cli::{divmerge, path, text};
@@ -188,6 +191,38 @@ fn what_is_lost_repeated_or_other_is_named() {
     let options = JoinOptions { input: Some(other), ..JoinOptions::default() };
     let by_recording = by_recording(opened(&files), None).expect("all of them");
     join(&by_recording[0], &output, &options, &mut go_on).expect("joined");
+}
+
+#[test]
+fn no_flipped_byte_of_a_slice_changes_the_output() {
+    let (folder, input) = with_lies(4);
+    let files = annotated(&planned(&input, 2), folder.path(), &Options::default());
+    let output = folder.path().join("out.mcap");
+    joined(&files, &output).expect("joined");
+    let expected = std::fs::read(&output).expect("the output");
+    let whole = std::fs::read(&files[0]).expect("a slice");
+    let mut random = Pcg64Mcg::seed_from_u64(9);
+    let mut refused = 0;
+    for _ in 0..300 {
+        let mut bytes = whole.clone();
+        let at = random.random_range(0..bytes.len());
+        bytes[at] ^= 1 << random.random_range(0..8);
+        // Near the start there is little that is not looked at: the slice's own description.
+        let at = random.random_range(0..bytes.len().min(3000));
+        bytes[at] ^= u8::from(random.random::<bool>());
+        std::fs::write(&files[0], &bytes).expect("written");
+        let done = SliceFile::open(&files[0]).and_then(|first| {
+            let other = SliceFile::open(&files[1])?;
+            let slices = by_recording(vec![first, other], None)?;
+            let options = JoinOptions { force: true, threads: 1, ..JoinOptions::default() };
+            join(&slices[0], &output, &options, &mut go_on)
+        });
+        match done {
+            Err(_) => refused += 1,
+            Ok(_) => assert!(std::fs::read(&output).expect("the output") == expected),
+        }
+    }
+    assert!(refused > 200, "only {refused} were refused");
 }
 
 #[test]
