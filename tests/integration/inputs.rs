@@ -120,6 +120,26 @@ fn a_split_bag_comes_out_as_one() {
     assert_eq!(names(&out), [layouts[0], "bag_0.mcap", layouts[1], "bag_1.mcap", "metadata.yaml"]);
     assert_eq!(std::fs::read_to_string(bag.join("metadata.yaml")).expect("it"), metadata);
 
+    // The same in slices.
+    let [plan, slices, joined] = ["plan.json", "slices", "joined"].map(|n| folder.path().join(n));
+    divmerge(&["plan", path(&bag), "--shards", "2", "-o", path(&plan)]);
+    for number in 0..2 {
+        divmerge(&[
+            "annotate",
+            "--slice",
+            &format!("{}:{number}", path(&plan)),
+            "-o",
+            path(&slices),
+        ]);
+    }
+    let done = divmerge(&["join", path(&slices), "--plan", path(&plan), "-o", path(&joined)]);
+    assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
+    assert_eq!(names(&joined), names(&out));
+    for name in names(&out) {
+        let [ours, theirs] = [&joined, &out].map(|folder| std::fs::read(folder.join(&name)));
+        assert!(ours.expect("joined") == theirs.expect("annotated"), "{name}");
+    }
+
     let made = yaml(&out.join("metadata.yaml"));
     let made = &made["rosbag2_bagfile_information"];
     assert_eq!((&made["version"], &made["ros_distro"]), (&9.into(), &"rolling".into()));

@@ -1,6 +1,6 @@
 //! `divmerge annotate`
 
-mod tasks;
+pub mod tasks;
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};

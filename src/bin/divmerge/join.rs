@@ -1,12 +1,16 @@
 //! `divmerge join`
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use divmerge::annotate::slices::{Plan, files_of};
 use divmerge::annotate::{Event, JoinOptions, Report, SliceFile, by_recording, join};
+use divmerge::io::bag::METADATA_FILE;
+use divmerge::io::{Bag, STANDARD_STREAM};
 
+use crate::annotate::tasks::write_metadata;
 use crate::annotate::{Layout, outcome, print};
 use crate::terminal::byte_bar;
 use crate::{Outcome, interrupt};
@@ -22,7 +26,8 @@ pub struct Arguments {
     #[arg(value_name = "SLICES", required = true)]
     slices: Vec<PathBuf>,
 
-    /// The annotated recording; for slices of several recordings a folder, in which each goes where the plan says
+    /// The annotated recording. For slices of several recordings, or if the name does not end in .mcap, a folder, in which
+    /// each goes where the plan says, with a metadata.yaml beside those of a rosbag2 folder
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
 
@@ -65,18 +70,28 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if recordings.len() > 1 && arguments.input.is_some() {
         bail!("--input is where one recording is; these are slices of {}", recordings.len());
     }
-    let is_folder = recordings.len() > 1 || arguments.output.is_dir();
-    let mut reports = Vec::new();
+    let output = arguments.output.as_path();
+    if output == STANDARD_STREAM {
+        bail!("joined recordings go into files: name one");
+    }
+    let is_file = output.extension().is_some_and(|end| end == "mcap") && !output.is_dir();
+    let is_folder = recordings.len() > 1 || !is_file;
+    let (mut reports, mut made) = (Vec::new(), Vec::new());
     for slices in &recordings {
         let output = match is_folder {
             true => arguments.output.join(&slices[0].slice.name),
             false => arguments.output.clone(),
         };
-        if arguments.resume && output.exists() {
-            println!("{} is there already", output.display());
-            continue;
+        match arguments.resume && output.exists() {
+            true => println!("{} is there already", output.display()),
+            false => reports.push(one(arguments, slices, &output)?),
         }
-        reports.push(one(arguments, slices, &output)?);
+        made.push((slices[0].slice.input.clone(), output));
+    }
+    if is_folder {
+        for path in metadata_of_bags(&made)? {
+            println!("wrote {}", path.display());
+        }
     }
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&reports)?);
@@ -84,6 +99,17 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let outcomes = reports.iter().map(outcome);
     Ok(outcomes
         .fold(Outcome::Done, |all, one| if matches!(one, Outcome::Done) { all } else { one }))
+}
+
+/// Writes a `metadata.yaml` beside the recordings that were made of those of a rosbag2 folder, and returns their names.
+fn metadata_of_bags(made: &[(PathBuf, PathBuf)]) -> Result<Vec<PathBuf>> {
+    let folders =
+        made.iter().filter_map(|(input, output)| Some((input.parent()?, output.parent()?)));
+    let folders: BTreeSet<(&Path, &Path)> = folders.collect();
+    let outputs: Vec<PathBuf> = made.iter().map(|(_, output)| output.clone()).collect();
+    let bags = folders.into_iter().filter(|(input, _)| input.join(METADATA_FILE).is_file());
+    let written = bags.map(|(input, output)| write_metadata(&Bag::open(input)?, output, &outputs));
+    Ok(written.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())
 }
 
 /// The slices that are named, and those in folders that are.

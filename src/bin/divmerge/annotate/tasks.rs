@@ -127,18 +127,24 @@ impl Tasks {
     pub fn finish(&self, made: &[PathBuf]) -> Result<Vec<PathBuf>> {
         let mut written = Vec::new();
         for (bag, folder) in &self.bags {
-            let outputs = bag.files.iter().map(|file| folder.join(file));
-            let outputs = outputs.filter(|output| made.contains(output));
-            let overviews: Vec<Overview> =
-                outputs.map(|output| Overview::read(&output)).collect::<Result<_, _>>()?;
-            if !overviews.is_empty() {
-                let path = folder.join(METADATA_FILE);
-                write_file(&path, bag.metadata_of(&overviews).as_bytes(), true)?;
-                written.push(path);
-            }
+            written.extend(write_metadata(bag, folder, made)?);
         }
         Ok(written)
     }
+}
+
+/// Writes the `metadata.yaml` of the recordings that were made of a bag in a folder, if there are such, and returns its name.
+pub fn write_metadata(bag: &Bag, folder: &Path, made: &[PathBuf]) -> Result<Option<PathBuf>> {
+    let outputs = bag.files.iter().map(|file| folder.join(file));
+    let outputs = outputs.filter(|output| made.contains(output));
+    let overviews: Vec<Overview> =
+        outputs.map(|output| Overview::read(&output)).collect::<Result<_, _>>()?;
+    if overviews.is_empty() {
+        return Ok(None);
+    }
+    let path = folder.join(METADATA_FILE);
+    write_file(&path, bag.metadata_of(&overviews).as_bytes(), true)?;
+    Ok(Some(path))
 }
 
 fn name(path: &Path) -> Result<&std::ffi::OsStr> {
