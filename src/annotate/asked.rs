@@ -42,7 +42,9 @@ impl Asked {
     pub(super) fn of(overview: &Overview, options: &Options) -> Self {
         let Options { method, .. } = options;
         let Method { semantics, .. } = method;
-        let name = overview.path.file_name().unwrap_or_default().to_string_lossy();
+        // A slice may be read from a copy of the recording.
+        let input = options.slice.as_ref().map_or(&overview.path, |slice| &slice.input);
+        let name = input.file_name().unwrap_or_default().to_string_lossy();
         let usual = || overview.usual_compression().unwrap_or_default();
         Asked {
             input: name.into_owned(),

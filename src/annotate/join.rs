@@ -2,7 +2,7 @@
 //! the slices. So the output is that of a run over the whole recording, byte for byte, by construction; chunks of
 //! annotations that come out the same are not compressed again.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -93,29 +93,29 @@ pub fn by_recording(slices: Vec<SliceFile>, plan: Option<&Plan>) -> Result<Vec<V
 
 /// Refuses slices that are not of a plan, or not all of it.
 fn check_plan(slices: &[SliceFile], plan: &Plan) -> Result<()> {
-    if let Some(other) = slices.iter().find(|file| !plan.slices.contains(&file.slice)) {
+    let planned: BTreeSet<&Slice> = plan.slices.iter().collect();
+    if let Some(other) = slices.iter().find(|file| !planned.contains(&file.slice)) {
         let problem = "a slice that is not in the plan".to_owned();
         return Err(Error::Slices { of: other.path.clone(), problem });
     }
-    let is_lost = |slice: &&Slice| !slices.iter().any(|file| file.slice == **slice);
-    let lost: Vec<&Slice> = plan.slices.iter().filter(is_lost).collect();
-    match lost.first() {
+    let there: BTreeSet<&Slice> = slices.iter().map(|file| &file.slice).collect();
+    let lost = plan.slices.iter().filter(|slice| !there.contains(slice));
+    match lost.clone().next() {
         None => Ok(()),
-        Some(first) => Err(missing(&first.input, &lost)),
+        Some(first) => Err(missing(&first.input, lost.clone().map(Slice::file_name), lost.count())),
     }
 }
 
-/// An error that names the slices that are lost.
-fn missing(of: &Path, lost: &[&Slice]) -> Error {
+/// An error that names the slices that are lost, or the first of so many.
+fn missing(of: &Path, names: impl Iterator<Item = PathBuf>, count: usize) -> Error {
     const NAMED: usize = 10;
-    let name = |slice: &&Slice| slice.file_name().display().to_string();
-    let names: Vec<String> = lost.iter().take(NAMED).map(name).collect();
-    let more = match lost.len().saturating_sub(NAMED) {
+    let names: Vec<String> = names.take(NAMED).map(|name| name.display().to_string()).collect();
+    let more = match count.saturating_sub(NAMED) {
         0 => String::new(),
         more => format!(" and {more} more"),
     };
-    let what = if lost.len() == 1 { "slice is" } else { "slices are" };
-    let problem = format!("{} {what} missing: {}{more}", lost.len(), names.join(", "));
+    let what = if count == 1 { "slice is" } else { "slices are" };
+    let problem = format!("{count} {what} missing: {}{more}", names.join(", "));
     Error::Slices { of: of.to_owned(), problem }
 }
 
@@ -128,7 +128,8 @@ fn check(slices: &[SliceFile]) -> Result<()> {
     let wrong = |problem: String| Err(Error::Slices { of: of(), problem });
     for slice in slices {
         let (ours, theirs) = (&slice.slice, &first.slice);
-        if (ours.count, ours.input_bytes) != (theirs.count, theirs.input_bytes) {
+        let is_other = (ours.count, ours.input_bytes) != (theirs.count, theirs.input_bytes);
+        if is_other || ours.number >= ours.count {
             let (a, b) = (first.path.display(), slice.path.display());
             return wrong(format!("{a} and {b} are slices of different plans"));
         }
@@ -152,13 +153,12 @@ fn check(slices: &[SliceFile]) -> Result<()> {
             ));
         }
     }
-    let is_there = |number: &usize| slices.iter().any(|slice| slice.slice.number == *number);
-    let lost: Vec<Slice> = (0..first.slice.count)
-        .filter(|number| !is_there(number))
-        .map(|number| Slice { number, ..first.slice.clone() })
-        .collect();
-    if !lost.is_empty() {
-        return Err(missing(&of(), &lost.iter().collect::<Vec<_>>()));
+    // The numbers differ and are below the count.
+    if slices.len() < first.slice.count {
+        let there: BTreeSet<usize> = slices.iter().map(|slice| slice.slice.number).collect();
+        let lost = (0..first.slice.count).filter(|number| !there.contains(number));
+        let names = lost.map(|number| Slice { number, ..first.slice.clone() }.file_name());
+        return Err(missing(&of(), names, first.slice.count - slices.len()));
     }
     for two in slices.windows(2) {
         if two[0].slice.end != two[1].slice.start {

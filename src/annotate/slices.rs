@@ -5,9 +5,10 @@
 //! slice, too.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::topics::choose;
 use crate::error::{Error, Result};
@@ -15,13 +16,14 @@ use crate::io::bag::METADATA_FILE;
 use crate::io::{Bag, ChunkPlace, Overview, is_remote, is_stream};
 
 /// A slice of a recording.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Slice {
     /// The recording.
     pub input: PathBuf,
     /// Its bytes.
     pub input_bytes: u64,
     /// Where what is made of the recording goes, below a folder.
+    #[serde(deserialize_with = "below_a_folder")]
     pub name: PathBuf,
     /// Number of the slice among those of the recording, from 0.
     pub number: usize,
@@ -37,6 +39,16 @@ pub struct Slice {
     pub from_ns: Option<u64>,
     /// Latest log time of its chunks.
     pub to_ns: Option<u64>,
+}
+
+/// Reads a path that does not lead out of the folder that it is taken below.
+fn below_a_folder<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<PathBuf, D::Error> {
+    let path = PathBuf::deserialize(from)?;
+    let is_below = path.components().all(|part| matches!(part, Component::Normal(_)));
+    match is_below && path.file_name().is_some() {
+        true => Ok(path),
+        false => Err(D::Error::custom(format!("`{}` is no name below a folder", path.display()))),
+    }
 }
 
 impl Slice {
@@ -345,6 +357,15 @@ mod tests {
             assert_eq!((slices[0].start, slices[slices.len() - 1].end), (0, 1000));
             assert!(slices.windows(2).all(|two| two[0].end == two[1].start));
             assert!(slices.iter().all(|slice| slice.count == slices.len()));
+        }
+        let [first, _] = cut(&counted(&planned, &[1, 1]), 2).try_into().expect("two");
+        let read = |name: &str| {
+            let slice = Slice { name: name.into(), ..first.clone() };
+            serde_json::from_value::<Slice>(serde_json::json!(slice))
+        };
+        assert_eq!(read("a/in.mcap").expect("below a folder"), first);
+        for name in ["../in.mcap", "/in.mcap", "a/../../in.mcap", ""] {
+            assert!(read(name).is_err(), "{name}");
         }
         let slices = cut(&counted(&planned, &[1, 1]), 2);
         assert_eq!(slices[1].file_name(), Path::new("a/in.slice-0001-of-0002.mcap"));
