@@ -14,8 +14,9 @@ use crate::terminal::grouped;
 
 /// Cut recordings into slices that many machines can annotate
 ///
-/// A slice is a stretch of a recording between two of its chunks, found by the recording's index alone, which is all that
-/// is read. Every slice can be annotated by itself, in any order, on any machine that sees the recording:
+/// A slice is a stretch of a recording between two of its chunks. It is found by the recording's
+/// index, and nothing else is read. Every slice can be annotated by itself, in any order, on any
+/// machine that sees the recording:
 ///
 ///   divmerge plan drive.mcap --shards 8 -o plan.json
 ///   divmerge annotate --slice plan.json:0 -o slices     (and so on, up to 7)
