@@ -42,9 +42,17 @@ def drives(tmp_path_factory):
     """A folder with two drives, one of them in a folder below."""
     folder = tmp_path_factory.mktemp("drives")
     (folder / "day").mkdir()
-    divmerge.simulate(folder / "a.mcap", sensor="hdl-64e", frames=24)
+    divmerge.simulate(folder / "a.mcap", sensor="hdl-64e", frames=60)
     divmerge.simulate(folder / "day" / "b.mcap", sensor="vlp-16", frames=16)
     return folder
+
+
+@ray.remote(num_cpus=1)
+def meet(folder, number):
+    """Ends when both workers have come to it, so that both are awake."""
+    (folder / f"{number}").touch()
+    while not all((folder / f"{other}").exists() for other in range(2)):
+        time.sleep(0.01)
 
 
 def kill_when_both_work(cluster, worker, slices, killed):
@@ -59,6 +67,7 @@ def kill_when_both_work(cluster, worker, slices, killed):
 def test_a_worker_that_is_killed_changes_nothing(cluster, example, drives, tmp_path):
     cluster, workers = cluster
     output, killed, told = tmp_path / "annotated", threading.Event(), []
+    ray.get([meet.remote(tmp_path, number) for number in range(2)])
     hunter = threading.Thread(
         target=kill_when_both_work, args=(cluster, workers[0], output / ".slices", killed), daemon=True
     )
@@ -74,7 +83,7 @@ def test_a_worker_that_is_killed_changes_nothing(cluster, example, drives, tmp_p
     assert not (output / ".slices").exists()
     assert sum(line.startswith("joined") for line in told) == 2
     table = example.table(recordings).splitlines()
-    assert table[1].split()[:3] == ["a.mcap", str(len(recordings[0].pieces)), "24"]
+    assert table[1].split()[:3] == ["a.mcap", str(len(recordings[0].pieces)), "60"]
     assert table[-1].split()[0] == "all"
 
 
