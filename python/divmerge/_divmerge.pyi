@@ -14,10 +14,13 @@ __all__ = [
     "Taxonomy",
     "__version__",
     "annotate",
+    "annotate_slice",
     "cluster",
     "cluster_image",
     "evaluate",
     "frames",
+    "join",
+    "plan",
     "simulate",
     "topics",
 ]
