@@ -5,28 +5,28 @@ use std::collections::{BTreeMap, VecDeque};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Instant;
 
 use super::asked::Asked;
-use super::message::{Annotated, Clustered, Method, annotate_message};
-use super::notes::{Before, Done, Note, Noted};
+use super::message::{Annotated, Method, annotate_message};
+use super::notes::Done;
 use super::profile::Profile;
-use super::report::{FrameReport, METADATA_NAME, Report, TopicReport, metadata};
+use super::report::{METADATA_NAME, Report, TopicReport, metadata};
 use super::resume::{CutOff, Journal, clean_up, journal_of};
 use super::topics::{CloudTopic, choose, choose_beside, refuse_annotated};
-use super::{Event, Form, Frame, Options, place};
+use super::{Event, Form, Options, place};
 use crate::error::{Error, Result};
 use crate::io::{
-    CloudFormat, CloudNumber, Compression, Item, MessageHeader, Overview, Part, Position, Record,
-    RecordingReader, RecordingWriter, STANDARD_STREAM, SharedBytes, SourceChunk, Wanted,
-    WriteOptions, checksum,
+    CloudFormat, CloudNumber, Compression, Item, Overview, Part, Position, Record, RecordingReader,
+    RecordingWriter, STANDARD_STREAM, SourceChunk, Wanted, WriteOptions,
 };
-use crate::workers::{Ticket, Workers};
+use crate::workers::Workers;
 use batch::Batch;
 use channels::Added;
+use cloud::{Cloud, CloudItem, Made};
 
 mod batch;
 mod channels;
+mod cloud;
 mod slice;
 mod stream;
 
@@ -82,12 +82,6 @@ pub(super) struct Job<'a> {
     batch: Batch,
 }
 
-/// What becomes of a cloud: it is clustered, or was before.
-enum Made {
-    Now(Box<Clustered>, Annotated),
-    Before(Before),
-}
-
 /// Something to be written, and how many bytes of the input are read when it is.
 struct Waiting {
     bytes: u64,
@@ -102,16 +96,6 @@ enum What {
     End,
 }
 
-/// A cloud being clustered.
-struct Cloud {
-    topic: Arc<str>,
-    number: u64,
-    header: MessageHeader,
-    position: Position,
-    message: SharedBytes,
-    result: Ticket<Result<Made>>,
-}
-
 impl What {
     fn is_ready(&mut self) -> bool {
         match self {
@@ -123,7 +107,7 @@ impl What {
     /// Clouds and bytes of messages.
     fn size(&self) -> (usize, usize) {
         match self {
-            What::Cloud(cloud) => (1, cloud.message.len()),
+            What::Cloud(cloud) => (1, cloud.item.message.len()),
             What::Item(Item::Message { data, .. }) => (0, data.len()),
             What::Item(Item::Record(_)) | What::End => (0, 0),
             What::Chunk(chunk) => (0, chunk.size()),
@@ -385,8 +369,8 @@ impl<'a> Job<'a> {
             }),
         };
         let (header, position, message) = (*header, *position, data.clone());
-        let cloud = Cloud { topic, number, header, position, message, result };
-        self.push(bytes, What::Cloud(Box::new(cloud)))
+        let item = CloudItem { topic, number, header, position, message };
+        self.push(bytes, What::Cloud(Box::new(Cloud { item, result })))
     }
 
     /// The number of a topic's next cloud.
@@ -475,99 +459,6 @@ impl<'a> Job<'a> {
             other => self.writer.copy(other)?,
         }
         Ok(())
-    }
-
-    fn cloud(&mut self, cloud: Cloud) -> Result<()> {
-        let Cloud { topic, number, header, position, message, result } = cloud;
-        let is_in_place = self.options.form == Form::InPlace && self.copies();
-        self.report.messages += u64::from(is_in_place);
-        let started = Instant::now();
-        let result = result.wait();
-        self.report.profile.wait.take_since(started, 0);
-        let made = match result {
-            Ok(made) => made,
-            Err(error) if error.is_of_what_was_asked() => return Err(error),
-            Err(error) => Made::Before(Before::Unreadable(error.to_string())),
-        };
-        let (report, times, messages, chunks): (_, _, [&[u8]; 2], _) = match &made {
-            Made::Now(clustered, annotated) => (
-                &FrameReport::new(clustered, &annotated.frame_id, &self.options.method.taxonomy),
-                Some(annotated.times),
-                [&annotated.cloud, &annotated.objects],
-                [&None, &None],
-            ),
-            Made::Before(Before::Annotated(report, given)) => {
-                let [cloud, objects] = given;
-                let chunks = [&cloud.chunk, &objects.chunk];
-                (report, None, [&cloud.data, &objects.data], chunks)
-            }
-            Made::Before(Before::Unreadable(problem)) => {
-                let report = self.report.topics.entry(topic.to_string()).or_default();
-                report.unreadable += 1;
-                self.warn(format!("{topic}: {problem} ({}); not annotated", place(position)));
-                self.note(
-                    &topic,
-                    number,
-                    &message,
-                    Noted::Unreadable { problem: problem.clone() },
-                )?;
-                return match is_in_place {
-                    true => self.writer.write_message(&header, &message),
-                    false => Ok(()),
-                };
-            }
-        };
-        let Added { instances, objects } = self.channels_for(header.channel_id)?;
-        for ((channel_id, message), chunk) in
-            [instances, objects].into_iter().zip(messages).zip(chunks)
-        {
-            let header = MessageHeader { channel_id, ..header };
-            if let Some(chunk) = chunk {
-                self.writer.offer(chunk);
-            }
-            self.writer.write_message(&header, message)?;
-            self.report.annotations += 1;
-        }
-        if self.journal.is_some() || self.options.slice.is_some() {
-            let [instances, objects] = messages.map(checksum);
-            let outcome = Noted::Annotated { instances, objects, report: report.clone() };
-            self.note(&topic, number, &message, outcome)?;
-        }
-        self.report.topics.entry(topic.to_string()).or_default().take(report, times);
-        for (kind, problem) in &report.remarks {
-            self.warn_once(&topic, kind, position, problem);
-        }
-        let Made::Now(clustered, annotated) = &made else {
-            return Ok(());
-        };
-        let remarks: Vec<String> =
-            report.remarks.iter().map(|(_, problem)| problem.clone()).collect();
-        let frame = Frame {
-            topic: &topic,
-            number,
-            log_time_ns: header.log_time,
-            stamp_ns: annotated.stamp_ns,
-            frame_id: &annotated.frame_id,
-            cloud: &clustered.cloud,
-            stages: &clustered.stages,
-            remarks: &remarks,
-        };
-        self.report.profile.take(&frame, message.len(), annotated);
-        let _ = (self.on_event)(Event::Frame(frame));
-        Ok(())
-    }
-
-    /// Notes what became of a cloud, for a run that continues and for the slices to be joined.
-    fn note(&mut self, topic: &str, number: u64, message: &[u8], outcome: Noted) -> Result<()> {
-        let note = Note { topic: topic.to_owned(), number, cloud: checksum(message), outcome };
-        if self.options.slice.is_some() {
-            self.notes.extend(serde_json::json!(note).to_string().into_bytes());
-            self.notes.push(b'\n');
-        }
-        match &mut self.journal {
-            Some(journal) => journal.note(&note),
-            None => Ok(()),
-        }
     }
 
     /// Ends with an error; what an interrupted run had done is left if it can be resumed.
