@@ -75,7 +75,7 @@ pub(super) struct Job<'a> {
     report: Report,
     journal: Option<Journal>,
     /// Clouds that were annotated before.
-    done: Option<Done>,
+    done: Option<Box<dyn Done>>,
     /// Of a slice: what became of the clouds since the last note that was written.
     notes: Vec<u8>,
     /// Clouds that wait to go through a network together.
@@ -141,7 +141,7 @@ impl<'a> Job<'a> {
     }
 
     /// Takes clouds that were annotated before from there.
-    pub(super) fn take_from(&mut self, done: Done) {
+    pub(super) fn take_from(&mut self, done: Box<dyn Done>) {
         self.done = Some(done);
     }
 
@@ -173,7 +173,7 @@ impl<'a> Job<'a> {
         let compression = asked.compression;
         let is_resumable = (options.resume || options.resumable) && output != STANDARD_STREAM;
         let done = match options.resume && is_resumable {
-            true => CutOff::find(output, &asked)?.map(Done::CutOff),
+            true => CutOff::find(output, &asked)?.map(|cut_off| Box::new(cut_off) as Box<dyn Done>),
             false => None,
         };
         let mut writer = RecordingWriter::create(

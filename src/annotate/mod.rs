@@ -10,6 +10,7 @@ mod objects;
 mod profile;
 mod report;
 pub mod resume;
+mod slice_files;
 pub mod slices;
 mod topics;
 mod types;
@@ -29,11 +30,12 @@ use crate::workers::Workers;
 
 use asked::Asked;
 use job::Job;
-pub use join::{JoinOptions, SliceFile, by_recording, join};
+pub use join::{JoinOptions, join};
 pub use message::{Annotated, Clustered, Decoded, Method, Semantics, annotate_message, cluster};
 pub use objects::{ObjectSource, Objects};
 pub use profile::{Profile, SlowFrame};
 pub use report::{FrameTimes, METADATA_NAME, Report, TopicReport, remarks};
+pub use slice_files::{SliceFile, by_recording};
 pub use slices::Slice;
 pub(crate) use topics::added_metadata;
 pub use topics::{

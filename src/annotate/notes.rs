@@ -1,14 +1,13 @@
 //! What became of each cloud, noted so that it need not be done again: by a run that may be cut off, and by one that
 //! annotates a slice of a recording.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
-use super::join::Slices;
 use super::report::FrameReport;
-use super::resume::CutOff;
 use crate::error::Result;
 use crate::io::{SharedBytes, SourceChunk};
-use std::sync::Arc;
 
 /// A cloud, and what became of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -49,36 +48,16 @@ pub(super) struct Given {
 }
 
 /// Where clouds that were annotated before are found.
-pub(super) enum Done {
-    CutOff(CutOff),
-    Slices(Slices),
-}
-
-impl Done {
+pub(super) trait Done {
     /// What became of the next cloud, if it was annotated.
     ///
     /// # Errors
     /// [`crate::Error::Conflict`] or [`crate::Error::Slices`] if another cloud was annotated in its place.
-    pub(super) fn take(
-        &mut self,
-        topic: &str,
-        number: u64,
-        cloud: &[u8],
-    ) -> Result<Option<Before>> {
-        match self {
-            Done::CutOff(cut_off) => cut_off.take(topic, number, cloud),
-            Done::Slices(slices) => slices.take(topic, number, cloud).map(Some),
-        }
-    }
+    fn take(&mut self, topic: &str, number: u64, cloud: &[u8]) -> Result<Option<Before>>;
 
     /// Says that no more clouds are to come.
     ///
     /// # Errors
-    /// [`crate::Error::Slices`] if there were more.
-    pub(super) fn finish(&mut self) -> Result<()> {
-        match self {
-            Done::CutOff(_) => Ok(()),
-            Done::Slices(slices) => slices.finish(),
-        }
-    }
+    /// [`crate::Error::Slices`] if there were more that have to be used.
+    fn finish(&mut self) -> Result<()>;
 }

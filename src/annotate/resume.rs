@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::asked::Asked;
-use super::notes::{Before, Given, Note, Noted};
+use super::notes::{Before, Done, Given, Note, Noted};
 use crate::error::{Error, Result};
 use crate::io::{PartialFile, Record, RecordingReader, checksum};
 
@@ -102,16 +102,28 @@ impl CutOff {
         Ok(Some(found))
     }
 
-    /// What became of the next cloud, if the run had come to it.
-    ///
-    /// # Errors
-    /// [`Error::Conflict`] if it had another cloud there.
-    pub(super) fn take(
-        &mut self,
-        topic: &str,
-        number: u64,
-        cloud: &[u8],
-    ) -> Result<Option<Before>> {
+    /// Reads the next line; one that is cut off is none.
+    fn advance(&mut self) {
+        let mut line = String::new();
+        let read = self.journal.read_line(&mut line);
+        self.next = read.ok().and_then(|_| serde_json::from_str(&line).ok());
+    }
+
+    /// The next message with a checksum, as far as the half written output can be read.
+    fn message(&mut self, wanted: u32) -> Option<Given> {
+        while let Ok(Some(record)) = self.recording.next_record() {
+            if let Record::Message { data, .. } = record
+                && checksum(&data) == wanted
+            {
+                return Some(Given { data: data.into_owned().into(), chunk: None });
+            }
+        }
+        None
+    }
+}
+
+impl Done for CutOff {
+    fn take(&mut self, topic: &str, number: u64, cloud: &[u8]) -> Result<Option<Before>> {
         let is_next = |note: &&Note| note.topic == topic && note.number == number;
         let Some(note) = self.next.as_ref().filter(is_next).cloned() else {
             return Ok(None);
@@ -139,23 +151,8 @@ impl CutOff {
         }
     }
 
-    /// Reads the next line; one that is cut off is none.
-    fn advance(&mut self) {
-        let mut line = String::new();
-        let read = self.journal.read_line(&mut line);
-        self.next = read.ok().and_then(|_| serde_json::from_str(&line).ok());
-    }
-
-    /// The next message with a checksum, as far as the half written output can be read.
-    fn message(&mut self, wanted: u32) -> Option<Given> {
-        while let Ok(Some(record)) = self.recording.next_record() {
-            if let Record::Message { data, .. } = record
-                && checksum(&data) == wanted
-            {
-                return Some(Given { data: data.into_owned().into(), chunk: None });
-            }
-        }
-        None
+    fn finish(&mut self) -> Result<()> {
+        Ok(())
     }
 }
 

@@ -1,7 +1,7 @@
 //! A slice of a recording: its annotations alone, and behind those of each part of the input what became of its clouds.
 
 use super::Job;
-use crate::annotate::join::{NOTES, SLICE_METADATA, slice_metadata};
+use crate::annotate::slice_files::{NOTES, SLICE_METADATA, slice_metadata};
 use crate::error::Result;
 use crate::io::{Position, Record};
 
