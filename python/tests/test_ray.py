@@ -74,7 +74,9 @@ def test_a_worker_that_is_killed_changes_nothing(cluster, example, drives, tmp_p
     hunter.start()
     recordings = example.run([str(drives)], output, 8, {"semantics": "auto"}, tell=told.append)
     assert killed.is_set(), "no worker was killed: all was done before two slices were under way"
-    assert len([node for node in ray.nodes() if node["Alive"]]) == 2
+    # The cluster hears of it by and by.
+    while len([node for node in ray.nodes() if node["Alive"]]) > 2:
+        time.sleep(0.1)
     assert [recording.problem for recording in recordings] == [None, None]
     for name in ("a.mcap", "day/b.mcap"):
         whole = tmp_path / "whole.mcap"
