@@ -17,6 +17,7 @@ use super::asked::Asked;
 use super::notes::{Before, Done, Given, Note, Noted};
 use crate::error::{Error, Result};
 use crate::io::{PartialFile, Record, RecordingReader, checksum};
+use crate::workers::Workers;
 
 /// Where the journal of an output lies.
 pub fn journal_of(output: &Path) -> PathBuf {
@@ -93,7 +94,7 @@ impl CutOff {
         };
         let mut journal = BufReader::new(file);
         let asked = journal.read_line(&mut String::new());
-        let recording = RecordingReader::open(&old(&partial));
+        let recording = RecordingReader::open_unhashed(&old(&partial), &Workers::none());
         let (Ok(_), Ok(recording)) = (asked, recording) else {
             return Ok(None);
         };

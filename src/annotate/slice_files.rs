@@ -43,7 +43,7 @@ impl SliceFile {
     /// # Errors
     /// [`Error::Slices`] if the file is a recording but no slice of one; those of [`RecordingReader::open`].
     pub fn open(path: &Path) -> Result<Self> {
-        let mut reader = RecordingReader::open(path)?;
+        let mut reader = RecordingReader::open_unhashed(path, &Workers::none())?;
         let no_slice = |problem: String| Error::Slices { of: path.to_owned(), problem };
         while let Some(record) = reader.next_record()? {
             let metadata = match record {
@@ -196,7 +196,7 @@ impl Slices {
             let Some(file) = self.files.pop_front() else {
                 return Ok(false);
             };
-            let reader = RecordingReader::open_ahead(&file.path, &self.workers)?;
+            let reader = RecordingReader::open_unhashed(&file.path, &self.workers)?;
             self.open = Some((file, reader));
             return Ok(true);
         };

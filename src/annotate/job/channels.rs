@@ -1,7 +1,5 @@
 //! The channels of what is added.
 
-use std::sync::Arc;
-
 use super::Job;
 use crate::annotate::Form;
 use crate::annotate::topics::{INSTANCES, OBJECTS, added_metadata, channel_metadata};
@@ -16,40 +14,29 @@ pub(super) struct Added {
 }
 
 impl Job<'_> {
-    /// The channels of what is added to a channel's clouds, declared at the first of its topic.
+    /// The channels of what is added to a channel's clouds, declared at the first of its topic. Annotated clouds that take
+    /// the place of the clouds stand on the channel of those.
     pub(super) fn channels_for(&mut self, cloud_channel: u16) -> Result<Added> {
         let (topic, format) = self.clouds[&cloud_channel].clone();
         let written = self.options.types.format(format);
-        let channel = self.overview.channels[&cloud_channel].clone();
-        let known = self.added.get(&(Arc::clone(&topic), written)).copied();
-        if self.options.form == Form::InPlace {
-            return self.in_place(known, &channel, written, topic);
-        }
-        if let Some(added) = known {
-            return Ok(added);
-        }
-        let instances = self.add_instances(&channel, format, written)?;
-        let objects = self.add_objects(&channel, written)?;
-        let added = Added { instances, objects };
-        self.added.insert((topic, written), added);
-        Ok(added)
-    }
-
-    /// The same where the annotated clouds take the place of the clouds.
-    fn in_place(
-        &mut self,
-        known: Option<Added>,
-        cloud: &Channel,
-        written: CloudFormat,
-        topic: Arc<str>,
-    ) -> Result<Added> {
-        let objects = match known {
-            Some(added) => added.objects,
-            None => self.add_objects(cloud, written)?,
+        let is_in_place = self.options.form == Form::InPlace;
+        let key = (topic, written);
+        let added = match self.added.get(&key) {
+            Some(&added) => added,
+            None => {
+                let channel = self.overview.channels[&cloud_channel].clone();
+                let instances = match is_in_place {
+                    true => cloud_channel,
+                    false => self.add_instances(&channel, format, written)?,
+                };
+                let added = Added { instances, objects: self.add_objects(&channel, written)? };
+                *self.added.entry(key).or_insert(added)
+            }
         };
-        let added = Added { instances: cloud.id, objects };
-        self.added.entry((topic, written)).or_insert(added);
-        Ok(added)
+        Ok(match is_in_place {
+            true => Added { instances: cloud_channel, ..added },
+            false => added,
+        })
     }
 
     /// The channel of the annotated clouds: as the cloud's own where they are of its format.

@@ -11,6 +11,7 @@ use super::record::{Record, Schema};
 use super::scan::is_stream;
 use super::writer::Compression;
 use crate::error::{Error, Result};
+use crate::workers::Workers;
 
 /// Problems that are kept; a file can have any number.
 const MAX_PROBLEMS: usize = 16;
@@ -69,7 +70,7 @@ impl Overview {
             let (path, problem) = (path.to_owned(), problem.to_owned());
             return Err(Error::Recording { path, offset: 0, problem });
         }
-        let mut reader = RecordingReader::open_unhashed(path)?;
+        let mut reader = RecordingReader::open_unhashed(path, &Workers::none())?;
         let known = reader.known_overview();
         if let Some(overview) = known.as_ref().and_then(|known| known.get()) {
             return Ok(overview.clone());

@@ -131,9 +131,12 @@ impl RecordingReader {
         Ok(reader)
     }
 
-    /// Opens a recording whose hash is not wanted.
-    pub(super) fn open_unhashed(path: &Path) -> Result<Self> {
-        Self::open_with(path, false, Workers::none(), Plan::default())
+    /// As [`RecordingReader::open_ahead`] for a recording whose hash is not wanted.
+    ///
+    /// # Errors
+    /// Those of [`RecordingReader::open`].
+    pub fn open_unhashed(path: &Path, workers: &Workers) -> Result<Self> {
+        Self::open_with(path, false, workers.clone(), Plan::default())
     }
 
     fn open_with(path: &Path, hash: bool, workers: Workers, plan: Plan) -> Result<Self> {
