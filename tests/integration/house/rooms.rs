@@ -1,0 +1,188 @@
+//! Rooms: which stands above which, which dependency belongs to which, and who may read and write.
+
+use super::arrows::Arrow;
+use super::{ARROWS, HOUSE, fail_on};
+
+/// Rooms from the bottom up, by folder or file. A room may use those in the rows above it, and none
+/// beside it. A file is in the room with the longest path that fits.
+const ROOMS: &[&[&str]] = &[
+    &["src/error.rs", "src/stopwatch.rs", "src/workers.rs"],
+    &[
+        "src/disjoint_sets.rs",
+        "src/footprint.rs",
+        "src/grid.rs",
+        "src/kd_tree.rs",
+        "src/palette.rs",
+    ],
+    &["src/cloud.rs"],
+    &["src/sensor_frame.rs", "src/taxonomy.rs"],
+    &["src/instances"],
+    &["src/evaluate", "src/range_image", "src/simulate"],
+    &["src/network", "src/semantics"],
+    &["src/cluster"],
+    &["src/baselines"],
+    &["src/pipeline"],
+    &["src/explain"],
+    &["src/failures"],
+    &["src/io"],
+    &["src/annotate"],
+    &["src/comparison.rs", "src/replay.rs"],
+    &["src/triage"],
+    &["src/view"],
+    &["src/lib.rs"],
+    &["python/src", "src/bin"],
+];
+
+/// Dependencies, and the rooms or files that may name them. Others may be named anywhere.
+const DEPENDENCIES: &[(&str, &[&str])] = &[
+    ("anyhow", &["src/bin"]),
+    ("base64", &["src/io"]),
+    ("binrw", &["src/io"]),
+    ("clap", &["src/bin"]),
+    ("clap_complete", &["src/bin"]),
+    ("crc32fast", &["src/io"]),
+    ("ctrlc", &["src/bin"]),
+    ("foxglove", &["src/io"]),
+    ("indicatif", &["src/bin"]),
+    ("kiddo", &["src/kd_tree.rs"]),
+    ("lz4", &["src/io"]),
+    ("mcap", &["src/error.rs", "src/io"]),
+    ("numpy", &["python/src"]),
+    ("object_store", &["src/io"]),
+    ("ort", &["src/network"]),
+    ("png", &["src/view"]),
+    ("pyo3", &["python/src"]),
+    ("rand_pcg", &["src/evaluate", "src/simulate"]),
+    ("rerun", &["src/view/rerun_stream.rs"]),
+    ("rustls", &["src/io"]),
+    ("serde_saphyr", &["src/io", "src/network", "src/taxonomy.rs"]),
+    ("sha2", &["src/io", "src/network"]),
+    ("tempfile", &["src/io"]),
+    ("tiny_skia", &["src/view"]),
+    ("tokio", &["src/io"]),
+    ("tract_onnx", &["src/network"]),
+    ("ttf_parser", &["src/view"]),
+    ("zstd", &["src/io"]),
+];
+
+/// Rooms that may read records one after the other.
+const RECORD_READERS: &[&str] = &["crates/recording", "src/annotate", "src/io/recording"];
+
+/// Files elsewhere that still do, with the reason. The list may only shrink.
+const KNOWN_RECORD_READERS: &[(&str, &str)] = &[
+    ("src/bin/divmerge/export.rs", "to be a visitor of frames"),
+    ("src/bin/divmerge/info.rs", "to be a visitor of frames"),
+    ("src/io/boxes/topic.rs", "reads all boxes of a topic ahead"),
+    ("src/io/classes/topic.rs", "reads classes beside the clouds"),
+    ("src/io/frames.rs", "to be the room frames"),
+    ("src/io/static_transforms.rs", "reads transforms ahead"),
+    ("src/replay.rs", "to be the room frames"),
+];
+
+/// The binary writes with `write_file`, which leaves no half-written file. These files still write
+/// by themselves, with the reason. The list may only shrink.
+const KNOWN_WRITERS: &[(&str, &str)] = &[
+    ("src/bin/divmerge/evaluate.rs", "to use write_file"),
+    ("src/bin/divmerge/failures.rs", "to use write_file"),
+];
+
+/// Whether a file is a room or in it.
+fn is_in(file: &str, room: &str) -> bool {
+    let rest = file.strip_prefix(room);
+    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('/') || rest == ".rs")
+}
+
+/// A file's room and the row it stands in.
+fn room_of(file: &str) -> Option<(usize, &'static str)> {
+    let rows = ROOMS.iter().enumerate();
+    let rooms = rows.flat_map(|(row, rooms)| rooms.iter().map(move |&room| (row, room)));
+    rooms.filter(|(_, room)| is_in(file, room)).max_by_key(|(_, room)| room.len())
+}
+
+/// What is wrong with an arrow, if it does not point down.
+fn complaint(arrow: &Arrow) -> Option<String> {
+    let Arrow { from, to, line, name } = arrow;
+    let (Some((own, own_room)), Some((other, other_room))) = (room_of(from), room_of(to)) else {
+        return Some(format!("{from} or {to} is in no room of the table ROOMS"));
+    };
+    let is_wrong = own_room != other_room && other >= own;
+    let why = if other == own { "beside" } else { "above" };
+    is_wrong.then(|| {
+        format!("{from}:{line} takes `{name}` from {to}: {other_room} is {why} {own_room}")
+    })
+}
+
+#[test]
+fn arrows_point_down_only() {
+    let complaints: Vec<String> = ARROWS.iter().filter_map(complaint).collect();
+    fail_on(&complaints);
+}
+
+/// Files and lines where code names a dependency.
+fn namers(dependency: &str) -> Vec<(String, usize)> {
+    let mut found = Vec::new();
+    for module in &HOUSE.modules {
+        let imports = module.imports.iter().map(|import| (&import.path, import.line));
+        let mentions = module.mentions.iter().map(|mention| (&mention.path, mention.line));
+        let named = imports.chain(mentions).filter(|(path, _)| path.len() > 1);
+        let named = named.filter(|(path, _)| path[0] == dependency);
+        found.extend(named.map(|(_, line)| (module.file.clone(), line)));
+    }
+    found
+}
+
+#[test]
+fn dependencies_stay_in_their_rooms() {
+    let mut complaints = Vec::new();
+    for (dependency, rooms) in DEPENDENCIES {
+        let namers = namers(dependency);
+        for room in rooms.iter().filter(|room| !namers.iter().any(|(file, _)| is_in(file, room))) {
+            complaints.push(format!("{room} no longer names {dependency}: shorten the table"));
+        }
+        let outside = namers.iter().filter(|(file, _)| !rooms.iter().any(|room| is_in(file, room)));
+        let told = |(file, line): &(String, usize)| {
+            format!("{file}:{line} names {dependency}, which belongs in {}", rooms.join(", "))
+        };
+        complaints.extend(outside.map(told));
+    }
+    fail_on(&complaints);
+}
+
+/// Complaints about places outside a list of exceptions, and about exceptions that are none.
+fn beyond(known: &[(&str, &str)], found: &[(String, usize)], what: &str) -> Vec<String> {
+    let is_known = |file: &str| known.iter().any(|(known, _)| *known == file);
+    let new = found.iter().filter(|(file, _)| !is_known(file));
+    let new = new.map(|(file, line)| format!("{file}:{line} {what}"));
+    let gone = known.iter().filter(|(known, _)| !found.iter().any(|(file, _)| file == known));
+    let gone = gone.map(|(file, _)| format!("{file} is no exception any more: delete its entry"));
+    new.chain(gone).collect()
+}
+
+#[test]
+fn records_are_read_in_their_rooms_only() {
+    let mut found = Vec::new();
+    for module in &HOUSE.modules {
+        let is_allowed = RECORD_READERS.iter().any(|room| is_in(&module.file, room));
+        let calls = module.calls.iter().filter(|_| !is_allowed);
+        let reads = calls.filter(|(name, _)| name == "next_record" || name == "next_part");
+        found.extend(reads.map(|(_, line)| (module.file.clone(), *line)));
+    }
+    fail_on(&beyond(KNOWN_RECORD_READERS, &found, "reads records: use a visitor of frames"));
+}
+
+#[test]
+fn the_binary_writes_whole_files_only() {
+    const WRITES: &[&[&str]] = &[&["fs", "write"], &["File", "create"], &["OpenOptions", "new"]];
+    let mut found = Vec::new();
+    for module in &HOUSE.modules {
+        let mentions = module.mentions.iter().filter(|_| is_in(&module.file, "src/bin"));
+        let ends = |path: &[String]| WRITES.iter().any(|end| path.ends_with(&owned(end)));
+        let writes = mentions.filter(|mention| ends(&mention.path));
+        found.extend(writes.map(|mention| (module.file.clone(), mention.line)));
+    }
+    fail_on(&beyond(KNOWN_WRITERS, &found, "writes a file: use write_file"));
+}
+
+fn owned(words: &[&str]) -> Vec<String> {
+    words.iter().map(|&word| word.to_owned()).collect()
+}

@@ -1,0 +1,101 @@
+//! Files, functions and lines stay small.
+
+use syn::spanned::Spanned;
+use syn::visit::{self, Visit};
+
+use super::known::{Flaw, fail_beyond};
+use super::source::{Texts, described, is_for_tests};
+use super::texts;
+
+/// Lines of a file, without what is for tests alone.
+const FILE: usize = 400;
+/// Lines of a function, from its signature to its end.
+const FUNCTION: usize = 60;
+/// Columns of a line.
+const COLUMNS: usize = 100;
+
+/// All Rust files of the project.
+fn rust_files() -> Texts {
+    let folders = ["src", "crates", "tests", "benches", "examples", "fuzz", "python"];
+    folders.iter().flat_map(|folder| texts(folder, &[".rs"])).collect()
+}
+
+/// Lines that are for tests, and functions with their place and length.
+#[derive(Default)]
+struct Measures {
+    test_lines: usize,
+    functions: Vec<(String, usize, usize)>,
+}
+
+impl Measures {
+    fn function(&mut self, signature: &syn::Signature, block: &syn::Block) {
+        let start = signature.span().start().line;
+        let length = block.span().end().line - start + 1;
+        self.functions.push((signature.ident.to_string(), start, length));
+    }
+}
+
+impl<'a> Visit<'a> for Measures {
+    fn visit_item(&mut self, item: &'a syn::Item) {
+        if is_for_tests(described(item).0) {
+            self.test_lines += item.span().end().line - item.span().start().line + 1;
+        }
+        visit::visit_item(self, item);
+    }
+
+    fn visit_item_fn(&mut self, item: &'a syn::ItemFn) {
+        self.function(&item.sig, &item.block);
+        visit::visit_item_fn(self, item);
+    }
+
+    fn visit_impl_item_fn(&mut self, item: &'a syn::ImplItemFn) {
+        self.function(&item.sig, &item.block);
+        visit::visit_impl_item_fn(self, item);
+    }
+
+    fn visit_trait_item_fn(&mut self, item: &'a syn::TraitItemFn) {
+        if let Some(block) = &item.default {
+            self.function(&item.sig, block);
+        }
+        visit::visit_trait_item_fn(self, item);
+    }
+}
+
+fn flaw(key: String, size: usize, complaint: String) -> Flaw {
+    Flaw { key, size, complaint }
+}
+
+/// What is too large in a file.
+fn too_large(file: &str, text: &str) -> Vec<Flaw> {
+    let syntax = syn::parse_file(text).unwrap_or_else(|error| panic!("{file}: {error}"));
+    let mut measures = Measures::default();
+    measures.visit_file(&syntax);
+    let mut flaws = Vec::new();
+    let lines = text.lines().count() - measures.test_lines;
+    if lines > FILE {
+        let told = format!("{file} has {lines} lines without tests; {FILE} are allowed");
+        flaws.push(flaw(format!("file {file}"), lines, told));
+    }
+    for (name, line, length) in measures.functions {
+        if length > FUNCTION {
+            let told =
+                format!("{file}:{line} fn {name} has {length} lines; {FUNCTION} are allowed");
+            flaws.push(flaw(format!("function {file}:{name}"), length, told));
+        }
+    }
+    let lines = text.lines().zip(1..).filter(|(line, _)| line.chars().count() > COLUMNS);
+    let wide: Vec<String> = lines.map(|(_, number): (&str, usize)| number.to_string()).collect();
+    if !wide.is_empty() {
+        let told = format!("{file} has lines over {COLUMNS} columns: {}", wide.join(", "));
+        flaws.push(flaw(format!("wide {file}"), wide.len(), told));
+    }
+    flaws
+}
+
+#[test]
+fn files_functions_and_lines_stay_small() {
+    let files = rust_files();
+    assert!(files.len() > 300, "only {} files found: the reader is broken", files.len());
+    let flaws = files.iter().flat_map(|(file, text)| too_large(file, text)).collect();
+    fail_beyond(&["file", "function", "wide"], flaws);
+}
