@@ -2,6 +2,7 @@
 
 import os
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,10 @@ import pytest
 import divmerge
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "python"))
+
+from needed import skip_or_fail  # noqa: E402
+
 TOPIC = "/lidar/points"
 
 
@@ -27,7 +32,7 @@ def command_line():
     """Runs the built binary: `command_line("annotate", ...)`."""
     binary = _binary()
     if binary is None:
-        pytest.skip("no divmerge is built: cargo build, or DIVMERGE_BIN")
+        skip_or_fail("no divmerge is built: cargo build, or DIVMERGE_BIN")
 
     def run(*arguments):
         words = [str(binary), *map(str, arguments)]

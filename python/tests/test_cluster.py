@@ -5,6 +5,7 @@ import pytest
 
 import divmerge
 from divmerge import Reason
+from needed import needed
 
 
 def same(a, b):
@@ -303,8 +304,9 @@ def test_arrays_of_other_libraries(frame, kind):
     same(given, divmerge.cluster(frame.points, frame.classes))
 
 
+@pytest.mark.torch
 def test_torch_tensors(frame):
-    torch = pytest.importorskip("torch")
+    torch = needed("torch")
     points = torch.from_numpy(frame.points.copy())
     classes = torch.from_numpy(frame.classes.astype(np.int64))
     same(divmerge.cluster(points, classes), divmerge.cluster(frame.points, frame.classes))

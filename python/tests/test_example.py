@@ -7,6 +7,7 @@ import sys
 import pytest
 
 from conftest import ROOT
+from needed import needed
 
 
 def run(*arguments, **environment):
@@ -33,6 +34,7 @@ def test_a_network_without_errors_finds_more(drives):
     assert spoiled < quality(run(drives("rings"), "--share", 0))
 
 
+@pytest.mark.torch
 def test_with_pytorch(drives):
-    pytest.importorskip("torch")
+    needed("torch")
     assert "tensors of PyTorch" in run(drives("small"))

@@ -9,9 +9,10 @@ import pytest
 
 import divmerge
 from conftest import ROOT
+from needed import needed
 
-ray = pytest.importorskip("ray")
-cluster_utils = pytest.importorskip("ray.cluster_utils")
+ray = needed("ray")
+cluster_utils = needed("ray.cluster_utils")
 
 
 @pytest.fixture(scope="module")

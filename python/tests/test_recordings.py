@@ -11,6 +11,7 @@ import pytest
 
 import divmerge
 from conftest import ROOT, TOPIC
+from needed import skip_or_fail
 
 COLUMNS = ("instance", "component", "semantic", "reason")
 KINDS = ["rings", "small", "organised", "solid", "ros1", "protobuf"]
@@ -343,7 +344,7 @@ def test_a_network_gives_the_same_classes_as_at_the_command_line(drives, command
     except divmerge.Error as error:
         if "ONNX Runtime" not in str(error):
             raise
-        pytest.skip("no ONNX Runtime: pip install onnxruntime, or ORT_DYLIB_PATH")
+        skip_or_fail("no ONNX Runtime: pip install onnxruntime, or ORT_DYLIB_PATH")
     command_line("annotate", drives("rings"), "-o", tmp_path / "out.mcap", "--semantics", semantics)
     divmerge.annotate(drives("rings"), tmp_path / "own.mcap", semantics=semantics)
     assert (tmp_path / "own.mcap").read_bytes() == (tmp_path / "out.mcap").read_bytes()

@@ -6,10 +6,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 import divmerge
 from divmerge import _divmerge
+from needed import needed
 
 FOLDER = Path(divmerge.__file__).parent
 
@@ -48,14 +47,14 @@ def test_the_version_is_that_of_the_package():
 
 
 def test_stubtest_agrees(tmp_path):
-    pytest.importorskip("mypy")
+    needed("mypy")
     command = [sys.executable, "-m", "mypy.stubtest", "divmerge"]
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 0, done.stdout
 
 
 def test_users_are_checked(tmp_path):
-    pytest.importorskip("mypy")
+    needed("mypy")
     program = tmp_path / "program.py"
     program.write_text(
         """

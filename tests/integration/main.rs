@@ -25,6 +25,7 @@ mod sensors;
 mod shapes;
 mod shared_data;
 mod simulated;
+mod skip;
 mod slices;
 mod threads;
 mod triage;

@@ -14,6 +14,7 @@ use divmerge::{PointCloud, Result};
 use crate::cli::{divmerge, path, text};
 use crate::onnx::Linear;
 use crate::recordings::drive;
+use crate::skip::skip_or_fail;
 
 /// Three classes: none, road and car. Means are 0 and deviations 1, so the channels are metres.
 const CONFIG: &str = "
@@ -52,11 +53,11 @@ fn options(model: PathBuf) -> NetworkOptions {
     NetworkOptions { model, ..NetworkOptions::default() }
 }
 
-/// Whether there is something to run networks on; else a word on stderr.
+/// Whether there is something to run networks on.
 fn can_run() -> bool {
     let can = HAS_TRACT || has_onnx_runtime();
     if !can {
-        eprintln!("skipped: neither ONNX Runtime (pip install onnxruntime) nor the feature tract");
+        skip_or_fail("neither ONNX Runtime (pip install onnxruntime) nor the feature tract");
     }
     can
 }

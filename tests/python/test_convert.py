@@ -7,6 +7,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
+from needed import needed
 from test_independent_readers import RECORDINGS, points, run
 
 # A scanner 0.27 m behind and 0.08 m above a camera that looks ahead, turned a little; as exact as KITTI's.
@@ -201,7 +202,7 @@ def test_arrays_that_numpy_saves(tmp_path, kind):
 
 @pytest.mark.parametrize("encoding", ["ASCII", "BINARY", "BINARY_COMPRESSED"])
 def test_pcd_files_that_another_writer_makes(tmp_path, encoding):
-    pypcd4 = pytest.importorskip("pypcd4")
+    pypcd4 = needed("pypcd4")
     rng = np.random.default_rng(2)
     # Two digits behind the point, which repeat enough to be compressed.
     columns = {name: np.round(rng.normal(size=3000), 2).astype("f4") for name in ("x", "y", "z")}

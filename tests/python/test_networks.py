@@ -13,6 +13,7 @@ import pytest
 import yaml
 
 import range_view
+from needed import skip_or_fail
 from test_independent_readers import BINARY
 
 NETWORK = Path(__file__).resolve().parents[1] / "data" / "network"
@@ -26,7 +27,7 @@ def run(*arguments):
     command = [BINARY, *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, env=environment)
     if "built without tract" in done.stderr:
-        pytest.skip("the binary was built without the feature tract")
+        skip_or_fail("the binary was built without the feature tract")
     assert done.returncode == 0, done.stderr
     return done.stdout
 

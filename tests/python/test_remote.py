@@ -20,10 +20,11 @@ import urllib.parse
 
 import pytest
 
+from needed import needed, skip_or_fail
 from test_independent_readers import BINARY
 
-boto3 = pytest.importorskip("boto3")
-pytest.importorskip("moto")
+boto3 = needed("boto3")
+needed("moto")
 
 from moto.core.responses import ActionAuthenticatorMixin  # noqa: E402
 from moto.moto_server.werkzeug_app import DomainDispatcherApplication, create_backend_app  # noqa: E402
@@ -62,7 +63,7 @@ def refused(*arguments, **more):
 @pytest.fixture(scope="module", autouse=True)
 def built():
     if "built without object stores" in start("info", "s3://bucket/key").stderr:
-        pytest.skip("the binary was built without the feature remote")
+        skip_or_fail("the binary was built without the feature remote")
 
 
 @pytest.fixture(scope="module")
@@ -586,7 +587,7 @@ def test_ctrl_c_ends_what_waits(drive, tmp_path, web, at):
 
 def certificate(folder):
     """A certificate of this machine, by an authority of its own."""
-    x509 = pytest.importorskip("cryptography.x509")
+    x509 = needed("cryptography.x509")
     from cryptography.hazmat.primitives import hashes, serialization
     from cryptography.hazmat.primitives.asymmetric import ec
 
