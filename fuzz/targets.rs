@@ -243,7 +243,7 @@ pub const TARGETS: [Target; 20] = [
     },
     Target {
         name: "taxonomy",
-        what: "`Taxonomy::from_yaml_file`",
+        what: "`read_taxonomy`",
         share: 10,
         seeds: seeds::taxonomies,
         words: &[b"&a [*a]", b"{{{{{{{{{{", b"- - - - - -", b"!!map", b": ", b"\n  "],
@@ -411,7 +411,7 @@ fn class_array(bytes: &[u8]) -> Ended {
 }
 
 fn yaml(bytes: &[u8]) -> Ended {
-    Taxonomy::from_yaml_file(&place("taxonomy.yaml", bytes)).ends()
+    divmerge::taxonomy_file::read_taxonomy(&place("taxonomy.yaml", bytes)).ends()
 }
 
 /// A recording of any shape whose records may be changed, and whose chunks may lie.

@@ -3,30 +3,14 @@
 
 use std::path::{Path, PathBuf};
 
+use divmerge_core::{CloudError, ParameterError};
+
 /// What can go wrong in the library.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// Columns of a point cloud differ in length.
-    #[error("column `{column}` holds {found} points where x holds {expected}")]
-    ColumnLength {
-        /// Name of the column.
-        column: &'static str,
-        /// Points in column x.
-        expected: usize,
-        /// Points in the offending column.
-        found: usize,
-    },
-
-    /// The declared height and width do not multiply to the number of points.
-    #[error("a cloud of {height} x {width} cannot hold {points} points")]
-    Shape {
-        /// Declared rows.
-        height: usize,
-        /// Declared columns.
-        width: usize,
-        /// Points present.
-        points: usize,
-    },
+    /// Columns that make no cloud, or a cloud whose frame is not known to stand upright.
+    #[error(transparent)]
+    Cloud(#[from] CloudError),
 
     /// A message that is not what its schema says.
     #[error("malformed {message}: {problem}")]
@@ -52,17 +36,6 @@ pub enum Error {
         /// The field asked for.
         name: String,
         /// The fields that are there, comma separated.
-        present: String,
-    },
-
-    /// Recorded transforms were asked for that are not there.
-    #[error(
-        "no static transform leads from frame `{frame}` to one of the vehicle (base_link, base_footprint, ...); recorded: {present}"
-    )]
-    MissingTransform {
-        /// The cloud's frame.
-        frame: String,
-        /// The transforms that are there, comma separated.
         present: String,
     },
 
@@ -280,6 +253,12 @@ pub enum Error {
     /// The MCAP writer refused.
     #[error("writing MCAP: {0}")]
     Write(#[from] mcap::McapError),
+}
+
+impl From<ParameterError> for Error {
+    fn from(ParameterError { name, problem, .. }: ParameterError) -> Self {
+        Error::Parameter { name, problem }
+    }
 }
 
 /// A number with its thousands apart, as in `1,234,567`.

@@ -27,33 +27,30 @@
 //! with the results in it. `docs/architecture.md` shows the way through the code.
 
 pub mod annotate;
-pub mod baselines;
-pub mod cloud;
-pub mod cluster;
 pub mod comparison;
-pub mod disjoint_sets;
 pub mod error;
 pub mod evaluate;
 pub mod explain;
 pub mod failures;
-pub mod footprint;
-pub mod grid;
-pub mod instances;
 pub mod io;
-pub mod kd_tree;
 pub mod network;
 pub mod palette;
-pub mod pipeline;
-pub mod range_image;
 pub mod replay;
-pub mod semantics;
-pub mod sensor_frame;
-pub mod simulate;
 pub mod stopwatch;
-pub mod taxonomy;
+pub mod taxonomy_file;
 pub mod triage;
 pub mod view;
 pub mod workers;
+
+/// Instances, as they were named before (interim).
+pub mod instances {
+    pub use divmerge_core::cloud::*;
+}
+pub use divmerge_core::cloud::{self, sensor_frame, taxonomy};
+pub use divmerge_core::geometry::{disjoint_sets, footprint, grid, kd_tree};
+pub use divmerge_core::methods as baselines;
+pub use divmerge_core::{cluster, pipeline, range_image, semantics};
+pub use divmerge_simulate as simulate;
 
 pub use cloud::PointCloud;
 pub use error::{Error, Result};

@@ -35,7 +35,10 @@ impl PyTaxonomy {
             wrong_type("taxonomy", format!("expected a Taxonomy or a path, got {}", type_of(value)))
         };
         let path: PathBuf = value.extract().map_err(problem)?;
-        Py::new(value.py(), PyTaxonomy { inner: Taxonomy::from_yaml_file(&path).map_err(raised)? })
+        Py::new(
+            value.py(),
+            PyTaxonomy { inner: divmerge::taxonomy_file::read_taxonomy(&path).map_err(raised)? },
+        )
     }
 }
 
@@ -45,7 +48,7 @@ impl PyTaxonomy {
     #[pyo3(signature = (path=None))]
     fn new(path: Option<PathBuf>) -> PyResult<Self> {
         let inner = match path {
-            Some(path) => Taxonomy::from_yaml_file(&path).map_err(raised)?,
+            Some(path) => divmerge::taxonomy_file::read_taxonomy(&path).map_err(raised)?,
             None => Taxonomy::semantic_kitti(),
         };
         Ok(PyTaxonomy { inner })

@@ -5,6 +5,8 @@ use std::ops::Range;
 
 use super::clouds::{CloudFormat, Datatype, PackedCloud, PointField};
 use super::ros::ByteOrder;
+use divmerge_core::CloudError;
+
 use crate::error::{Error, Result};
 use crate::palette::{INSTANCE_COLOURS, instance_colour, reason_colour};
 
@@ -89,7 +91,7 @@ pub struct Certainty<'a> {
 /// two of padding. A name that the cloud already has is written with [`CLASH_PREFIX`].
 ///
 /// # Errors
-/// [`Error::ColumnLength`] if a column does not have one value for each point,
+/// [`CloudError::ColumnLength`] if a column does not have one value for each point,
 /// [`Error::Malformed`] if the result would not fit the message's 32-bit sizes, [`Error::Unsupported`] if the format
 /// cannot hold the cloud.
 pub fn annotated_cloud(
@@ -284,7 +286,7 @@ fn check(cloud: &PackedCloud, annotation: &PointAnnotation) -> Result<()> {
     ];
     match columns.into_iter().find(|&(_, found)| found != expected) {
         None => Ok(()),
-        Some((column, found)) => Err(Error::ColumnLength { column, expected, found }),
+        Some((column, found)) => Err(CloudError::ColumnLength { column, expected, found }.into()),
     }
 }
 
@@ -442,7 +444,7 @@ mod tests {
         let short = PointAnnotation { ground: Some(&[0; 3]), ..ANNOTATION };
         assert!(matches!(
             annotated_cloud(&input(&data), &short, &mut Vec::new()),
-            Err(Error::ColumnLength { column: "ground", expected: 4, found: 3 })
+            Err(Error::Cloud(CloudError::ColumnLength { column: "ground", expected: 4, found: 3 }))
         ));
     }
 
@@ -487,7 +489,7 @@ mod tests {
         let short = PointAnnotation { reason: &[0; 3], ..ANNOTATION };
         assert!(matches!(
             annotated_cloud(&input(&data), &short, &mut Vec::new()),
-            Err(Error::ColumnLength { column: "reason", expected: 4, found: 3 })
+            Err(Error::Cloud(CloudError::ColumnLength { column: "reason", expected: 4, found: 3 }))
         ));
         let mut huge = input(&[]);
         (huge.height, huge.width, huge.point_step) = (0, 1 << 20, 1 << 20);

@@ -28,6 +28,8 @@ pub use write::{EPOCH_NS, Frame, Written, write_scans};
 use super::ByteOrder;
 use super::cloud_recording::stamp;
 use super::clouds::{Datatype, PackedCloud, PointField};
+use divmerge_core::CloudError;
+
 use crate::error::{Error, Result};
 
 /// The points of a file, described as a PointCloud2 message does.
@@ -139,12 +141,12 @@ impl Scan {
     /// Adds two UINT16 fields behind each point: the low and the high half of its label word.
     ///
     /// # Errors
-    /// [`Error::ColumnLength`] unless there is a word for each point; [`Error::Malformed`] if there is a field of
+    /// [`CloudError::ColumnLength`] unless there is a word for each point; [`Error::Malformed`] if there is a field of
     /// such a name, or the points become too long for a message.
     pub fn append_labels(&mut self, words: &[u32], [class, instance]: [&str; 2]) -> Result<()> {
         if words.len() != self.len() {
             let (expected, found) = (self.len(), words.len());
-            return Err(Error::ColumnLength { column: "label", expected, found });
+            return Err(CloudError::ColumnLength { column: "label", expected, found }.into());
         }
         let malformed = |problem| Error::Malformed { message: "scan", problem };
         if let Some(name) = [class, instance].into_iter().find(|&name| self.has(name)) {

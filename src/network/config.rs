@@ -80,7 +80,7 @@ impl NetworkConfig {
                 problem: error.to_string(),
             })?;
             if file.has_labels() {
-                taxonomy = Some(Taxonomy::from_yaml_file(path)?);
+                taxonomy = Some(crate::taxonomy_file::read_taxonomy(path)?);
             }
             merged.take(file);
         }

@@ -154,7 +154,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 
 fn semantic_kitti(arguments: &SemanticKitti) -> Result<Outcome> {
     let taxonomy = match &arguments.taxonomy {
-        Some(path) => Taxonomy::from_yaml_file(path)?,
+        Some(path) => divmerge::taxonomy_file::read_taxonomy(path)?,
         None => Taxonomy::semantic_kitti(),
     };
     let chosen = chosen(&arguments.root, &arguments.sequences)?;

@@ -97,7 +97,7 @@ const NAMED: usize = 10;
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     arguments.json.as_deref().map_or(Ok(()), crate::refuse_address)?;
     let taxonomy = match &arguments.taxonomy {
-        Some(path) => Taxonomy::from_yaml_file(path)?,
+        Some(path) => divmerge::taxonomy_file::read_taxonomy(path)?,
         None => Taxonomy::semantic_kitti(),
     };
     let wanted = Wanted {

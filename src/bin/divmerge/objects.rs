@@ -112,7 +112,11 @@ impl ObjectArguments {
     pub fn method(&self, recording: &Path) -> Result<Method> {
         let objects = Objects {
             source: self.semantics.clone(),
-            taxonomy: self.taxonomy.as_deref().map(Taxonomy::from_yaml_file).transpose()?,
+            taxonomy: self
+                .taxonomy
+                .as_deref()
+                .map(divmerge::taxonomy_file::read_taxonomy)
+                .transpose()?,
             tolerance_ns: (self.tolerance * 1e9).round() as u64,
             network: self.network.options(),
         };

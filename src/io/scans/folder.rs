@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 
 use super::write::{EPOCH_NS, Frame, Written, write_scans};
 use super::{Columns, Format, Scan};
+use divmerge_core::CloudError;
+
 use crate::error::{Error, Result};
 use crate::io::cloud_recording::CloudRecording;
 use crate::io::problems::Problems;
@@ -166,7 +168,9 @@ pub fn append_labels(scan: &mut Scan, labels: &Path, fields: [&str; 2]) -> Resul
     let points = scan.len();
     scan.append_labels(&words, fields).map_err(|error| {
         let problem = match error {
-            Error::ColumnLength { found, .. } => format!("{found} labels for {points} points"),
+            Error::Cloud(CloudError::ColumnLength { found, .. }) => {
+                format!("{found} labels for {points} points")
+            }
             error => error.to_string(),
         };
         Error::Malformed { message: "labels", problem: format!("{}: {problem}", labels.display()) }

@@ -1,0 +1,115 @@
+//! What comes out: a reason or an instance for every point, and the instances themselves.
+
+use serde::Serialize;
+
+use super::likeness::{Kind, Likeness};
+use super::upright_box::UprightBox;
+
+/// Why a point has no instance. The numbers are those of the field `reason` in an annotated cloud.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[repr(u8)]
+pub enum Reason {
+    /// It has an instance.
+    None = 0,
+    /// The beam came back with nothing: NaN, infinite, or at the origin.
+    NoReturn = 1,
+    /// Its class is no thing, or the taxonomy does not know it.
+    NotAnObject = 2,
+    /// Ground, by geometry.
+    Ground = 3,
+    /// Hidden behind another point of its pixel, and no pixel of its class nearby to take a label from.
+    Shadowed = 4,
+    /// An object pixel that no seed reached.
+    Unreached = 5,
+    /// Its instance had fewer pixels than the minimum.
+    TooSmall = 6,
+}
+
+impl Reason {
+    /// All reasons in the order of their numbers.
+    pub const ALL: [Reason; 7] = [
+        Reason::None,
+        Reason::NoReturn,
+        Reason::NotAnObject,
+        Reason::Ground,
+        Reason::Shadowed,
+        Reason::Unreached,
+        Reason::TooSmall,
+    ];
+
+    /// A few words for people; "instance" for points that have one.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Reason::None => "instance",
+            Reason::NoReturn => "no return",
+            Reason::NotAnObject => "not an object",
+            Reason::Ground => "ground",
+            Reason::Shadowed => "shadowed without a match",
+            Reason::Unreached => "unreached",
+            Reason::TooSmall => "too small",
+        }
+    }
+}
+
+/// One verdict per point; all columns have length N.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct PointLabels {
+    /// Instance from 1, or 0 with a reason.
+    pub instance: Vec<u32>,
+    /// Local component before the merge, from 1, or 0.
+    pub component: Vec<u32>,
+    /// Class of the point's instance (majority vote), else its own, in the recording's ids; 0 where
+    /// there are no classes.
+    pub semantic: Vec<u16>,
+    /// Why there is no instance.
+    pub reason: Vec<Reason>,
+}
+
+impl PointLabels {
+    /// Points per reason, in the order of [`Reason::ALL`].
+    pub fn counts(&self) -> [u64; Reason::ALL.len()] {
+        let mut counts = [0; Reason::ALL.len()];
+        for &reason in &self.reason {
+            counts[reason as usize] += 1;
+        }
+        counts
+    }
+}
+
+/// One instance of a frame.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Instance {
+    /// Id from 1, as in [`PointLabels::instance`].
+    pub id: u32,
+    /// Class in the recording's ids, 0 where there are no classes.
+    pub semantic: u16,
+    /// Name of the class, empty where there are no classes.
+    pub class_name: String,
+    /// Mean over its points of the confidence in that class, 0 where a point has another; `None` where classes come
+    /// without any.
+    pub confidence: Option<f64>,
+    /// What it looks like, where there are no classes.
+    pub likeness: Option<Likeness>,
+    /// Number of its points.
+    pub points: u32,
+    /// Number of its pixels.
+    pub pixels: u32,
+    /// Number of local components it was merged from.
+    pub components: u32,
+    /// Its box.
+    pub bounds: UprightBox,
+}
+
+impl Instance {
+    /// Its number and what is known of it, as in `12 car` or `12 vehicle-like 83 %`.
+    pub fn title(&self) -> String {
+        match self.likeness {
+            Some(Likeness { kind: Kind::Unknown, .. }) => self.id.to_string(),
+            Some(Likeness { kind, probability, .. }) => {
+                format!("{} {} {:.0} %", self.id, kind.name(), probability * 100.0)
+            }
+            None => format!("{} {}", self.id, self.class_name).trim_end().to_owned(),
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! Back from pixels to points: what a shadowed point takes from the pixels around it (ALGORITHM section 6).
+
+use super::objects::ObjectPixels;
+use super::params::{BackProjection, Nearest};
+use crate::cloud::point_cloud::{PointCloud, wide};
+use crate::range_image::RangeImage;
+use crate::semantics::ObjectMask;
+
+/// A shadowed point farther than this many lengths of its class from the nearest pixel belongs to another object.
+const BEYOND: f64 = 1.5;
+
+/// The object pixel whose label a point of an object takes: its own, or if it is shadowed the nearest of its
+/// class, with [`Nearest::Space`] else of its family. `None` for points that are no objects, and for shadowed ones
+/// without a match: with [`Nearest::Space`] also for those far beyond the length of their class.
+pub fn label_source(
+    cloud: &PointCloud,
+    image: &RangeImage,
+    mask: &ObjectMask,
+    objects: &ObjectPixels,
+    point: usize,
+    window: BackProjection,
+) -> Option<usize> {
+    if !mask.is_object[point] {
+        return None;
+    }
+    if image.is_shadowed(point) {
+        let class = mask.class[point];
+        let by_space = window.nearest == Nearest::Space;
+        let size = mask.sizes[usize::from(class)].filter(|_| by_space);
+        let in_reach = |&(_, distance): &(usize, f64)| {
+            size.is_none_or(|size| distance <= (BEYOND * size.length).powi(2))
+        };
+        let nearest = |is_kin: &dyn Fn(usize) -> bool| {
+            nearest_object(cloud, image, objects, point, is_kin, window).filter(in_reach)
+        };
+        let found = nearest(&|object| objects.class[object] == class);
+        // One object may carry several classes of a family.
+        let family = mask.families[usize::from(class)];
+        let found = found.or_else(|| {
+            by_space.then(|| nearest(&|object| objects.family[object] == family)).flatten()
+        });
+        found.map(|(object, _)| object)
+    } else {
+        image.pixel_of(point).and_then(|pixel| objects.at(pixel))
+    }
+}
+
+/// The object pixel of a class nearest to a point in the window around the point's own pixel, and its
+/// [`distance`]. Columns wrap where the image does. Ties go to the nearer column, then to the left, then upwards.
+fn nearest_object(
+    cloud: &PointCloud,
+    image: &RangeImage,
+    objects: &ObjectPixels,
+    point: usize,
+    is_kin: impl Fn(usize) -> bool,
+    window: BackProjection,
+) -> Option<(usize, f64)> {
+    let own = image.pixel_of(point)?;
+    let columns = image.columns();
+    let (row, column) = (own / columns, own % columns);
+    let band = image.band_of(own);
+    let highest = row.saturating_sub(window.rows).max(band.rows.start);
+    let rows = highest..(row + window.rows + 1).min(band.rows.end);
+    let position = cloud.position(point);
+    let seen = band.from_sensor(wide(position));
+    let mut best: Option<(f64, usize)> = None;
+    for offset in 0..=window.columns.min((columns - 1) / 2) {
+        let bound = best.map_or(0.0, |_| least_distance(seen, offset, columns, window.nearest));
+        for column in sides(column, offset, columns, image.wraps).into_iter().flatten() {
+            if best.is_some_and(|(least, _)| least < bound) {
+                return best.map(|(distance, object)| (object, distance));
+            }
+            for row in rows.clone() {
+                let object = objects.at(row * columns + column);
+                let Some(object) = object.filter(|&object| is_kin(object)) else {
+                    continue;
+                };
+                let distance = distance(position, objects.position[object], window.nearest);
+                if best.is_none_or(|(least, _)| distance < least) {
+                    best = Some((distance, object));
+                }
+            }
+        }
+    }
+    best.map(|(distance, object)| (object, distance))
+}
+
+/// The columns `offset` to the left and to the right of a column; 0 to the left is the column itself.
+fn sides(column: usize, offset: usize, columns: usize, wraps: bool) -> [Option<usize>; 2] {
+    let left = column.checked_sub(offset);
+    let right = Some(column + offset).filter(|&right| right < columns);
+    match offset {
+        0 => [left, None],
+        _ if wraps => [
+            left.or(Some(column + columns - offset)),
+            right.or_else(|| (column + offset).checked_sub(columns)),
+        ],
+        _ => [left, right],
+    }
+}
+
+/// No point so many columns away, or farther, is nearer than this: its ray leaves in another direction
+/// than that of the point `seen` from where the sensor stands.
+fn least_distance(seen: [f64; 3], offset: usize, columns: usize, nearest: Nearest) -> f64 {
+    if nearest == Nearest::Range {
+        return 0.0;
+    }
+    let between = offset.saturating_sub(1) as f64;
+    let angle = (between * std::f64::consts::TAU / columns as f64).min(1.5);
+    let [x, y, _] = seen;
+    (x * x + y * y) * angle.sin().powi(2)
+}
+
+/// Anything that orders as the distance of two positions (metres) does; in space its square.
+fn distance(a: [f32; 3], b: [f32; 3], nearest: Nearest) -> f64 {
+    let (a, b) = (wide(a), wide(b));
+    let squared = |[x, y, z]: [f64; 3]| x * x + y * y + z * z;
+    match nearest {
+        Nearest::Range => (squared(a).sqrt() - squared(b).sqrt()).abs(),
+        Nearest::Space => squared([a[0] - b[0], a[1] - b[1], a[2] - b[2]]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sides_wrap_where_the_image_does() {
+        assert_eq!(sides(3, 0, 10, true), [Some(3), None]);
+        assert_eq!(sides(3, 2, 10, true), [Some(1), Some(5)]);
+        assert_eq!(sides(1, 3, 10, true), [Some(8), Some(4)]);
+        assert_eq!(sides(8, 4, 10, true), [Some(4), Some(2)]);
+        assert_eq!(sides(1, 3, 10, false), [None, Some(4)]);
+        assert_eq!(sides(8, 4, 10, false), [Some(4), None]);
+    }
+}

@@ -1,0 +1,251 @@
+//! Which way is up: the turn from the sensor's frame to one whose z is the normal of the ground around it.
+//!
+//! Sensors are mounted tilted, hung upside down, and recorded in frames with z down. All later steps read
+//! heights and slopes, so they are given the cloud turned until the ground around it lies level.
+//!
+//! Steps: returns from which the next one of their column lies no steeper than `STEEPEST`, the lowest and
+//! the highest of each cell around the sensor; the plane that most of the lowest lie on, and that of the
+//! highest, by random sample consensus (Fischler and Bolles 1981, scored as Torr and Zisserman's MSAC 2000)
+//! over a fixed sequence of samples; the one below the sensor unless the one above has several times its
+//! support. A ceiling over a floor is therefore a ceiling, and a sensor that hangs upside down between both
+//! takes it for the floor.
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+use super::{GroundParams, Lie};
+use crate::cloud::point_cloud::PointCloud;
+use crate::range_image::{NOWHERE, RangeImage};
+
+/// The turn that makes the ground level.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Level {
+    /// From the sensor's frame.
+    rotation: Matrix3<f32>,
+    /// Whether z points down in the sensor's frame.
+    pub is_upside_down: bool,
+}
+
+/// Steepest chord between two returns of a column that are taken for ground, rise over run in the sensor's
+/// frame: 40 degrees, 30 of tilt and a 10 % road on top.
+const STEEPEST: f32 = 0.84;
+/// Most tilt, as a tangent: 30 degrees.
+const MOST_TILT: f32 = 0.58;
+/// Least distance of the ground from the sensor in metres.
+const CLEARANCE: f32 = 0.2;
+/// One column in this many is looked at.
+const COLUMN_STRIDE: usize = 8;
+/// Planes tried. With 40 % of the cells on the ground, the chance that none of so many samples of three
+/// lies wholly on it is below one in a thousand.
+const SAMPLES: u32 = 128;
+/// Cells, spread over all of them, that choose among the planes.
+const JUDGES: usize = 128;
+/// Distance from a plane in metres at which a cell no longer supports it: a kerb and some bend.
+const BAND: f32 = 0.3;
+/// A plane above the sensor is the ground only with this many times the support of the one below.
+const UPSIDE_DOWN_SUPPORT: f32 = 2.5;
+/// Distance beyond a plane in metres from which on a cell speaks against it: nothing is seen through the
+/// ground, but for a dip.
+const BEYOND: f32 = 3.0 * BAND;
+
+impl Level {
+    /// The sensor's own frame.
+    pub const IDENTITY: Level = Level {
+        rotation: Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
+        is_upside_down: false,
+    };
+
+    /// The level of the ground around the sensor; the sensor's own where no plane is found.
+    pub fn of_ground(cloud: &PointCloud, image: &RangeImage, params: &GroundParams) -> Level {
+        let [below, above] = flat_cells(cloud, image, params);
+        let floor = Consensus::of(&below, Side::Below);
+        let most_above = above.len() as f32;
+        let least_above = UPSIDE_DOWN_SUPPORT * floor.map_or(1.0, |floor| floor.support.max(1.0));
+        let ceiling =
+            if most_above > least_above { Consensus::of(&above, Side::Above) } else { None };
+        match (floor, ceiling) {
+            (_, Some(ceiling)) if ceiling.support > least_above => {
+                Level::from_normal(-ceiling.refined(&above), true)
+            }
+            (Some(floor), _) => Level::from_normal(floor.refined(&below), false),
+            (None, _) => Level::IDENTITY,
+        }
+    }
+
+    /// The least turn that brings `up` to z, after half a turn about x where z points down.
+    fn from_normal(up: Vector3<f32>, is_upside_down: bool) -> Level {
+        let half_turn = match is_upside_down {
+            true => Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0)),
+            false => Matrix3::identity(),
+        };
+        let turn = Rotation3::rotation_between(&(half_turn * up), &Vector3::z());
+        let turn = turn.map_or(Matrix3::identity(), |turn| *turn.matrix());
+        Level { rotation: turn * half_turn, is_upside_down }
+    }
+
+    /// How the ground lies in the sensor's frame.
+    pub fn lie(&self) -> Lie {
+        let upwards = self.rotation.m33.abs().min(1.0);
+        Lie {
+            lean_degrees: f64::from(upwards.acos().to_degrees()),
+            is_overhead: self.is_upside_down,
+        }
+    }
+
+    /// A position of the sensor's frame in the level frame, metres.
+    pub fn turn(&self, position: [f32; 3]) -> [f32; 3] {
+        (self.rotation * Vector3::from(position)).into()
+    }
+}
+
+/// Flat returns near the sensor: of each cell around it the lowest below the sensor, and the highest above.
+fn flat_cells(
+    cloud: &PointCloud,
+    image: &RangeImage,
+    params: &GroundParams,
+) -> [Vec<Vector3<f32>>; 2] {
+    let (baseline, reach) = (params.baseline as f32, params.start_distance as f32);
+    let mut extremes = [Extremes::new(params), Extremes::new(params)];
+    let columns = image.columns().div_ceil(COLUMN_STRIDE);
+    let mut last = vec![Vector3::repeat(f32::NAN); columns];
+    for row in 0..image.rows() {
+        let pixels = image.point_of_pixel.row(row).iter().step_by(COLUMN_STRIDE);
+        for (&point, last) in pixels.zip(&mut last) {
+            if point == NOWHERE {
+                continue;
+            }
+            let here = Vector3::from(cloud.position(point as usize));
+            let step = here - *last;
+            let run = step.xy().norm();
+            if run < baseline {
+                continue;
+            }
+            // The first return of a column has no step: not a number, and not flat.
+            let is_flat = step.z.abs() <= STEEPEST * run;
+            for at in [here, *last].into_iter().filter(|at| is_flat && at.z.abs() > CLEARANCE) {
+                extremes[usize::from(at.z > 0.0)].keep(at, reach);
+            }
+            *last = here;
+        }
+    }
+    extremes.map(|extremes| extremes.positions.into_iter().flatten().collect())
+}
+
+/// The position farthest from the sensor's horizontal plane in each cell of a square around the sensor.
+struct Extremes {
+    cell: f32,
+    side: usize,
+    positions: Vec<Option<Vector3<f32>>>,
+}
+
+impl Extremes {
+    /// Most cells from the sensor to the square's edge.
+    const MOST: f32 = 64.0;
+
+    fn new(params: &GroundParams) -> Self {
+        let cell = params.cell as f32;
+        let half = (params.start_distance as f32 / cell).clamp(1.0, Self::MOST);
+        let side = 2 * half as usize + 1;
+        Extremes { cell, side, positions: vec![None; side * side] }
+    }
+
+    fn keep(&mut self, at: Vector3<f32>, reach: f32) {
+        if at.x.abs() < reach && at.y.abs() < reach {
+            let [row, column] =
+                [at.x, at.y].map(|along| (along / self.cell + 0.5 * self.side as f32) as usize);
+            if let Some(kept) = self.positions.get_mut(row * self.side + column)
+                && kept.is_none_or(|kept| at.z.abs() > kept.z.abs())
+            {
+                *kept = Some(at);
+            }
+        }
+    }
+}
+
+/// A side of the sensor, along its z.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Side {
+    Below,
+    Above,
+}
+
+/// A plane through three positions and how well the others agree.
+#[derive(Debug, Clone, Copy)]
+struct Consensus {
+    /// Unit normal with positive z.
+    normal: Vector3<f32>,
+    offset: f32,
+    /// Positions on the plane, less for those off it, less one for each beyond it.
+    support: f32,
+}
+
+impl Consensus {
+    /// The plane that most positions agree with, if there is one below or above the sensor.
+    fn of(positions: &[Vector3<f32>], side: Side) -> Option<Consensus> {
+        if positions.len() < 3 {
+            return None;
+        }
+        let mut draw = Draws(0);
+        let planes = (0..SAMPLES).filter_map(|_| {
+            let sample = [(); 3].map(|()| positions[draw.below(positions.len())]);
+            Consensus::through(sample).filter(|plane| (plane.offset > 0.0) == (side == Side::Above))
+        });
+        let judges = positions.iter().step_by(positions.len().div_ceil(JUDGES));
+        let judges: Vec<Vector3<f32>> = judges.copied().collect();
+        let scored = planes.map(|plane| plane.supported_by(&judges));
+        let best =
+            scored.reduce(|best, next| if next.support > best.support { next } else { best });
+        Some(best?.supported_by(positions))
+    }
+
+    fn through([a, b, c]: [Vector3<f32>; 3]) -> Option<Consensus> {
+        const LEAST_AREA: f32 = 1.0;
+        let cross = (b - a).cross(&(c - a));
+        let norm = cross.norm();
+        let is_near_level = cross.xy().norm() <= MOST_TILT * cross.z.abs();
+        if !(norm > LEAST_AREA && is_near_level) {
+            return None;
+        }
+        let normal = cross * (cross.z.signum() / norm);
+        let offset = normal.dot(&a);
+        (offset.abs() > CLEARANCE).then_some(Consensus { normal, offset, support: 0.0 })
+    }
+
+    fn supported_by(self, positions: &[Vector3<f32>]) -> Consensus {
+        let agreement = |at: &Vector3<f32>| {
+            let beyond = (self.normal.dot(at) - self.offset) * self.offset.signum();
+            let share = beyond / BAND;
+            if beyond > BEYOND { -1.0 } else { (1.0 - share * share).max(0.0) }
+        };
+        Consensus { support: positions.iter().map(agreement).sum(), ..self }
+    }
+
+    /// Unit normal of the least-squares plane through the positions that agree, with a weak pull to this
+    /// plane, which settles what a single ring or line leaves open.
+    fn refined(&self, positions: &[Vector3<f32>]) -> Vector3<f32> {
+        let mut normal_matrix = Matrix3::from_diagonal(&Vector3::new(1e-3, 1.0, 1.0));
+        let mut right = Vector3::zeros();
+        for at in positions {
+            let residual = self.normal.dot(at) - self.offset;
+            if residual.abs() < BAND {
+                let row = Vector3::new(1.0, at.x, at.y);
+                normal_matrix += row * row.transpose();
+                right += row * (residual / self.normal.z);
+            }
+        }
+        let change = normal_matrix.cholesky().map_or(Vector3::zeros(), |solve| solve.solve(&right));
+        let lean = self.normal / self.normal.z;
+        Vector3::new(lean.x - change.y, lean.y - change.z, 1.0).normalize()
+    }
+}
+
+/// A fixed sequence of numbers without pattern: Weyl's with the golden ratio, mixed.
+struct Draws(u32);
+
+impl Draws {
+    fn below(&mut self, count: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9E37_79B9);
+        let mixed = (self.0 ^ (self.0 >> 16)).wrapping_mul(0x85EB_CA6B);
+        let mixed = (mixed ^ (mixed >> 13)).wrapping_mul(0xC2B2_AE35);
+        ((u64::from(mixed ^ (mixed >> 16)) * count as u64) >> 32) as usize
+    }
+}

@@ -1,0 +1,392 @@
+//! Imperfect classes made consistent before anything is cut from them.
+//!
+//! A network errs point by point at the borders of objects: single points of a car are lost to the road, single
+//! points of the wall behind it are called car. Either way a point stands against its neighbours in space, which
+//! rarely happens in true classes. How often it happens in a frame tells how far its classes are to be trusted:
+//! below a limit they are taken as they are, above it the neighbours of a point outvote it, the more easily
+//! the noisier the frame.
+//!
+//! The classes of a family count as one here: which of them an object is, all of its points decide later, and
+//! points that flicker between car and truck say nothing against its borders.
+
+use serde::Serialize;
+
+use super::ObjectMask;
+use crate::cloud::Reason;
+use crate::cloud::point_cloud::{PointCloud, wide};
+use crate::cloud::taxonomy::Taxonomy;
+use crate::range_image::RangeImage;
+
+/// How neighbours correct the class of a point.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Smoothing {
+    /// Rows of the image to look up and down for neighbours.
+    pub rows: usize,
+    /// Columns to look left and right.
+    pub columns: usize,
+    /// Neighbours are within so many metres, at the sensor ...
+    pub radius: f64,
+    /// ... and so many times the distance between returns of neighbouring columns farther out.
+    pub steps: f64,
+    /// Share of the votes that a class needs in order to replace a point's own.
+    pub agreement: f64,
+    /// Share of the points near a border between classes that stand against their neighbours, up to which
+    /// classes are taken as they are.
+    pub trusted: f64,
+    /// Votes that a point's own class counts, times that share: the rarer errors are, the more it counts.
+    pub own_votes: f64,
+    /// How often the points are gone through.
+    pub rounds: usize,
+}
+
+impl Default for Smoothing {
+    fn default() -> Self {
+        Smoothing {
+            rows: 2,
+            columns: 6,
+            radius: 0.1,
+            steps: 6.0,
+            agreement: 0.6,
+            trusted: 0.05,
+            own_votes: 0.05,
+            rounds: 2,
+        }
+    }
+}
+
+/// A point stands against its neighbours if fewer than this share of their votes are for its class.
+const ISOLATED: f64 = 0.2;
+
+/// Votes without which neighbours decide nothing.
+const LEAST_VOTES: f32 = 2.0;
+
+/// Points at borders that an estimate of the noise starts from ...
+const PRIOR: f64 = 100.0;
+
+/// ... and the share of them that stands against its neighbours in true classes.
+const USUAL: f64 = 0.01;
+
+/// Object points that are looked at to tell how noisy a frame is.
+const SAMPLE: usize = 128;
+
+/// Corrects the classes of a mask; `raw` are the ids they come from. Returns the points whose class changed,
+/// ascending, with the ids they have now.
+///
+/// Time: that of looking at [`SAMPLE`] points where the classes can be trusted, else linear in the points on
+/// both sides of the borders of objects.
+pub(super) fn smooth(
+    cloud: &PointCloud,
+    image: &RangeImage,
+    raw: &[u16],
+    taxonomy: &Taxonomy,
+    params: &Smoothing,
+    mask: &mut ObjectMask,
+) -> Vec<(u32, u16)> {
+    let is_thing: Vec<bool> = taxonomy.classes().iter().map(|class| class.is_thing).collect();
+    let families = taxonomy.families();
+    let mut votes = Electorate {
+        cloud,
+        image,
+        params,
+        families: &families,
+        counts: vec![0.0; is_thing.len()],
+        named: Vec::new(),
+    };
+    let noise = votes.noise(mask, &is_thing);
+    if noise.iter().all(|&noise| noise <= params.trusted) {
+        return Vec::new();
+    }
+    let is_noisy = |class: u16| noise[usize::from(families[usize::from(class)])] > params.trusted;
+    let mut ids = raw.to_vec();
+    let mut looked_at = votes.near_objects(mask, is_noisy);
+    for round in 0..params.rounds {
+        let mut changes = Vec::new();
+        for point in looked_at {
+            let own = families[usize::from(mask.class[point])];
+            let Some(verdict) = votes.around(point, &mask.class) else { continue };
+            let noise = noise[usize::from(own)].max(noise[usize::from(verdict.class)]);
+            if noise <= params.trusted {
+                continue;
+            }
+            let own_votes = (params.own_votes / noise) as f32 * votes.weight(point);
+            let needed = params.agreement as f32 * (verdict.total + own_votes);
+            let concerns_things =
+                is_thing[usize::from(own)] || is_thing[usize::from(verdict.class)];
+            if verdict.class != own
+                && concerns_things
+                && verdict.votes >= needed.max(verdict.own + own_votes)
+            {
+                changes.push((point, mask.class[verdict.voter], ids[verdict.voter]));
+            }
+        }
+        for &(point, class, id) in &changes {
+            ids[point] = id;
+            mask.class[point] = class;
+            mask.is_object[point] = is_thing[usize::from(class)];
+            mask.reason[point] =
+                if mask.is_object[point] { Reason::None } else { Reason::NotAnObject };
+        }
+        if changes.is_empty() || round + 1 == params.rounds {
+            break;
+        }
+        // Where nothing changed, nobody votes otherwise than before.
+        let changed = votes.windows(changes.iter().map(|change| change.0));
+        looked_at = votes.near_objects(mask, is_noisy);
+        looked_at.retain(|&point| image.pixel_of(point).is_some_and(|pixel| changed[pixel]));
+    }
+    (0_u32..)
+        .zip(raw.iter().zip(&ids))
+        .filter(|(_, (was, is))| was != is)
+        .map(|(point, (_, &id))| (point, id))
+        .collect()
+}
+
+/// The neighbours of points and their votes.
+struct Electorate<'a> {
+    cloud: &'a PointCloud,
+    image: &'a RangeImage,
+    params: &'a Smoothing,
+    /// By class: its family.
+    families: &'a [u16],
+    /// By family.
+    counts: Vec<f32>,
+    /// Families that have votes.
+    named: Vec<u16>,
+}
+
+/// What the neighbours of a point say.
+struct Verdict {
+    /// Votes for the family of the point's own class.
+    own: f32,
+    /// All votes.
+    total: f32,
+    /// The family with most votes ...
+    class: u16,
+    /// ... how many they are ...
+    votes: f32,
+    /// ... and a neighbour that voted for it.
+    voter: usize,
+}
+
+impl Electorate<'_> {
+    /// What the vote of a point counts: as much as its class is sure.
+    fn weight(&self, point: usize) -> f32 {
+        self.cloud.confidence.as_ref().map_or(1.0, |confidence| confidence[point])
+    }
+
+    /// By family of things: the share of the points on and beside its objects, near a border, that stand against
+    /// their neighbours.
+    fn noise(&mut self, mask: &ObjectMask, is_thing: &[bool]) -> Vec<f64> {
+        let mut members: Vec<Vec<u32>> = vec![Vec::new(); is_thing.len()];
+        for (point, _) in (0_u32..).zip(&mask.is_object).filter(|&(_, &is)| is) {
+            members[usize::from(mask.class[point as usize])].push(point);
+        }
+        let mut isolated = vec![0.0; is_thing.len()];
+        let mut at_border = vec![0.0; is_thing.len()];
+        let pixels = self.image.rows() * self.image.columns();
+        for members in members {
+            let step = members.len().div_ceil(SAMPLE).max(1);
+            for &point in members.iter().step_by(step) {
+                let own = mask.class[point as usize];
+                let pixel = self.image.pixel_of(point as usize);
+                let beside = pixel
+                    .and_then(|pixel| self.image.point_at((pixel + 1) % pixels))
+                    .filter(|&beside| mask.class[beside] != own);
+                for point in [Some(point as usize), beside].into_iter().flatten() {
+                    let own = self.families[usize::from(mask.class[point])];
+                    let Some(found) = self.around(point, &mask.class) else { continue };
+                    if found.own < found.total && found.total >= LEAST_VOTES {
+                        let thing = if is_thing[usize::from(own)] { own } else { found.class };
+                        at_border[usize::from(thing)] += 1.0;
+                        if f64::from(found.own) < ISOLATED * f64::from(found.total) {
+                            isolated[usize::from(thing)] += 1.0;
+                        }
+                    }
+                }
+            }
+        }
+        // Few points are no evidence: as if as many as PRIOR had been found before, at the rate of the frame, and for
+        // the frame, at the rate of true classes.
+        let rate =
+            |isolated: f64, all: f64, before: f64| (isolated + PRIOR * before) / (all + PRIOR);
+        let frame = rate(isolated.iter().sum(), at_border.iter().sum(), USUAL);
+        isolated.iter().zip(at_border).map(|(&isolated, all)| rate(isolated, all, frame)).collect()
+    }
+
+    /// The objects' points of some classes, and points in whose window there are any.
+    fn near_objects(&self, mask: &ObjectMask, is_wanted: impl Fn(u16) -> bool) -> Vec<usize> {
+        let objects = mask.is_object.iter().zip(&mask.class).enumerate();
+        let wanted = objects.filter(|&(_, (&is, &class))| is && is_wanted(class));
+        let is_near = self.windows(wanted.map(|(point, _)| point));
+        let is_near =
+            |&point: &usize| self.image.pixel_of(point).is_some_and(|pixel| is_near[pixel]);
+        (0..self.cloud.len()).filter(is_near).collect()
+    }
+
+    /// The pixels in whose windows some points are, and so those in the windows of these.
+    fn windows(&self, points: impl Iterator<Item = usize>) -> Vec<bool> {
+        let mut is_near = vec![false; self.image.rows() * self.image.columns()];
+        for pixel in points.filter_map(|point| self.image.pixel_of(point)) {
+            self.window(pixel, |near| is_near[near] = true);
+        }
+        is_near
+    }
+
+    /// Calls a function with the pixels of the window around a pixel, itself among them.
+    fn window(&self, pixel: usize, mut visit: impl FnMut(usize)) {
+        let columns = self.image.columns();
+        let (row, column) = (pixel / columns, pixel % columns);
+        let rows = &self.image.band_of(pixel).rows;
+        let highest = row.saturating_sub(self.params.rows).max(rows.start);
+        let half = self.params.columns.min((columns - 1) / 2) as isize;
+        for row in highest..=(row + self.params.rows).min(rows.end - 1) {
+            for offset in -half..=half {
+                let column = column as isize + offset;
+                let inside = (0..columns as isize).contains(&column);
+                if inside || self.image.wraps {
+                    visit(row * columns + column.rem_euclid(columns as isize) as usize);
+                }
+            }
+        }
+    }
+
+    /// The votes around a point; `None` where it has no pixel or no neighbours. A neighbour's vote falls from
+    /// 1 beside the point to 0 at the radius.
+    fn around(&mut self, point: usize, class: &[u16]) -> Option<Verdict> {
+        let pixel = self.image.pixel_of(point)?;
+        let position = self.cloud.position(point);
+        let band = self.image.band_of(pixel);
+        let from_sensor = band.from_sensor(wide(position));
+        let range = from_sensor.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let radius = self.params.radius + self.params.steps * band.column_step * range;
+        let scale = (1.0 / (radius * radius)) as f32;
+        let (mut counts, mut named) =
+            (std::mem::take(&mut self.counts), std::mem::take(&mut self.named));
+        let (mut total, mut best) = (0.0, None);
+        self.window(pixel, |near| {
+            let Some(other) = self.image.point_at(near).filter(|&other| other != point) else {
+                return;
+            };
+            let q = self.cloud.position(other);
+            let squared: f32 = (0..3).map(|axis| (q[axis] - position[axis]).powi(2)).sum();
+            let closeness = 1.0 - squared * scale;
+            if closeness > 0.0 {
+                let vote = closeness * closeness * self.weight(other);
+                let family = self.families[usize::from(class[other])];
+                let count = &mut counts[usize::from(family)];
+                if *count == 0.0 {
+                    named.push(family);
+                }
+                *count += vote;
+                total += vote;
+                if best.is_none_or(|(_, most)| *count >= most) {
+                    best = Some((other, *count));
+                }
+            }
+        });
+        let family = |point: usize| self.families[usize::from(class[point])];
+        let own = counts[usize::from(family(point))];
+        for family in named.drain(..) {
+            counts[usize::from(family)] = 0.0;
+        }
+        (self.counts, self.named) = (counts, named);
+        best.map(|(voter, votes)| Verdict { own, total, class: family(voter), votes, voter })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::range_image::ProjectionParams;
+    use crate::semantics::{MaskSource, object_mask};
+
+    const CAR: u16 = 10;
+    const ROAD: u16 = 40;
+    const ROWS: usize = 24;
+    const COLUMNS: usize = 120;
+
+    /// A wall of a car's class between columns 30 and 90, 10 m off; road beside it, 20 m off.
+    fn scene() -> PointCloud {
+        let pixels = (0..ROWS).flat_map(|row| (0..COLUMNS).map(move |column| (row, column)));
+        let (mut x, mut y, mut z, mut class) = (vec![], vec![], vec![], vec![]);
+        for (row, column) in pixels {
+            let is_car = (30..90).contains(&column);
+            let range = if is_car { 10.0_f64 } else { 20.0 };
+            let (azimuth, elevation) = (-0.003 * column as f64, 0.1 - 0.008 * row as f64);
+            x.push((range * azimuth.cos() * elevation.cos()) as f32);
+            y.push((range * azimuth.sin() * elevation.cos()) as f32);
+            z.push((range * elevation.sin()) as f32);
+            class.push(if is_car { CAR } else { ROAD });
+        }
+        let cloud = PointCloud::new(x, y, z).and_then(|cloud| cloud.organised(ROWS, COLUMNS));
+        cloud.and_then(|cloud| cloud.with_class(class)).expect("columns of one length")
+    }
+
+    /// Every n-th point of one class called the other.
+    fn spoiled(cloud: &PointCloud, every: usize) -> PointCloud {
+        let mut spoiled = cloud.clone();
+        for class in spoiled.class.iter_mut().flatten().step_by(every) {
+            *class = if *class == CAR { ROAD } else { CAR };
+        }
+        spoiled
+    }
+
+    fn mask(cloud: &PointCloud, smoothing: Option<&Smoothing>) -> ObjectMask {
+        let image = RangeImage::new(cloud, &ProjectionParams::default());
+        let taxonomy = Taxonomy::semantic_kitti();
+        object_mask(cloud, &image, MaskSource::Classes(&taxonomy), smoothing)
+    }
+
+    #[test]
+    fn true_classes_stay_as_they_are() {
+        let found = mask(&scene(), Some(&Smoothing::default()));
+        assert_eq!(found, mask(&scene(), None));
+        assert!(found.corrected.is_empty());
+    }
+
+    #[test]
+    fn points_against_their_neighbours_are_corrected_where_there_are_many() {
+        let truth = mask(&scene(), None);
+        let spoiled = spoiled(&scene(), 7);
+        let wrong = |mask: &ObjectMask| {
+            mask.class.iter().zip(&truth.class).filter(|(found, truth)| found != truth).count()
+        };
+        let (before, after) = (mask(&spoiled, None), mask(&spoiled, Some(&Smoothing::default())));
+        assert_eq!(wrong(&before), (ROWS * COLUMNS).div_ceil(7));
+        assert!(wrong(&after) * 20 < wrong(&before), "{} of {}", wrong(&after), wrong(&before));
+        assert_eq!(after.corrected.len(), wrong(&before) - wrong(&after));
+        for &(point, id) in &after.corrected {
+            let point = point as usize;
+            assert!(id == CAR || id == ROAD);
+            assert_eq!(after.is_object[point], id == CAR);
+            assert_eq!(after.reason[point] == Reason::None, id == CAR);
+        }
+    }
+
+    #[test]
+    fn classes_of_one_family_are_left_to_the_vote_on_the_object() {
+        const TRUCK: u16 = 18;
+        let mut flickering = scene();
+        for class in flickering.class.iter_mut().flatten().step_by(7).filter(|c| **c == CAR) {
+            *class = TRUCK;
+        }
+        let found = mask(&flickering, Some(&Smoothing::default()));
+        assert_eq!(found, mask(&flickering, None));
+    }
+
+    #[test]
+    fn a_few_odd_points_are_taken_as_they_are() {
+        let spoiled = spoiled(&scene(), 500);
+        assert_eq!(mask(&spoiled, Some(&Smoothing::default())), mask(&spoiled, None));
+    }
+
+    #[test]
+    fn nothing_and_clouds_without_classes() {
+        let mut cloud = scene();
+        cloud.class = None;
+        assert!(mask(&cloud, Some(&Smoothing::default())).corrected.is_empty());
+        let empty = PointCloud::new(vec![], vec![], vec![]).expect("no points");
+        let empty = empty.with_class(vec![]).expect("no points");
+        assert!(mask(&empty, Some(&Smoothing::default())).class.is_empty());
+    }
+}

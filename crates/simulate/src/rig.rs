@@ -1,0 +1,84 @@
+//! Several sensors on one vehicle, and the one cloud that a driver makes of their sweeps.
+
+use super::{Drive, Frame, Mount, Scene, Sensor};
+use divmerge_core::cloud::PointCloud;
+
+/// Sensors that drive through a scene together.
+#[derive(Debug, Clone)]
+pub struct Rig {
+    drives: Vec<Drive>,
+}
+
+impl Rig {
+    /// Sensors with their mounts, a scene and a seed. The noise of each sensor is its own.
+    pub fn new(scene: Scene, seed: u64, sensors: &[(Sensor, Mount)]) -> Self {
+        let drive = |&(sensor, mount): &(Sensor, Mount)| {
+            let mut drive = Drive::new(sensor, scene, seed);
+            drive.mount = mount;
+            drive
+        };
+        let mut drives: Vec<Drive> = sensors.iter().map(drive).collect();
+        for (number, drive) in drives.iter_mut().enumerate() {
+            drive.noise = number as u64;
+        }
+        Rig { drives }
+    }
+
+    /// Three as on many a robotaxi: one with 32 beams on the roof, two with 16 beams at the front corners, turned
+    /// outwards and leaning a little.
+    pub fn robotaxi(scene: Scene, seed: u64) -> Self {
+        let corner = |left: f64| Mount {
+            ahead: 2.0,
+            left,
+            yaw: 0.8 * left.signum(),
+            pitch: 0.05,
+            roll: -0.1 * left.signum(),
+            ..Mount::level(1.0)
+        };
+        let roof = Mount { ahead: 0.3, ..Mount::level(2.0) };
+        let sensors =
+            [(Sensor::Hdl32e, roof), (Sensor::Vlp16, corner(0.9)), (Sensor::Vlp16, corner(-0.9))];
+        Rig::new(scene, seed, &sensors)
+    }
+
+    /// All sweeps of frame `number` as one, in the frame of the vehicle's foot (z up from the ground), sensor after
+    /// sensor; the source of a point is the number of its sensor. The pose is that of the vehicle's foot.
+    pub fn frame(&self, number: usize) -> Frame {
+        let mut merged: Option<Frame> = None;
+        for (source, drive) in (0_u16..).zip(&self.drives) {
+            let frame = drive.frame(number);
+            let vehicle_from_sensor = drive.mount.vehicle_from_sensor();
+            let pose = frame.pose * vehicle_from_sensor.inverse();
+            let merged = merged.get_or_insert_with(|| Frame::empty(frame.stamp_ns, pose));
+            let count = frame.cloud.len();
+            for point in 0..count {
+                let position = frame.cloud.position(point).map(f64::from);
+                let at = vehicle_from_sensor * nalgebra::Point3::from(position);
+                merged.cloud.x.push(at.x as f32);
+                merged.cloud.y.push(at.y as f32);
+                merged.cloud.z.push(at.z as f32);
+            }
+            extend(&mut merged.cloud.ring, frame.cloud.ring, count);
+            extend(&mut merged.cloud.class, frame.cloud.class, count);
+            extend(&mut merged.cloud.source, Some(vec![source; count]), count);
+            merged.intensity.extend(frame.intensity);
+            merged.true_instance.extend(frame.true_instance);
+            merged.time_offset_ns.extend(frame.time_offset_ns);
+        }
+        let mut merged = merged.expect("a rig has a sensor");
+        (merged.cloud.height, merged.cloud.width) = (1, merged.cloud.x.len());
+        merged
+    }
+
+    /// The same without what tells the sensors apart.
+    pub fn anonymous(&self, number: usize) -> Frame {
+        let frame = self.frame(number);
+        let cloud = PointCloud { ring: None, source: None, ..frame.cloud };
+        Frame { cloud, ..frame }
+    }
+}
+
+fn extend(column: &mut Option<Vec<u16>>, more: Option<Vec<u16>>, count: usize) {
+    let column = column.get_or_insert_default();
+    column.extend(more.unwrap_or_else(|| vec![0; count]));
+}
