@@ -122,7 +122,7 @@ impl Method {
             Semantics::Given(given) => given.of(asked, [cloud.height, cloud.width])?,
             _ => return Ok(cloud),
         };
-        cloud.with_classes(classes)
+        Ok(cloud.with_classes(classes)?)
     }
 
     /// What a detector found in a cloud with truth, if that is asked for.

@@ -7,7 +7,7 @@ use super::clouds::{CloudFormat, Datatype, PackedCloud, PointField};
 use super::ros::ByteOrder;
 use divmerge_core::CloudError;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::palette::{INSTANCE_COLOURS, instance_colour, reason_colour};
 
 /// Bytes appended to each point of a PointCloud2.

@@ -5,11 +5,11 @@ use std::str::FromStr;
 
 use anyhow::{Result, anyhow};
 use clap::{Args, ValueEnum};
+use divmerge::Error;
 use divmerge::annotate::{Method, ObjectSource, Objects};
 use divmerge::io::classes::TOLERANCE_NS;
 use divmerge::network::runtime::{Device, RuntimeKind, RuntimeOptions};
 use divmerge::network::{NetworkImage, NetworkOptions};
-use divmerge::{Error, Taxonomy};
 
 use crate::arguments::{not_negative, positive, say, written};
 

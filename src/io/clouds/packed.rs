@@ -259,7 +259,7 @@ impl PackedCloud<'_> {
         }
         cloud.check()?;
         match class_field {
-            Some(name) => cloud.with_classes(self.classes(name)?),
+            Some(name) => Ok(cloud.with_classes(self.classes(name)?)?),
             None => Ok(cloud),
         }
     }

@@ -198,9 +198,9 @@ impl PointCloud {
     }
 }
 
-/// A position in double precision; `map(f64::from)` is no loop that compilers see through.
+/// A position in double precision. `map(f64::from)` does not vectorise.
 #[inline]
-pub(crate) fn wide([x, y, z]: [f32; 3]) -> [f64; 3] {
+pub fn wide([x, y, z]: [f32; 3]) -> [f64; 3] {
     [f64::from(x), f64::from(y), f64::from(z)]
 }
 

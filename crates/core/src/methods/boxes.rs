@@ -4,8 +4,8 @@
 use serde::Serialize;
 
 use super::{Baseline, View};
-use crate::cloud::{Detection, UprightBox};
 use crate::cloud::point_cloud::wide;
+use crate::cloud::{Detection, UprightBox};
 
 /// An object point belongs to the detection of its class in whose box it lies, of several to the one in which
 /// it lies deepest by the boxes' sizes, and of those to the surer one. Points in no box have no instance. Where

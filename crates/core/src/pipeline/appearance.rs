@@ -3,8 +3,8 @@
 use rustc_hash::FxHashMap;
 
 use crate::cloud::likeness::Measures;
-use crate::cloud::{Likeness, Reason, UprightBox};
 use crate::cloud::point_cloud::{PointCloud, wide};
+use crate::cloud::{Likeness, Reason, UprightBox};
 use crate::cluster::ObjectPixels;
 use crate::range_image::{NO_NEIGHBOUR, RangeImage};
 

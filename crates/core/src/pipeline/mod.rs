@@ -8,8 +8,8 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::cloud::{Instance, PointLabels, Reason, UprightBox};
 use crate::cloud::point_cloud::PointCloud;
+use crate::cloud::{Instance, PointLabels, Reason, UprightBox};
 use crate::cluster::back_projection::label_source;
 use crate::cluster::{self, ClusterParams, Components, Join, Merge, ObjectPixels, Votes};
 use crate::methods::{AnyBaseline, Baseline, Detection, View};
