@@ -331,6 +331,7 @@ fn fields(cloud: &PackedCloud, annotation: &PointAnnotation) -> Vec<PointField> 
 mod tests {
     use super::super::clouds::tests::{cloud, field, xyz};
     use super::*;
+    use crate::error::Error;
 
     const ANNOTATION: PointAnnotation = PointAnnotation {
         instance: &[0, 1, 70_000, 0],
