@@ -16,8 +16,8 @@ use std::path::Path;
 use anyhow::Result;
 use divmerge::cluster::params::GapMerge;
 use divmerge::evaluate::entropy::{
-    Entropies, Kind, MIN_POINTS, TOLERANCE, entropies, euclidean_clusters, found_whole, kinds,
-    mean_and_deviation, true_objects,
+    Entropies, MIN_POINTS, PointRole, TOLERANCE, entropies, euclidean_clusters, found_whole,
+    point_roles, true_objects,
 };
 use divmerge::evaluate::panoptic;
 use divmerge::instances::likeness;
@@ -25,6 +25,7 @@ use divmerge::io::semantic_kitti::{LabelledScan, labelled_scans, read_labels, re
 use divmerge::pipeline::{self, Config, Stages};
 use divmerge::semantics::{GroundParams, MaskSource};
 use divmerge::simulate::{Drive, Scene, Sensor};
+use divmerge::statistics::mean_and_deviation;
 use divmerge::{PointCloud, Taxonomy};
 
 /// Road, parking, sidewalk, other ground, lane marking, terrain.
@@ -48,7 +49,7 @@ struct Frame {
     group: String,
     cloud: PointCloud,
     classes: Vec<u16>,
-    kinds: Vec<Kind>,
+    roles: Vec<PointRole>,
     /// Instance of a thing, or 0.
     things: Vec<u32>,
 }
@@ -250,7 +251,7 @@ impl Frame {
             false => 0,
         };
         Frame {
-            kinds: kinds(&cloud, &classes, &numbers, &taxonomy),
+            roles: point_roles(&cloud, &classes, &numbers, &taxonomy),
             things: classes.iter().zip(ids).map(thing).collect(),
             group,
             cloud,
@@ -260,7 +261,7 @@ impl Frame {
 
     /// The true object of each point.
     fn truth(&self, tolerance: f64, min_points: usize) -> Vec<u32> {
-        true_objects(&self.cloud, &self.kinds, tolerance, min_points)
+        true_objects(&self.cloud, &self.roles, tolerance, min_points)
     }
 
     fn run(&self, objects: Objects, config: &Config) -> Stages {
@@ -276,8 +277,8 @@ impl Frame {
     /// The cloud without the returns that are no true objects: they come back with nothing.
     fn objects_alone(&self) -> PointCloud {
         let mut cloud = self.cloud.clone();
-        for (point, kind) in self.kinds.iter().enumerate() {
-            if !matches!(kind, Kind::Object(_)) {
+        for (point, role) in self.roles.iter().enumerate() {
+            if !matches!(role, PointRole::Object(_)) {
                 (cloud.x[point], cloud.y[point], cloud.z[point]) = (f32::NAN, f32::NAN, f32::NAN);
             }
         }

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use divmerge_core::{CloudError, ParameterError};
 
+pub use crate::text::grouped;
+
 /// What can go wrong in the library.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -131,7 +133,8 @@ pub enum Error {
     Folder {
         /// The folder.
         path: PathBuf,
-        /// What is wrong, a line each, with the names of the files; the first ones if there are many.
+        /// What is wrong, a line each, with the names of the files; the first ones if there are
+        /// many.
         problems: Vec<String>,
         /// How many there are.
         count: usize,
@@ -173,8 +176,8 @@ pub enum Error {
 
     /// The caller broke off, and what was done so far can be used by a run that goes on.
     #[error(
-        "interrupted; what was done so far is left in {} and {}: the same command with --resume goes on from \
-         there, one without begins anew",
+        "interrupted; what was done so far is left in {} and {}: the same command with --resume \
+         goes on from there, one without begins anew",
         partial.display(),
         journal.display()
     )]
@@ -232,8 +235,8 @@ pub enum Error {
 
     /// An address of a recording, where only files can be read.
     #[error(
-        "{}: this divmerge was built without object stores. Install it with `cargo install --path . --features \
-         remote`, or download the recording",
+        "{}: this divmerge was built without object stores. Install it with `cargo install \
+         --path . --features remote`, or download the recording",
         path.display()
     )]
     NoRemote {
@@ -261,19 +264,6 @@ impl From<ParameterError> for Error {
     }
 }
 
-/// A number with its thousands apart, as in `1,234,567`.
-pub fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut grouped = String::with_capacity(digits.len() + digits.len() / 3);
-    for (place, digit) in digits.chars().enumerate() {
-        if place > 0 && (digits.len() - place).is_multiple_of(3) {
-            grouped.push(',');
-        }
-        grouped.push(digit);
-    }
-    grouped
-}
-
 fn folder(path: &Path, problems: &[String], count: usize) -> String {
     let more = match count - problems.len() {
         0 => String::new(),
@@ -285,19 +275,9 @@ fn folder(path: &Path, problems: &[String], count: usize) -> String {
 }
 
 impl Error {
-    /// The same error of a network once more, for another of the clouds that met it together.
-    pub(crate) fn of_network_again(&self) -> Self {
-        match self {
-            Error::Network { path, problem } => {
-                Error::Network { path: path.clone(), problem: problem.clone() }
-            }
-            other => Error::Network { path: PathBuf::new(), problem: other.to_string() },
-        }
-    }
-
-    /// Whether what is asked for beside the clouds (boxes, classes, a network) cannot be used or does not fit them. What is
-    /// wrong with one cloud is a matter of that cloud; this is one of every cloud.
-    pub fn is_of_what_was_asked(&self) -> bool {
+    /// Whether the error ends the run: boxes, classes or a network that cannot be used, or do not
+    /// fit the clouds. An error in one cloud skips that cloud.
+    pub fn ends_the_run(&self) -> bool {
         matches!(self, Error::Boxes { .. } | Error::Classes { .. } | Error::Network { .. })
     }
 }
@@ -322,14 +302,3 @@ fn no_instance(id: u32, count: u32) -> String {
 
 /// Result of the library's functions.
 pub type Result<T> = std::result::Result<T, Error>;
-
-#[cfg(test)]
-mod tests {
-    use super::grouped;
-
-    #[test]
-    fn thousands_are_grouped() {
-        let numbers = [0, 12, 123, 1234, 123_456, 1_234_567].map(grouped);
-        assert_eq!(numbers, ["0", "12", "123", "1,234", "123,456", "1,234,567"]);
-    }
-}

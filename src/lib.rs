@@ -28,17 +28,17 @@
 
 pub mod annotate;
 pub mod comparison;
+pub mod diagnose;
 pub mod error;
 pub mod evaluate;
 pub mod explain;
-pub mod failures;
 pub mod io;
 pub mod network;
 pub mod palette;
 pub mod replay;
 pub mod stopwatch;
 pub mod taxonomy_file;
-pub mod triage;
+pub mod text;
 pub mod view;
 pub mod workers;
 
@@ -47,12 +47,13 @@ pub mod instances {
     pub use divmerge_core::cloud::*;
 }
 pub use divmerge_core::cloud::{self, sensor_frame, taxonomy};
-pub use divmerge_core::geometry::{disjoint_sets, footprint, grid, kd_tree};
+pub use divmerge_core::geometry::{disjoint_sets, footprint, grid, kd_tree, statistics};
 pub use divmerge_core::methods as baselines;
 pub use divmerge_core::{cluster, pipeline, range_image, semantics};
 pub use divmerge_simulate as simulate;
 
 pub use cloud::PointCloud;
+pub use diagnose::{failures, triage};
 pub use error::{Error, Result};
 pub use grid::Grid;
 pub use taxonomy::Taxonomy;

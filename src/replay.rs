@@ -257,7 +257,7 @@ impl Tally {
         let clustered = wire.and_then(|wire| Ok((cluster(&wire, which, method)?, wire)));
         let (clustered, wire) = match clustered {
             Ok(clustered) => clustered,
-            Err(error) if error.is_of_what_was_asked() => return Err(error),
+            Err(error) if error.ends_the_run() => return Err(error),
             Err(error) => {
                 self.replayed.unreadable += 1;
                 let place = annotate::place(position);

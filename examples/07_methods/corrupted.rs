@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use divmerge::Taxonomy;
-use divmerge::evaluate::{Corruption, Surroundings, corrupt};
+use divmerge::comparison::{Corruption, Surroundings, corrupt};
 use divmerge::simulate::{Scene, Sensor};
 use divmerge::view::{Line, LineChart, line_chart, svg};
 

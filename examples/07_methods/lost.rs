@@ -4,7 +4,9 @@
 
 use divmerge::Taxonomy;
 use divmerge::evaluate::panoptic::MIN_POINTS;
-use divmerge::evaluate::verdict::{Judged, Labelling, Rules, Segment, Share, Verdicts, verdicts};
+use divmerge::evaluate::verdict::{
+    JudgedObject, Labelling, MatchRules, Overlap, Segment, Verdicts, verdicts,
+};
 use divmerge::footprint::{convex_hull, minimum_area_rectangle};
 use divmerge::simulate::{Scene, Sensor};
 
@@ -34,7 +36,7 @@ fn judged(frame: &Frame, method: &Method) -> Verdicts {
     let found = method.run(frame);
     let truth = Labelling { class: &frame.true_class, id: &frame.true_id };
     let found = Labelling { class: &found.class, id: &found.instance };
-    let rules = Rules { min_points: MIN_POINTS, by_class: true };
+    let rules = MatchRules { min_points: MIN_POINTS, by_class: true };
     verdicts(&frame.cloud, truth, found, &Taxonomy::semantic_kitti(), rules)
 }
 
@@ -50,8 +52,8 @@ fn rows(frame: &Frame, methods: &[Method]) {
     }
 }
 
-fn row(frame: &Frame, judged: &Judged, iou: &[f64]) {
-    let part = |part: &Share| format!("{} of {}", part.shared, part.points);
+fn row(frame: &Frame, judged: &JudgedObject, iou: &[f64]) {
+    let part = |part: &Overlap| format!("{} of {}", part.shared, part.points);
     let parts: Vec<String> = judged.parts.iter().take(3).map(part).collect();
     let beside = judged.beside.iter().map(|share| {
         let place = place(frame, share.object).replace(" | ", ", ");

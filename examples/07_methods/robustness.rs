@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use divmerge::Taxonomy;
-use divmerge::evaluate::{Corruption, Surroundings};
+use divmerge::comparison::{Corruption, Surroundings};
 use divmerge::view::{Line, LineChart, line_chart, line_charts, svg};
 
 use crate::corrupted::{simulations, spoil};

@@ -19,13 +19,13 @@ use std::collections::BTreeMap;
 use std::collections::BTreeSet;
 
 use anyhow::Result;
-use divmerge::evaluate::verdict::{Labelling, Rules, verdicts};
+use divmerge::evaluate::verdict::{Labelling, MatchRules, verdicts};
 use divmerge::explain::Frame;
 use divmerge::io::{LabelledFrames, LabelledOptions, Truth};
 use divmerge::pipeline::{self, Config};
 use divmerge::semantics::MaskSource;
 use divmerge::simulate::{Drive, Scene, Sensor};
-use divmerge::triage::{Kind, Params, Suspect, triage};
+use divmerge::triage::{Params, Suspect, SuspectKind, triage};
 use divmerge::{PointCloud, Taxonomy};
 
 const FITTED: std::ops::RangeInclusive<u64> = 1..=6;
@@ -44,7 +44,7 @@ struct Case {
     score: f64,
     is_failure: bool,
     /// The strongest suspect of each kind that names it, by what falls on the instance.
-    by_kind: BTreeMap<Kind, f64>,
+    by_kind: BTreeMap<SuspectKind, f64>,
 }
 
 /// A frame, how suspect it is and how many failures it has.
@@ -143,7 +143,7 @@ impl Bench {
             Labelling { class: &true_class, id: &truth.id },
             Labelling { class: &class, id: &labels.instance },
             &self.taxonomy,
-            Rules { min_points: Params::default().min_points, by_class: true },
+            MatchRules { min_points: Params::default().min_points, by_class: true },
         );
         let own = verdicts.found.iter().filter(|judged| judged.is_failure());
         let holding = verdicts.truth.iter().filter(|judged| judged.is_failure());
@@ -191,7 +191,7 @@ impl Bench {
             let most = case.by_kind.iter().max_by(|a, b| a.1.total_cmp(b.1));
             most.map(|(&kind, _)| kind)
         };
-        for kind in Kind::ALL {
+        for kind in SuspectKind::ALL {
             let of = |case: &Case| case.by_kind.get(&kind).copied().unwrap_or(0.0);
             let named: Vec<&Case> = self.cases.iter().filter(|case| of(case) > 0.0).collect();
             let hits = failures(&named);
@@ -262,8 +262,8 @@ impl Bench {
 }
 
 /// For each instance that is named, by kind the most of a score that falls on it.
-fn strongest(suspects: &[Suspect]) -> BTreeMap<u32, BTreeMap<Kind, f64>> {
-    let mut named: BTreeMap<u32, BTreeMap<Kind, f64>> = BTreeMap::new();
+fn strongest(suspects: &[Suspect]) -> BTreeMap<u32, BTreeMap<SuspectKind, f64>> {
+    let mut named: BTreeMap<u32, BTreeMap<SuspectKind, f64>> = BTreeMap::new();
     for suspect in suspects {
         for concern in &suspect.concerns {
             let kinds = named.entry(concern.instance).or_default();

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use divmerge::annotate::annotated_topics;
 use divmerge::evaluate::panoptic::MIN_POINTS;
-use divmerge::evaluate::{Figures, Labels, Sums, Wanted};
+use divmerge::evaluate::{Evaluation, MetricSet, ScanLabels, Scores};
 use divmerge::io::Overview;
 use divmerge::io::frames::CloudMessages;
 use numpy::PyUntypedArrayMethods;
@@ -45,11 +45,11 @@ pub fn evaluate<'py>(
         None => PyTaxonomy::usual(py)?,
     };
     let taxonomy = &taxonomy.get().inner;
-    let wanted = Wanted { taxonomy, min_points, entropy: false, over_time };
+    let metrics = MetricSet { taxonomy, min_points, entropy: false, over_time };
     if let Ok(path) = scans.extract::<PathBuf>() {
-        return of_recording(py, &recording(path), topic, wanted);
+        return of_recording(py, &recording(path), topic, metrics);
     }
-    let mut sums = Sums::new(wanted);
+    let mut sums = Evaluation::new(metrics);
     let each = scans
         .try_iter()
         .map_err(|_| wrong_type("scans", "expected a path, or pairs of truth and prediction"))?;
@@ -60,11 +60,11 @@ pub fn evaluate<'py>(
         added.map_err(raised)?;
     }
     sums.end_sequence();
-    dict(py, &sums.figures())
+    dict(py, &sums.scores())
 }
 
 /// Truth and prediction of a scan, as many points each.
-fn sides(pair: &Bound<'_, PyAny>, number: usize) -> PyResult<(Labels, Labels)> {
+fn sides(pair: &Bound<'_, PyAny>, number: usize) -> PyResult<(ScanLabels, ScanLabels)> {
     let (truth, found): (Bound<'_, PyAny>, Bound<'_, PyAny>) = pair.extract().map_err(|_| {
         wrong_type("scans", format!("scan {number} is no pair of truth and prediction"))
     })?;
@@ -81,7 +81,7 @@ fn sides(pair: &Bound<'_, PyAny>, number: usize) -> PyResult<(Labels, Labels)> {
 }
 
 /// Classes and instances: a pair of arrays, or something that has them, as a result does.
-fn side(side: &Bound<'_, PyAny>, name: &str) -> PyResult<Labels> {
+fn side(side: &Bound<'_, PyAny>, name: &str) -> PyResult<ScanLabels> {
     let py = side.py();
     let [semantic, instance] = [intern!(py, "semantic"), intern!(py, "instance")];
     let (class, instance) = match (side.getattr(semantic), side.getattr(instance)) {
@@ -93,7 +93,7 @@ fn side(side: &Bound<'_, PyAny>, name: &str) -> PyResult<Labels> {
     let shape = array(name, &class)?.shape().to_vec();
     let class = whole_numbers(&format!("classes of {name}"), &class, &shape)?;
     let instance = whole_numbers(&format!("instances of {name}"), &instance, &shape)?;
-    Ok(Labels::of_columns(&class, instance))
+    Ok(ScanLabels::of_columns(&class, instance))
 }
 
 /// The figures of each annotated topic whose clouds carry their truth in `label` and `true_instance`.
@@ -101,7 +101,7 @@ fn of_recording<'py>(
     py: Python<'py>,
     path: &Path,
     topic: Option<&str>,
-    wanted: Wanted,
+    metrics: MetricSet,
 ) -> PyResult<Bound<'py, PyAny>> {
     let scored = PyDict::new(py);
     let overview = py.detach(|| Overview::read(path)).map_err(raised)?;
@@ -109,7 +109,7 @@ fn of_recording<'py>(
         topic.is_none_or(|topic| annotated == topic || annotated == format!("{topic}/instances"))
     };
     for annotated in annotated_topics(&overview).into_iter().filter(|topic| is_asked(topic)) {
-        let figures = py.detach(|| score(path, annotated, wanted)).map_err(raised)?;
+        let figures = py.detach(|| score(path, annotated, metrics)).map_err(raised)?;
         scored.set_item(annotated, dict(py, &figures)?)?;
     }
     match scored.is_empty() {
@@ -118,24 +118,24 @@ fn of_recording<'py>(
     }
 }
 
-fn score(path: &Path, topic: &str, wanted: Wanted) -> divmerge::Result<Figures> {
-    let mut sums = Sums::new(wanted);
+fn score(path: &Path, topic: &str, metrics: MetricSet) -> divmerge::Result<Scores> {
+    let mut sums = Evaluation::new(metrics);
     for message in CloudMessages::open(path, Some(topic), 0..=u64::MAX)? {
         let message = message?;
         let place = format!("{}: cloud {} of {topic}", path.display(), message.number);
         let wire = message.decode()?;
         let own = |class, instance| {
             let columns = (wire.column_u32(class)?, wire.column_u32(instance)?);
-            Ok::<_, divmerge::Error>(Labels::of_columns(&columns.0, columns.1))
+            Ok::<_, divmerge::Error>(ScanLabels::of_columns(&columns.0, columns.1))
         };
         let (found, truth) = (own("semantic", "instance")?, own("label", "true_instance")?);
         sums.add((&found, &place), (&truth, &place), None)?;
     }
     sums.end_sequence();
-    Ok(sums.figures())
+    Ok(sums.scores())
 }
 
-fn dict<'py>(py: Python<'py>, figures: &Figures) -> PyResult<Bound<'py, PyAny>> {
+fn dict<'py>(py: Python<'py>, figures: &Scores) -> PyResult<Bound<'py, PyAny>> {
     let json = serde_json::to_string(figures).map_err(|error| Error::new_err(error.to_string()))?;
     from_json(py, &json)
 }

@@ -25,7 +25,8 @@ use crate::taxonomy::Taxonomy;
 /// Where the object mask of a recording's clouds comes from.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum Semantics {
-    /// A field `label`, `semantic`, `class_id` or `class_ids` if the cloud has one, else ground removal.
+    /// A field `label`, `semantic`, `class_id` or `class_ids` if the cloud has one, else ground
+    /// removal.
     #[default]
     Auto,
     /// The field of that name.
@@ -41,7 +42,8 @@ pub enum Semantics {
 }
 
 impl Semantics {
-    /// In a few words that name no file, as in `field:label`; of a cloud with the field that `auto` found.
+    /// In a few words that name no file, as in `field:label`; of a cloud with the field that `auto`
+    /// found.
     pub(super) fn describe(&self, field: Option<&str>) -> String {
         match (self, field) {
             (Semantics::All, _) => "all".to_owned(),
@@ -65,7 +67,8 @@ pub struct Method {
     pub ground: GroundParams,
     /// Projection and clustering.
     pub config: Config,
-    /// What a detector found in each cloud, for methods that want to know. Clouds with boxes are not turned.
+    /// What a detector found in each cloud, for methods that want to know. Clouds with boxes are
+    /// not turned.
     pub boxes: FrameBoxes,
     /// How the frames of the clouds stand.
     pub sensor_frame: SensorFrame,
@@ -89,7 +92,8 @@ pub struct Decoded<'a> {
 }
 
 impl Method {
-    /// Where the object mask of a cloud comes from that has been decoded, with its classes if it has some.
+    /// Where the object mask of a cloud comes from that has been decoded, with its classes if it
+    /// has some.
     pub fn mask(&self, cloud: &PointCloud) -> MaskSource<'_> {
         match self.semantics {
             Semantics::All => MaskSource::All,
@@ -112,7 +116,8 @@ impl Method {
         matches!(&self.semantics, Semantics::Network(network) if network.wants_remission())
     }
 
-    /// Gives the points of an upright cloud the classes that do not stand in the cloud itself, if such are asked for.
+    /// Gives the points of an upright cloud the classes that do not stand in the cloud itself, if
+    /// such are asked for.
     ///
     /// # Errors
     /// Those of [`Network::classes`] and [`FrameClasses::of`].
@@ -172,7 +177,8 @@ impl Method {
         Ok(Decoded { mask: self.mask(&cloud), cloud, semantics, decode_ms, semantics_ms })
     }
 
-    /// The cloud in a message, upright, with the classes that stand in it if those are asked for, and their field.
+    /// The cloud in a message, upright, with the classes that stand in it if those are asked for,
+    /// and their field.
     fn unclassified<'w>(&'w self, wire: &'w PackedCloud) -> Result<(PointCloud, Option<&'w str>)> {
         let field = match &self.semantics {
             Semantics::Auto => wire.semantic_field(),
@@ -267,7 +273,8 @@ fn cluster_decoded(
     })
 }
 
-/// Boxes are in the cloud's coordinate frame; they are not taken to points that have a pose of their own in it.
+/// Boxes are in the cloud's coordinate frame; they are not taken to points that have a pose of
+/// their own in it.
 fn refuse_moved_boxes(wire: &PackedCloud, method: &Method) -> Result<()> {
     if method.boxes.describe().is_none() || wire.isometry() == Isometry3::identity() {
         return Ok(());
@@ -277,11 +284,12 @@ fn refuse_moved_boxes(wire: &PackedCloud, method: &Method) -> Result<()> {
     Err(Error::Unsupported { message: wire.format.type_name(), problem })
 }
 
-/// Clusters the cloud in a message of a format and writes the messages that annotate it into `annotated`, whose memory
-/// is used again.
+/// Clusters the cloud in a message of a format and writes the messages that annotate it into
+/// `annotated`, whose memory is used again.
 ///
 /// # Errors
-/// Those of [`CloudFormat::decode`], [`PackedCloud::reformatted`], [`MessageTypes::objects`] and [`cluster`].
+/// Those of [`CloudFormat::decode`], [`PackedCloud::reformatted`], [`MessageTypes::objects`] and
+/// [`cluster`].
 pub fn annotate_message(
     message: &[u8],
     format: CloudFormat,
@@ -305,13 +313,17 @@ pub(super) struct OneOfSeveral<'a> {
     pub which: CloudNumber<'a>,
 }
 
-/// Annotates several messages whose clouds go through a network together; each has a result of its own.
+/// Annotates several messages whose clouds go through a network together; each has a result of its
+/// own.
+///
+/// # Errors
+/// Those of [`Network::classes_of`], which concern all of them.
 pub(super) fn annotate_messages(
     messages: &[OneOfSeveral],
     network: &Network,
     method: &Method,
     types: &MessageTypes,
-) -> Vec<Result<(Clustered, Annotated)>> {
+) -> Result<Vec<Result<(Clustered, Annotated)>>> {
     let started = Instant::now();
     let opened = messages.iter().map(|one| {
         let wire = one.format.decode(one.message)?;
@@ -323,10 +335,7 @@ pub(super) fn annotate_messages(
 
     let started = Instant::now();
     let readable: Vec<&PointCloud> = opened.iter().flatten().map(|(_, cloud)| cloud).collect();
-    let mut classes = match network.classes_of(&readable, &method.config.projection) {
-        Ok(classes) => classes.into_iter(),
-        Err(error) => return messages.iter().map(|_| Err(error.of_network_again())).collect(),
-    };
+    let mut classes = network.classes_of(&readable, &method.config.projection)?.into_iter();
     let semantics_ms = ms_since(started) / messages.len() as f64;
 
     let annotate = |(one, opened): (&OneOfSeveral<'_>, Result<(PackedCloud, PointCloud)>)| {
@@ -339,7 +348,7 @@ pub(super) fn annotate_messages(
         let clustered = annotate_decoded(&wire, one.which, method, types, decoded, &mut annotated)?;
         Ok((clustered, annotated))
     };
-    messages.iter().zip(opened).map(annotate).collect()
+    Ok(messages.iter().zip(opened).map(annotate).collect())
 }
 
 fn annotate_decoded(

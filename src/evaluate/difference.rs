@@ -46,7 +46,8 @@ pub struct Difference {
     pub first: Vec<u32>,
     /// Instances of the second run, ascending.
     pub second: Vec<u32>,
-    /// Points that are in any of these instances but not in both of the pair that has the most in common.
+    /// Points that are in any of these instances but not in both of the pair that has the most in
+    /// common.
     pub points: u64,
     /// Number of a point among those.
     pub example: u32,
@@ -55,7 +56,8 @@ pub struct Difference {
 /// An instance of one of the runs: whether of the second, and its number.
 type Node = (bool, u32);
 
-/// The differences between two runs over N points, those of the most points first. 0 is no instance.
+/// The differences between two runs over N points, those of the most points first. 0 is no
+/// instance.
 ///
 /// Instances belong together if more than half of one of them lies in the other.
 ///
@@ -199,7 +201,7 @@ mod tests {
             for found in &mut back {
                 std::mem::swap(&mut found.first, &mut found.second);
             }
-            let key = |found: &Difference| (found.first.clone(), found.second.clone(), found.points);
+            let key = |d: &Difference| (d.first.clone(), d.second.clone(), d.points);
             let sorted = |all: &[Difference]| {
                 let mut keys: Vec<_> = all.iter().map(key).collect();
                 keys.sort();

@@ -1,31 +1,32 @@
-//! Over- and under-segmentation entropy of instances without classes (TRAVEL: Oh et al., RA-L 2022, arXiv
-//! 2206.03190; also reported by continuous_clustering: Reich and Wuensche, arXiv 2311.13976).
+//! Over- and under-segmentation entropy of instances without classes (TRAVEL: Oh et al., RA-L 2022,
+//! arXiv 2206.03190; also reported by continuous_clustering: Reich and Wuensche, arXiv 2311.13976).
 //!
-//! With n(o) the points of a true object o, m(s) those of a found instance s, and n(o, s) those of both, a
-//! frame has
+//! With n(o) the points of a true object o, m(s) those of a found instance s, and n(o, s) those of
+//! both, a frame has
 //!
-//! - OSE = sum over o of H(o), where H(o) = - sum over s of p ln p and p = n(o, s) / n(o): 0 for an object
-//!   found in one piece, ln k for one found in k equal pieces;
-//! - USE = sum over s of H(s), where H(s) = - sum over o of q ln q and q = n(o, s) / m(s): 0 for an instance
-//!   that holds one object, ln k for one that holds k equal ones.
+//! - OSE = sum over o of H(o), where H(o) = - sum over s of p ln p and p = n(o, s) / n(o): 0 for an
+//!   object found in one piece, ln k for one found in k equal pieces;
+//! - USE = sum over s of H(s), where H(s) = - sum over o of q ln q and q = n(o, s) / m(s): 0 for an
+//!   instance that holds one object, ln k for one that holds k equal ones.
 //!
-//! Both are sums over objects, not means, in nats: a frame with more objects has more of either, and figures
-//! compare only over the same frames. Of several frames the mean and the standard deviation are stated.
+//! Both are sums over objects, not means, in nats: a frame with more objects has more of either,
+//! and figures compare only over the same frames. Of several frames the mean and the standard
+//! deviation are stated.
 //!
-//! Truth: data sets number the instances of things only, so that houses, hedges and poles have none. True
-//! objects are therefore the Euclidean clusters of the points of one class ([`true_objects`]). What is
-//! fixed here, because the papers leave it open:
+//! Truth: data sets number the instances of things only, so that houses, hedges and poles have
+//! none. True objects are therefore the Euclidean clusters of the points of one class
+//! ([`true_objects`]). What is fixed here, because the papers leave it open:
 //!
-//! - Points of ignored classes are left out on both sides, and so is ground (road, lane marking, parking,
-//!   sidewalk, other ground, terrain), which no clustering is asked for; [`Entropies::under_with_ground`]
-//!   counts it as one object more.
+//! - Points of ignored classes are left out on both sides, and so is ground (road, lane marking,
+//!   parking, sidewalk, other ground, terrain), which no clustering is asked for;
+//!   [`Entropies::under_with_ground`] counts it as one object more.
 //! - Classes are compared by raw id: a moving car and a parked one are two classes.
-//! - Points nearer than [`TOLERANCE`] belong to one object, and an object of fewer than [`MIN_POINTS`] points
-//!   is left out: far away a sensor's rows lie farther apart than the tolerance, and what was one bush
-//!   close by would be a dozen objects of a few points each. Both numbers matter: figures that were made with others do
-//!   not compare.
-//! - True object points without an instance (taken for ground, dropped, hidden) are one piece more of their
-//!   object, and no instance themselves.
+//! - Points nearer than [`TOLERANCE`] belong to one object, and an object of fewer than
+//!   [`MIN_POINTS`] points is left out: far away a sensor's rows lie farther apart than the
+//!   tolerance, and what was one bush close by would be a dozen objects of a few points each. Both
+//!   numbers matter: figures that were made with others do not compare.
+//! - True object points without an instance (taken for ground, dropped, hidden) are one piece more
+//!   of their object, and no instance themselves.
 
 use rustc_hash::FxHashMap;
 use serde::Serialize;
@@ -57,8 +58,8 @@ pub struct Entropies {
     pub under_with_ground: f64,
 }
 
-/// The entropies of a frame: for each point its true object ([`LEFT_OUT`], [`GROUND`] or a number) and its
-/// found instance (0 for none).
+/// The entropies of a frame: for each point its true object ([`LEFT_OUT`], [`GROUND`] or a number)
+/// and its found instance (0 for none).
 ///
 /// # Panics
 /// If the two differ in length.
@@ -91,17 +92,10 @@ fn entropy(whole: usize, parts: impl Iterator<Item = usize>) -> f64 {
     terms.fold(0.0, |sum, term| sum + term)
 }
 
-/// Mean and standard deviation (of the population) of some figures; 0 of none.
-pub fn mean_and_deviation(figures: &[f64]) -> (f64, f64) {
-    let count = figures.len().max(1) as f64;
-    let mean = figures.iter().sum::<f64>() / count;
-    let variance = figures.iter().map(|figure| (figure - mean).powi(2)).sum::<f64>() / count;
-    (mean, variance.sqrt())
-}
-
 /// How many true instances were found as one instance each, and how many there are: of `min_points`
-/// points or more, and matched with an IoU above a half, which one instance at most can have. Numbers from 1;
-/// 0 is none. Unlike the entropies this asks for no re-clustered truth, so it goes for things only.
+/// points or more, and matched with an IoU above a half, which one instance at most can have.
+/// Numbers from 1; 0 is none. Unlike the entropies this asks for no re-clustered truth, so it goes
+/// for things only.
 ///
 /// # Panics
 /// If the two differ in length.
@@ -129,7 +123,7 @@ pub fn found_whole(truth: &[u32], found: &[u32], min_points: usize) -> (usize, u
 
 /// What a point is to the true objects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum PointRole {
     /// Of an ignored class, or no return.
     LeftOut,
     /// Ground.
@@ -138,41 +132,46 @@ pub enum Kind {
     Object(u32),
 }
 
-/// What each of N points is to the true objects: `raw` their true classes in the recording's ids, by which objects
-/// are told apart, `class` the same as class numbers of the taxonomy.
+/// What each of N points is to the true objects: `raw` their true classes in the recording's ids,
+/// by which objects are told apart, `class` the same as class numbers of the taxonomy.
 ///
 /// # Panics
 /// If columns differ in length or a class number is not the taxonomy's.
-pub fn kinds(cloud: &PointCloud, raw: &[u16], class: &[u16], taxonomy: &Taxonomy) -> Vec<Kind> {
+pub fn point_roles(
+    cloud: &PointCloud,
+    raw: &[u16],
+    class: &[u16],
+    taxonomy: &Taxonomy,
+) -> Vec<PointRole> {
     assert_eq!(raw.len(), cloud.len(), "one class per point");
     let of_class = taxonomy.classes().iter().map(|class| match class {
-        class if class.is_ignored => Some(Kind::LeftOut),
-        class => class.is_ground().then_some(Kind::Ground),
+        class if class.is_ignored => Some(PointRole::LeftOut),
+        class => class.is_ground().then_some(PointRole::Ground),
     });
-    let of_class: Vec<Option<Kind>> = of_class.collect();
-    let kind = |(point, (&raw, &class)): (usize, (&u16, &u16))| match of_class[usize::from(class)] {
-        _ if !cloud.is_return(point) => Kind::LeftOut,
-        Some(kind) => kind,
-        None => Kind::Object(u32::from(raw)),
+    let of_class: Vec<Option<PointRole>> = of_class.collect();
+    let role = |(point, (&raw, &class)): (usize, (&u16, &u16))| match of_class[usize::from(class)] {
+        _ if !cloud.is_return(point) => PointRole::LeftOut,
+        Some(role) => role,
+        None => PointRole::Object(u32::from(raw)),
     };
-    raw.iter().zip(class).enumerate().map(kind).collect()
+    raw.iter().zip(class).enumerate().map(role).collect()
 }
 
-/// The true object of each point: points of one class no farther apart than `tolerance` metres belong to
-/// one object, and so does what hangs together by such points. Objects of fewer than `min_points` points
-/// are left out.
+/// The true object of each point: points of one class no farther apart than `tolerance` metres
+/// belong to one object, and so does what hangs together by such points. Objects of fewer than
+/// `min_points` points are left out.
 ///
 /// # Panics
-/// If there is not one kind per point.
+/// If there is not one role per point.
 pub fn true_objects(
     cloud: &PointCloud,
-    kinds: &[Kind],
+    roles: &[PointRole],
     tolerance: f64,
     min_points: usize,
 ) -> Vec<u32> {
-    assert_eq!(cloud.len(), kinds.len(), "one kind per point");
-    let group = kinds.iter().map(|&kind| match kind {
-        Kind::Object(class) => Some(class),
+    assert_eq!(cloud.len(), roles.len(), "one role per point");
+    let group = roles.iter().map(|&role| match role {
+        PointRole::Object(class) => Some(class),
         _ => None,
     });
     let mut objects = euclidean_clusters(cloud, &group.collect::<Vec<_>>(), tolerance);
@@ -180,8 +179,8 @@ pub fn true_objects(
     for &object in &objects {
         points[object as usize] += 1;
     }
-    for (object, &kind) in objects.iter_mut().zip(kinds) {
-        if kind == Kind::Ground {
+    for (object, &role) in objects.iter_mut().zip(roles) {
+        if role == PointRole::Ground {
             *object = GROUND;
         } else if points[*object as usize] < min_points {
             *object = LEFT_OUT;
@@ -190,11 +189,12 @@ pub fn true_objects(
     objects
 }
 
-/// Euclidean clusters (single linkage) of the points of each group: numbers from 1 in the order of the
-/// points, 0 for points of no group.
+/// Euclidean clusters (single linkage) of the points of each group: numbers from 1 in the order of
+/// the points, 0 for points of no group.
 ///
-/// Points of a group within `tolerance` metres are one cluster, transitively. Cells are so small that all
-/// of a group within one are; cells are then compared with those in reach. Time O(N) for bounded density.
+/// Points of a group within `tolerance` metres are one cluster, transitively. Cells are so small
+/// that all of a group within one are; cells are then compared with those in reach. Time O(N) for
+/// bounded density.
 pub fn euclidean_clusters(cloud: &PointCloud, group: &[Option<u32>], tolerance: f64) -> Vec<u32> {
     let side = tolerance / 3_f64.sqrt();
     let mut cells: FxHashMap<(u32, [i64; 3]), Vec<u32>> = FxHashMap::default();
@@ -265,8 +265,8 @@ mod tests {
 
     #[test]
     fn entropies_by_hand() {
-        // Object 1: two points in 5, one in 6, one in none: - (1/2 ln 1/2 + 2 * 1/4 ln 1/4) = 1.5 ln 2.
-        // Object 2: whole in 6. Instance 6: one point of object 1, three of object 2.
+        // Object 1: two points in 5, one in 6, one in none: - (1/2 ln 1/2 + 2 * 1/4 ln 1/4) = 1.5
+        // ln 2. Object 2: whole in 6. Instance 6: one point of object 1, three of object 2.
         let truth = [1, 1, 1, 1, 2, 2, 2];
         let found = entropies(&truth, &[5, 5, 6, 0, 6, 6, 6]);
         let ln2 = 2_f64.ln();
@@ -296,18 +296,12 @@ mod tests {
 
     #[test]
     fn things_found_whole_by_hand() {
-        // Instance 1: 3 of 4 points in 5, which holds one point more: IoU 3 / 5. Instance 2 in halves: IoU
-        // 1 / 2 is not enough. Instance 3: one point, too small to count.
+        // Instance 1: 3 of 4 points in 5, which holds one point more: IoU 3 / 5. Instance 2 in
+        // halves: IoU 1 / 2 is not enough. Instance 3: one point, too small to count.
         let truth = [1, 1, 1, 1, 0, 2, 2, 2, 2, 3];
         let found = [5, 5, 5, 0, 5, 6, 6, 7, 7, 8];
         assert_eq!(found_whole(&truth, &found, 2), (1, 2));
         assert_eq!(found_whole(&truth, &found, 1), (2, 3));
-    }
-
-    #[test]
-    fn mean_and_deviation_by_hand() {
-        assert_eq!(mean_and_deviation(&[1.0, 3.0]), (2.0, 1.0));
-        assert_eq!(mean_and_deviation(&[]), (0.0, 0.0));
     }
 
     /// Points on the x axis.
@@ -327,9 +321,10 @@ mod tests {
     #[test]
     fn true_objects_of_each_kind() {
         let cloud = row(&[0.0, 0.3, 0.5, 0.6]);
-        let kinds = [Kind::Object(10), Kind::Object(10), Kind::LeftOut, Kind::Ground];
-        assert_eq!(true_objects(&cloud, &kinds, TOLERANCE, 2), [1, 1, LEFT_OUT, GROUND]);
-        assert_eq!(true_objects(&cloud, &kinds, 0.1, 2), [LEFT_OUT, LEFT_OUT, LEFT_OUT, GROUND]);
+        let roles =
+            [PointRole::Object(10), PointRole::Object(10), PointRole::LeftOut, PointRole::Ground];
+        assert_eq!(true_objects(&cloud, &roles, TOLERANCE, 2), [1, 1, LEFT_OUT, GROUND]);
+        assert_eq!(true_objects(&cloud, &roles, 0.1, 2), [LEFT_OUT, LEFT_OUT, LEFT_OUT, GROUND]);
     }
 
     proptest::proptest! {

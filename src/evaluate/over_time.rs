@@ -1,22 +1,24 @@
-//! Association over frames where ids are meant to last: LSTQ (Aygün et al., "4D Panoptic LiDAR Segmentation",
-//! CVPR 2021, section 4; arXiv 2102.12472).
+//! Association over frames where ids are meant to last: LSTQ (Aygün et al., "4D Panoptic LiDAR
+//! Segmentation", CVPR 2021, section 4; arXiv 2102.12472).
 //!
-//! A tube is everything that has one id in a sequence. With TPA(s, t) the points that a true tube t and a
-//! found one s share,
+//! A tube is everything that has one id in a sequence. With TPA(s, t) the points that a true tube t
+//! and a found one s share,
 //!
-//! - S_assoc = mean over the true tubes t of things of 1 / |t| times the sum over s of TPA(s, t) IoU(s, t),
-//!   whatever the class of s: an object that is found whole in every frame but under two ids of equal shares
-//!   has a half;
+//! - S_assoc = mean over the true tubes t of things of 1 / |t| times the sum over s of TPA(s, t)
+//!   IoU(s, t), whatever the class of s: an object that is found whole in every frame but under two
+//!   ids of equal shares has a half;
 //! - S_cls = mean IoU of the classes, those that neither truth nor prediction has left out;
 //! - LSTQ = the root of S_assoc times S_cls.
 //!
 //! What the paper leaves open is as in the evaluation its authors published:
 //!
 //! - Points whose true class is ignored leave first, on both sides.
-//! - A true object counts only in the frames where it has *more* points than the minimum (50), and its tube
-//!   is made of these frames; a found tube is made of all frames, less the points whose found class is ignored.
+//! - A true object counts only in the frames where it has *more* points than the minimum (50), and
+//!   its tube is made of these frames; a found tube is made of all frames, less the points whose
+//!   found class is ignored.
 //! - Id 0 is no instance. A true tube's id belongs to its class, a found one's does not.
-//! - "No class" is one of the classes of S_cls, with an IoU of 0, as soon as a point is predicted so.
+//! - "No class" is one of the classes of S_cls, with an IoU of 0, as soon as a point is predicted
+//!   so.
 
 use rustc_hash::FxHashMap;
 use serde::Serialize;
@@ -85,7 +87,8 @@ impl OverTime {
         }
     }
 
-    /// Adds the next frame of a sequence, N points: class numbers, and instances of which 0 is none.
+    /// Adds the next frame of a sequence, N points: class numbers, and instances of which 0 is
+    /// none.
     ///
     /// # Panics
     /// If the columns differ in length or a class number is out of range.
@@ -182,8 +185,8 @@ mod tests {
         time.lstq(&scores, &taxonomy)
     }
 
-    /// The worked example of the published evaluation: a car and two trucks of five points each, of which the
-    /// second truck is taken for a car and part of the first; five points are ignored.
+    /// The worked example of the published evaluation: a car and two trucks of five points each, of
+    /// which the second truck is taken for a car and part of the first; five points are ignored.
     #[test]
     fn known_answer() {
         let (car, truck) = (1, 4);

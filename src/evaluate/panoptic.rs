@@ -55,8 +55,8 @@ pub struct PanopticQuality {
     pub miou: f64,
 }
 
-/// A segment: its class and its id.
-type Segment = (u16, u32);
+/// Class and id of a segment.
+type SegmentKey = (u16, u32);
 
 impl Panoptic {
     /// Empty sums over `classes` class numbers, of which some are ignored where truth has them.
@@ -81,8 +81,8 @@ impl Panoptic {
 
     /// Adds a frame of N points: class numbers and segment ids, true and predicted.
     ///
-    /// A segment is what has one id within one class. The API takes the whole 32-bit label word as the
-    /// id: two raw ids folded into one class are two segments there, as here if the ids say so.
+    /// A segment is what has one id within one class. The API takes the whole 32-bit label word as
+    /// the id: two raw ids folded into one class are two segments there, as here if the ids say so.
     ///
     /// # Panics
     /// If the columns differ in length or a class number is out of range.
@@ -98,8 +98,8 @@ impl Panoptic {
             [predicted_class.len(), predicted_id.len(), true_id.len()] == [points; 3],
             "columns of different length"
         );
-        let mut true_size: FxHashMap<Segment, u64> = FxHashMap::default();
-        let mut predicted_size: FxHashMap<Segment, u64> = FxHashMap::default();
+        let mut true_size: FxHashMap<SegmentKey, u64> = FxHashMap::default();
+        let mut predicted_size: FxHashMap<SegmentKey, u64> = FxHashMap::default();
         let mut common: FxHashMap<(u16, u32, u32), u64> = FxHashMap::default();
         for point in 0..points {
             let (predicted, truth) = (predicted_class[point], true_class[point]);
@@ -119,8 +119,8 @@ impl Panoptic {
 
     fn match_segments(
         &mut self,
-        mut true_size: FxHashMap<Segment, u64>,
-        mut predicted_size: FxHashMap<Segment, u64>,
+        mut true_size: FxHashMap<SegmentKey, u64>,
+        mut predicted_size: FxHashMap<SegmentKey, u64>,
         common: FxHashMap<(u16, u32, u32), u64>,
     ) {
         let mut matches: Vec<(u16, u32, u32, f64)> = common
@@ -143,7 +143,7 @@ impl Panoptic {
             true_size.remove(&(class, truth));
             predicted_size.remove(&(class, predicted));
         }
-        let unmatched = |sizes: FxHashMap<Segment, u64>, false_segments: &mut Vec<u64>| {
+        let unmatched = |sizes: FxHashMap<SegmentKey, u64>, false_segments: &mut Vec<u64>| {
             for ((class, _), size) in sizes {
                 false_segments[usize::from(class)] += u64::from(size >= self.min_points);
             }
@@ -185,8 +185,8 @@ impl Panoptic {
         taxonomy.classes()[class].is_thing && self.true_points(class) >= MIN_POINTS
     }
 
-    /// Mean IoU over the classes of which truth or prediction has points, "no class" of the predictions among
-    /// them.
+    /// Mean IoU over the classes of which truth or prediction has points, "no class" of the
+    /// predictions among them.
     pub fn mean_iou_of_present(&self) -> f64 {
         let of = |predicted: usize, truth: usize| self.confusion[predicted * self.classes + truth];
         let is_present = |class: &usize| {
@@ -215,8 +215,8 @@ impl Panoptic {
     }
 }
 
-/// The sum as NumPy makes it, in whose order the API's last digits lie: up to seven numbers one by one, up to
-/// 128 in eight interleaved sums, more in halves (pairwise summation; Higham 1993).
+/// The sum as NumPy makes it, in whose order the API's last digits lie: up to seven numbers one by
+/// one, up to 128 in eight interleaved sums, more in halves (pairwise summation; Higham 1993).
 pub fn pairwise_sum(values: &[f64]) -> f64 {
     const LANES: usize = 8;
     const BLOCK: usize = 128;
@@ -254,8 +254,8 @@ mod tests {
         assert_eq!(sum(300), 6.282663880299504);
     }
 
-    /// He et al.'s worked example as semantic-kitti-api's self-test has it: ignored class 0, grass, sky,
-    /// person, dog; unmatched segments count from one point on.
+    /// He et al.'s worked example as semantic-kitti-api's self-test has it: ignored class 0, grass,
+    /// sky, person, dog; unmatched segments count from one point on.
     #[test]
     fn known_answer() {
         let (mut truth, mut truth_id, mut found, mut found_id) = (vec![], vec![], vec![], vec![]);

@@ -1,13 +1,14 @@
-//! Panoptic figures as semantic-kitti-api's `evaluate_panoptic.py` reports them (ALGORITHM section 9).
+//! Panoptic figures as semantic-kitti-api's `evaluate_panoptic.py` reports them (ALGORITHM section
+//! 9).
 
 use serde::Serialize;
 
 use super::panoptic::{ClassQuality, Panoptic, PanopticQuality, pairwise_sum};
 use crate::taxonomy::Taxonomy;
 
-/// What a set of frames comes to. Figures from 0 to 1.
+/// The panoptic figures of a set of frames, from 0 to 1.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Report {
+pub struct PanopticReport {
     /// Means over all classes that count; absent ones are 0, as the API has it.
     pub all: PanopticQuality,
     /// Means over the things.
@@ -34,7 +35,7 @@ pub struct NamedQuality {
     pub quality: ClassQuality,
 }
 
-impl Report {
+impl PanopticReport {
     /// The figures of some scores, whose class numbers are those of a taxonomy.
     pub fn new(scores: &Panoptic, taxonomy: &Taxonomy) -> Self {
         let classes = taxonomy.classes();
@@ -51,7 +52,7 @@ impl Report {
         let of_things = named.iter().filter(|class| class.is_thing).map(|class| class.quality.pq);
         let of_stuff = named.iter().filter(|class| !class.is_thing).map(|class| class.quality.iou);
         let figures: Vec<f64> = of_things.chain(of_stuff).collect();
-        Report {
+        PanopticReport {
             all: scores.mean(|_| true),
             things: scores.mean(is_thing),
             stuff: scores.mean(|class| !is_thing(class)),
@@ -76,7 +77,7 @@ mod tests {
         let true_id = [vec![1; 10], vec![0; 10]].concat();
         let found_id = [vec![1; 6], vec![2; 8], vec![0; 6]].concat();
         scores.add(&found, &found_id, &truth, &true_id);
-        let report = Report::new(&scores, &taxonomy);
+        let report = PanopticReport::new(&scores, &taxonomy);
         // The car: 6 of 10 matched, one segment spurious. The road: 6 of 10 matched.
         let car_pq = 0.6 / 1.5;
         assert!((report.things.pq - car_pq / 8.0).abs() < 1e-12);

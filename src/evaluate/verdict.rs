@@ -1,8 +1,9 @@
-//! What became of every true object of a frame, and what every found one is.
+//! A verdict on every true object of a frame and on every found instance.
 //!
-//! With n points of a true object t, m of a found instance p and s of both, t and p match as panoptic quality
-//! has it ([`panoptic`](super::panoptic)): one class, s / (n + m - s) above a half, points whose true class is
-//! ignored left out first on both sides. At most one p matches a t. The verdicts, the first that holds:
+//! With n points of a true object t, m of a found instance p and s of both, t and p match as in
+//! panoptic quality ([`panoptic`](super::panoptic)): they are of one class and s / (n + m - s) is
+//! above a half, where points whose true class is ignored are first left out on both sides. At most
+//! one p matches a t. The verdict is the first of these that holds:
 //!
 //! | verdict | of a true object | of a found instance |
 //! | --- | --- | --- |
@@ -10,20 +11,20 @@
 //! | wrong class | it would have one but for the class | it would be one but for the class |
 //! | missed | half or more of its points have no instance | |
 //! | spurious | | more than half of its points are of no thing |
-//! | under-segmented | one instance holds more than half of it | no true object holds more than half of it |
-//! | over-segmented | no instance holds more than half of it | one true object holds more than half of it |
+//! | under-segmented | more than half of it is in one instance | no object holds more than half |
+//! | over-segmented | no instance holds more than half of it | one object holds more than half |
 //!
-//! Nothing falls between the rows. Where one instance holds s > n / 2 of an object and does not match, it
-//! holds at least 2 s - n points beside it, or its IoU would exceed a half: what it holds beside is what spoils
-//! it, and is listed ([`Judged::beside`]). Likewise an unmatched instance of which more than half lies in one
-//! object is a part of an object that is larger.
+//! Nothing falls between the rows. Where one instance holds s > n / 2 of an object and does not
+//! match it, that instance holds at least 2 s - n other points, or the IoU would exceed a half.
+//! These other points spoil the match and are listed ([`JudgedObject::beside`]). Likewise an
+//! unmatched instance of which more than half lies in one object is a part of a larger object.
 //!
 //! As in panoptic quality an unmatched object of few points is no failure: it is marked
-//! [`small`](Judged::is_small) and counted apart.
+//! [`small`](JudgedObject::is_small) and counted apart.
 //!
-//! One thing differs from panoptic quality: found points of a thing class without an instance (id 0) are a
-//! segment there, which matches where they happen to be one object's and is false elsewhere; here they are points
-//! that have no instance, and no object.
+//! One thing differs from panoptic quality. Found points of a thing class without an instance (id
+//! 0) are a segment there, which matches where they happen to be one object's and is false
+//! elsewhere. Here they are points without an instance, and no object.
 
 use rustc_hash::FxHashMap;
 use serde::Serialize;
@@ -31,7 +32,7 @@ use serde::Serialize;
 use crate::cloud::{PointCloud, wide};
 use crate::taxonomy::Taxonomy;
 
-/// Class number and id of an object; where classes are not compared, the class of a found one is 0.
+/// Class number and id of an object. Where classes are not compared, a found object has class 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct Segment {
     /// Class number in the taxonomy.
@@ -40,7 +41,8 @@ pub struct Segment {
     pub id: u32,
 }
 
-/// Class number and id of each of N points. Id 0 of a found point is no instance; true ids may be any.
+/// Class number and id of each of N points. Id 0 of a found point is no instance; true ids may be
+/// any.
 #[derive(Debug, Clone, Copy)]
 pub struct Labelling<'a> {
     /// N: class number in the taxonomy.
@@ -51,26 +53,26 @@ pub struct Labelling<'a> {
 
 /// How objects are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Rules {
+pub struct MatchRules {
     /// Unmatched objects of fewer points are small.
     pub min_points: u64,
-    /// Whether a match has to be of one class. Else classes of found points are not looked at, every found
-    /// id is an instance, and instances that hold mostly no thing are none of ours
-    /// ([`Verdicts::elsewhere`]): truth numbers no walls and no poles.
+    /// Whether a match has to be of one class. If not, classes of found points are ignored, every
+    /// found id is an instance, and instances that hold mostly no thing are only counted
+    /// ([`Verdicts::elsewhere`]), because truth numbers neither walls nor poles.
     pub by_class: bool,
 }
 
-/// What became of an object.
+/// The verdict on a true object or a found instance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// It has a match.
     Correct,
-    /// It would have one but for the class.
+    /// It would have a match but for the class.
     WrongClass,
-    /// It is, or is one of, the parts of a true object.
+    /// A true object in several parts, or one of these parts.
     OverSegmented,
-    /// It is in one instance with something else, or that instance.
+    /// A true object in one instance with something else, or that instance.
     UnderSegmented,
     /// A true object of whose points half or more have no instance.
     Missed,
@@ -89,7 +91,7 @@ impl Verdict {
         Verdict::Spurious,
     ];
 
-    /// In words.
+    /// Its name for people.
     pub fn name(self) -> &'static str {
         match self {
             Verdict::Correct => "correct",
@@ -102,48 +104,49 @@ impl Verdict {
     }
 }
 
-/// An object of the other side and the points it shares.
+/// An object that shares points with another.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Share {
+pub struct Overlap {
     /// The object.
     pub object: Segment,
     /// Name of its class; empty where classes are not compared.
     pub class_name: String,
-    /// Points of both.
+    /// Points that both have.
     pub shared: u64,
-    /// Points of it.
+    /// Points of the object.
     pub points: u64,
 }
 
-/// A true object or a found one, and its verdict.
+/// A true object or a found instance, and its verdict.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Judged {
+pub struct JudgedObject {
     /// The object.
     pub object: Segment,
     /// Name of its class; empty where classes are not compared.
     pub class_name: String,
-    /// Its points, those of ignored true classes left out.
+    /// Its points, without those whose true class is ignored.
     pub points: u64,
     /// The verdict.
     pub verdict: Verdict,
-    /// Whether it has no match and too few points to count.
+    /// Whether it has no match and too few points to be a failure.
     pub is_small: bool,
-    /// Greatest IoU with an object of the other side, of its class where that matters.
+    /// Greatest IoU with an object of the other side, of the same class where classes are compared.
     pub iou: f64,
     /// Objects of the other side that share points with it: the match first, then the most points.
-    pub parts: Vec<Share>,
-    /// Of its points those that no object of the other side has: without an instance, or of no thing.
+    pub parts: Vec<Overlap>,
+    /// How many of its points no object of the other side has: they are without an instance, or of
+    /// no thing.
     pub in_nothing: u64,
-    /// Of the first of `parts`: the other objects of this side that share points with it, the most first.
-    pub beside: Vec<Share>,
-    /// Of the first of `parts`: the points that no object of this side has.
+    /// The other objects of this side that share points with the first of `parts`, the most first.
+    pub beside: Vec<Overlap>,
+    /// How many points of the first of `parts` no object of this side has.
     pub beside_nothing: u64,
-    /// Mean of its points, metres, sensor frame.
+    /// Mean position of its points, metres, sensor frame.
     pub centre: [f64; 3],
 }
 
-impl Judged {
-    /// Whether it is a failure: unmatched and of points enough.
+impl JudgedObject {
+    /// Whether it is a failure: unmatched, and not small.
     pub fn is_failure(&self) -> bool {
         self.verdict != Verdict::Correct && !self.is_small
     }
@@ -153,22 +156,22 @@ impl Judged {
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Verdicts {
     /// The true things, by class and id.
-    pub truth: Vec<Judged>,
+    pub truth: Vec<JudgedObject>,
     /// The found instances, by class and id.
-    pub found: Vec<Judged>,
-    /// Found instances that hold mostly no thing, where classes are not compared.
+    pub found: Vec<JudgedObject>,
+    /// Number of found instances that hold mostly no thing; 0 where classes are compared.
     pub elsewhere: u64,
 }
 
 impl Verdicts {
     /// The verdict on a true object.
-    pub fn of_true(&self, object: Segment) -> Option<&Judged> {
+    pub fn of_true(&self, object: Segment) -> Option<&JudgedObject> {
         let place = self.truth.binary_search_by_key(&object, |judged| judged.object);
         place.ok().map(|place| &self.truth[place])
     }
 }
 
-/// Judges all true things and all found instances of a frame of N points.
+/// Gives a verdict on every true thing and every found instance of a frame of N points.
 ///
 /// # Panics
 /// If columns differ in length or a class number is not the taxonomy's.
@@ -177,14 +180,14 @@ pub fn verdicts(
     truth: Labelling,
     found: Labelling,
     taxonomy: &Taxonomy,
-    rules: Rules,
+    rules: MatchRules,
 ) -> Verdicts {
     let objects = Objects::new(truth, found, taxonomy, rules.by_class);
     let overlaps = Overlaps::new(&objects);
-    let judge = Judge { overlaps: &overlaps, taxonomy, rules };
+    let matching = Matching { overlaps: &overlaps, taxonomy, rules };
     let mut verdicts = Verdicts {
-        truth: overlaps.truth.keys().map(|&object| judge.of_true(object)).collect(),
-        found: overlaps.found.keys().map(|&object| judge.of_found(object)).collect(),
+        truth: overlaps.truth.keys().map(|&object| matching.of_true(object)).collect(),
+        found: overlaps.found.keys().map(|&object| matching.of_found(object)).collect(),
         elsewhere: 0,
     };
     if !rules.by_class {
@@ -194,12 +197,12 @@ pub fn verdicts(
     }
     verdicts.truth.sort_unstable_by_key(|judged| judged.object);
     verdicts.found.sort_unstable_by_key(|judged| judged.object);
-    place(cloud, &objects.truth, &mut verdicts.truth);
-    place(cloud, &objects.found, &mut verdicts.found);
+    set_centres(cloud, &objects.truth, &mut verdicts.truth);
+    set_centres(cloud, &objects.found, &mut verdicts.found);
     verdicts
 }
 
-/// The true and the found object of each of N points; none of a point that is left out.
+/// N: the true and the found object of each point; none where the point is left out.
 struct Objects {
     truth: Vec<Option<Segment>>,
     found: Vec<Option<Segment>>,
@@ -228,28 +231,28 @@ impl Objects {
     }
 }
 
-/// Points of each object, and of each pair of one from either side.
+/// How many points each object has, and how many it shares with each of the other side.
 #[derive(Default)]
 struct Overlaps {
-    truth: FxHashMap<Segment, Lot>,
-    found: FxHashMap<Segment, Lot>,
+    truth: FxHashMap<Segment, PointCounts>,
+    found: FxHashMap<Segment, PointCounts>,
 }
 
-/// An object's points and those that it shares with each of the other side.
+/// The number of an object's points, and of those that it shares with each of the other side.
 #[derive(Default)]
-struct Lot {
+struct PointCounts {
     points: u64,
-    shares: Vec<(Segment, u64)>,
+    overlaps: Vec<(Segment, u64)>,
 }
 
-impl Lot {
+impl PointCounts {
     fn add(&mut self, other: Option<Segment>, points: u64) {
         self.points += points;
-        self.shares.extend(other.map(|other| (other, points)));
+        self.overlaps.extend(other.map(|other| (other, points)));
     }
 
     fn in_nothing(&self) -> u64 {
-        self.points - self.shares.iter().map(|share| share.1).sum::<u64>()
+        self.points - self.overlaps.iter().map(|overlap| overlap.1).sum::<u64>()
     }
 }
 
@@ -270,27 +273,29 @@ impl Overlaps {
                 overlaps.found.entry(found).or_default().add(truth, points);
             }
         }
-        for lot in overlaps.truth.values_mut().chain(overlaps.found.values_mut()) {
-            lot.shares.sort_unstable_by_key(|&(other, points)| (std::cmp::Reverse(points), other));
+        for counts in overlaps.truth.values_mut().chain(overlaps.found.values_mut()) {
+            counts
+                .overlaps
+                .sort_unstable_by_key(|&(other, points)| (std::cmp::Reverse(points), other));
         }
         overlaps
     }
 }
 
-/// Judges one object after the other.
-struct Judge<'a> {
+/// The objects of both sides and the rules by which they match.
+struct Matching<'a> {
     overlaps: &'a Overlaps,
     taxonomy: &'a Taxonomy,
-    rules: Rules,
+    rules: MatchRules,
 }
 
-impl Judge<'_> {
-    fn of_true(&self, object: Segment) -> Judged {
+impl Matching<'_> {
+    fn of_true(&self, object: Segment) -> JudgedObject {
         let Overlaps { truth, found } = self.overlaps;
-        self.judged(object, truth, found, |lot| {
-            if 2 * lot.in_nothing() >= lot.points {
+        self.judged(object, truth, found, |counts| {
+            if 2 * counts.in_nothing() >= counts.points {
                 Verdict::Missed
-            } else if 2 * lot.shares[0].1 > lot.points {
+            } else if 2 * counts.overlaps[0].1 > counts.points {
                 Verdict::UnderSegmented
             } else {
                 Verdict::OverSegmented
@@ -298,12 +303,12 @@ impl Judge<'_> {
         })
     }
 
-    fn of_found(&self, object: Segment) -> Judged {
+    fn of_found(&self, object: Segment) -> JudgedObject {
         let Overlaps { truth, found } = self.overlaps;
-        self.judged(object, found, truth, |lot| {
-            if 2 * lot.in_nothing() > lot.points {
+        self.judged(object, found, truth, |counts| {
+            if 2 * counts.in_nothing() > counts.points {
                 Verdict::Spurious
-            } else if 2 * lot.shares[0].1 > lot.points {
+            } else if 2 * counts.overlaps[0].1 > counts.points {
                 Verdict::OverSegmented
             } else {
                 Verdict::UnderSegmented
@@ -311,51 +316,59 @@ impl Judge<'_> {
         })
     }
 
-    /// The verdict on an object of the side `own` against the side `other`; `unmatched` judges those that
-    /// no class would make a match.
+    /// The verdict on an object of the side `own` against the side `other`; `unmatched` gives that
+    /// on an object that would have no match in any class.
     fn judged(
         &self,
         object: Segment,
-        own: &FxHashMap<Segment, Lot>,
-        other: &FxHashMap<Segment, Lot>,
-        unmatched: impl Fn(&Lot) -> Verdict,
-    ) -> Judged {
-        let lot = &own[&object];
+        own: &FxHashMap<Segment, PointCounts>,
+        other: &FxHashMap<Segment, PointCounts>,
+        unmatched: impl Fn(&PointCounts) -> Verdict,
+    ) -> JudgedObject {
+        let counts = &own[&object];
         let iou = |&(with, shared): &(Segment, u64)| {
-            shared as f64 / (lot.points + other[&with].points - shared) as f64
+            shared as f64 / (counts.points + other[&with].points - shared) as f64
         };
         let may_match = |with: &Segment| !self.rules.by_class || with.class == object.class;
-        let matched = lot.shares.iter().position(|share| iou(share) > 0.5);
+        let matched = counts.overlaps.iter().position(|overlap| iou(overlap) > 0.5);
         let verdict = match matched {
-            Some(place) if may_match(&lot.shares[place].0) => Verdict::Correct,
+            Some(place) if may_match(&counts.overlaps[place].0) => Verdict::Correct,
             Some(_) => Verdict::WrongClass,
-            None => unmatched(lot),
+            None => unmatched(counts),
         };
-        let comparable = lot.shares.iter().filter(|share| may_match(&share.0));
-        let mut parts: Vec<Share> =
-            lot.shares.iter().map(|&(with, shared)| self.share(with, shared, other)).collect();
+        let comparable = counts.overlaps.iter().filter(|overlap| may_match(&overlap.0));
+        let mut parts: Vec<Overlap> = counts
+            .overlaps
+            .iter()
+            .map(|&(with, shared)| self.overlap(with, shared, other))
+            .collect();
         parts[..matched.map_or(0, |place| place + 1)].rotate_right(usize::from(matched.is_some()));
         let holder = parts.first().map(|part| &other[&part.object]);
-        let beside = holder.map_or(&[][..], |lot| &lot.shares);
+        let beside = holder.map_or(&[][..], |counts| &counts.overlaps);
         let beside = beside.iter().filter(|(one, _)| *one != object);
-        Judged {
+        JudgedObject {
             object,
             class_name: self.class_name(object),
-            points: lot.points,
+            points: counts.points,
             verdict,
-            is_small: verdict != Verdict::Correct && lot.points < self.rules.min_points,
+            is_small: verdict != Verdict::Correct && counts.points < self.rules.min_points,
             iou: comparable.map(iou).fold(0.0, f64::max),
-            in_nothing: lot.in_nothing(),
-            beside: beside.map(|&(one, shared)| self.share(one, shared, own)).collect(),
-            beside_nothing: holder.map_or(0, Lot::in_nothing),
+            in_nothing: counts.in_nothing(),
+            beside: beside.map(|&(one, shared)| self.overlap(one, shared, own)).collect(),
+            beside_nothing: holder.map_or(0, PointCounts::in_nothing),
             parts,
             centre: [0.0; 3],
         }
     }
 
-    fn share(&self, object: Segment, shared: u64, lots: &FxHashMap<Segment, Lot>) -> Share {
+    fn overlap(
+        &self,
+        object: Segment,
+        shared: u64,
+        of: &FxHashMap<Segment, PointCounts>,
+    ) -> Overlap {
         let class_name = self.class_name(object);
-        Share { object, class_name, shared, points: lots[&object].points }
+        Overlap { object, class_name, shared, points: of[&object].points }
     }
 
     fn class_name(&self, object: Segment) -> String {
@@ -366,8 +379,8 @@ impl Judge<'_> {
     }
 }
 
-/// Sets the centres of objects, sorted, from the object of each point.
-fn place(cloud: &PointCloud, object: &[Option<Segment>], judged: &mut [Judged]) {
+/// Sets the centres of objects from the object of each point.
+fn set_centres(cloud: &PointCloud, object: &[Option<Segment>], judged: &mut [JudgedObject]) {
     let mut sums: FxHashMap<Segment, ([f64; 3], f64)> = FxHashMap::default();
     for (point, object) in object.iter().enumerate() {
         let Some(object) = object.filter(|_| cloud.is_return(point)) else {
@@ -390,10 +403,10 @@ mod tests {
     use super::*;
     use crate::evaluate::Panoptic;
 
-    /// A frame drawn as two lines, one character a point, ten points each: in the truth an upper-case
-    /// letter is a car, a lower-case one a person, `.` the road, `?` ignored; found likewise, `_` a car's
-    /// point without an instance.
-    fn drawn(truth: &str, found: &str, rules: Rules) -> (Verdicts, Panoptic) {
+    /// A frame drawn as two lines, one character a point, ten points each: in the truth an
+    /// upper-case letter is a car, a lower-case one a person, `.` the road, `?` ignored; found
+    /// likewise, `_` a car's point without an instance.
+    fn drawn(truth: &str, found: &str, rules: MatchRules) -> (Verdicts, Panoptic) {
         const TIMES: usize = 10;
         let taxonomy = Taxonomy::semantic_kitti();
         let number = |name| taxonomy.class_named(name).unwrap();
@@ -418,10 +431,10 @@ mod tests {
         (verdicts(&cloud, truth, found, &taxonomy, rules), scores)
     }
 
-    const RULES: Rules = Rules { min_points: 15, by_class: true };
+    const RULES: MatchRules = MatchRules { min_points: 15, by_class: true };
 
     /// The verdicts as `A: missed`, small ones in brackets.
-    fn told(judged: &[Judged]) -> String {
+    fn told(judged: &[JudgedObject]) -> String {
         let told = judged.iter().map(|one| {
             let letter = char::from_u32(one.object.id).unwrap();
             let name = one.verdict.name();
@@ -435,18 +448,18 @@ mod tests {
         assert_eq!(told(&verdicts.truth), of_true, "{truth} {found}");
         assert_eq!(told(&verdicts.found), of_found, "{truth} {found}");
         // Correct and failing objects are those that panoptic quality counts.
-        let count = |side: &[Judged], is_right: fn(&Judged) -> bool| {
+        let count = |side: &[JudgedObject], is_right: fn(&JudgedObject) -> bool| {
             side.iter().filter(|judged| is_right(judged)).count() as u64
         };
         let things = [1, 6].map(|class| scores.class(class));
         let sum = |figure: fn(&crate::evaluate::ClassQuality) -> u64| {
             things.iter().map(figure).sum::<u64>()
         };
-        let is_correct: fn(&Judged) -> bool = |judged| judged.verdict == Verdict::Correct;
+        let is_correct: fn(&JudgedObject) -> bool = |judged| judged.verdict == Verdict::Correct;
         assert_eq!(count(&verdicts.truth, is_correct), sum(|q| q.true_positives));
         assert_eq!(count(&verdicts.found, is_correct), sum(|q| q.true_positives));
-        assert_eq!(count(&verdicts.truth, Judged::is_failure), sum(|q| q.false_negatives));
-        assert_eq!(count(&verdicts.found, Judged::is_failure), sum(|q| q.false_positives));
+        assert_eq!(count(&verdicts.truth, JudgedObject::is_failure), sum(|q| q.false_negatives));
+        assert_eq!(count(&verdicts.found, JudgedObject::is_failure), sum(|q| q.false_positives));
     }
 
     #[test]
@@ -482,7 +495,8 @@ mod tests {
     #[test]
     fn missed_and_spurious() {
         check("AA..", "....", "A: missed", "");
-        // Points of one class without an instance are a segment to panoptic quality, and a match here.
+        // Points of one class without an instance are a segment to panoptic quality, and a match
+        // here.
         let (verdicts, scores) = drawn("AA..", "__..", RULES);
         assert_eq!(told(&verdicts.truth), "A: missed");
         assert!(verdicts.found.is_empty() && scores.class(1).true_positives == 1);
@@ -499,7 +513,7 @@ mod tests {
 
     #[test]
     fn without_classes_walls_are_none_of_ours() {
-        let rules = Rules { by_class: false, ..RULES };
+        let rules = MatchRules { by_class: false, ..RULES };
         let (verdicts, _) = drawn("AA..bb", "ccDDEE", rules);
         assert_eq!(told(&verdicts.truth), "A: correct, b: correct");
         assert_eq!(told(&verdicts.found), "E: correct, c: correct");

@@ -10,7 +10,7 @@ use super::semantic_kitti::{
 };
 use crate::cloud::PointCloud;
 use crate::error::{Error, Result};
-use crate::evaluate::sums::segments;
+use crate::evaluate::evaluation::segments;
 
 /// A cloud of N points and what is true of it.
 #[derive(Debug, Clone, PartialEq)]

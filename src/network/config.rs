@@ -1,12 +1,13 @@
-//! What a network of the range-view family asks for: the keys of the `arch_cfg.yaml` and `data_cfg.yaml` that those
-//! projects (RangeNet++, SalsaNext, FIDNet, CENet) write beside their weights.
+//! What a network of the range-view family asks for: the keys of the `arch_cfg.yaml` and
+//! `data_cfg.yaml` that those projects (RangeNet++, SalsaNext, FIDNet, CENet) write beside their
+//! weights.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::nearest::NearestParams;
+use super::knn_params::KnnParams;
 use crate::error::{Error, Result};
 use crate::taxonomy::Taxonomy;
 
@@ -15,7 +16,7 @@ const FILES: [&str; 2] = ["arch_cfg.yaml", "data_cfg.yaml"];
 
 /// One of the five images that such networks know, in the order in which they are stacked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Channel {
+pub enum InputChannel {
     /// Distance from the sensor, metres.
     Range,
     /// x in the sensor's frame, metres.
@@ -28,15 +29,23 @@ pub enum Channel {
     Remission,
 }
 
-impl Channel {
+impl InputChannel {
     /// All of them, in their order.
-    pub const ALL: [Channel; 5] =
-        [Channel::Range, Channel::X, Channel::Y, Channel::Z, Channel::Remission];
+    pub const ALL: [InputChannel; 5] = [
+        InputChannel::Range,
+        InputChannel::X,
+        InputChannel::Y,
+        InputChannel::Z,
+        InputChannel::Remission,
+    ];
 }
+
+/// A channel of the input with its mean and its standard deviation in training.
+pub type ChannelStatistics = (InputChannel, f32, f32);
 
 /// An image of the full circle whose rows are of equal elevation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spherical {
+pub struct SphericalImage {
     /// Rows H.
     pub rows: usize,
     /// Columns W.
@@ -50,21 +59,21 @@ pub struct Spherical {
 /// What a network takes and gives.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NetworkConfig {
-    /// What the channels of the input are, each with its mean and its standard deviation.
-    pub channels: Vec<(Channel, f32, f32)>,
+    /// The channels of the input.
+    pub channels: Vec<ChannelStatistics>,
     /// The image that it was trained on, if the files say so.
-    pub sensor: Option<Spherical>,
+    pub sensor: Option<SphericalImage>,
     /// The data set's id for each class of the output.
     pub ids: Vec<u16>,
     /// How points get a class from the pixels around them; `None`: from their own pixel.
-    pub nearest: Option<NearestParams>,
+    pub knn: Option<KnnParams>,
     /// What the ids mean, if the files say so.
     pub taxonomy: Option<Taxonomy>,
 }
 
 impl NetworkConfig {
-    /// Reads files, or folders that hold an `arch_cfg.yaml` and a `data_cfg.yaml`. What is said twice is taken from the
-    /// last that says it.
+    /// Reads files, or folders that hold an `arch_cfg.yaml` and a `data_cfg.yaml`. What is said
+    /// twice is taken from the last that says it.
     ///
     /// # Errors
     /// [`Error::Io`], and [`Error::Network`] if a key is missing or makes no sense.
@@ -90,7 +99,8 @@ impl NetworkConfig {
         merged.config(taxonomy).map_err(problem)
     }
 
-    /// Where a network's configuration usually is: `MODEL.yaml` beside `MODEL.onnx`, or the two files in its folder.
+    /// Where a network's configuration usually is: `MODEL.yaml` beside `MODEL.onnx`, or the two
+    /// files in its folder.
     pub fn beside(model: &Path) -> Option<PathBuf> {
         let own = model.with_extension("yaml");
         let folder =
@@ -167,14 +177,14 @@ struct ImageSize {
 #[derive(Debug, Deserialize)]
 struct Post {
     #[serde(rename = "KNN")]
-    nearest: Option<Nearest>,
+    knn: Option<Knn>,
 }
 
 #[derive(Debug, Deserialize)]
-struct Nearest {
+struct Knn {
     #[serde(rename = "use")]
     is_used: Option<bool>,
-    params: Option<NearestParams>,
+    params: Option<KnnParams>,
 }
 
 impl File {
@@ -197,10 +207,10 @@ impl File {
             channels: channels(&sensor, self.backbone.and_then(|backbone| backbone.input_depth))?,
             sensor: spherical(&sensor)?,
             ids: ids(self.learning_map_inv)?,
-            nearest: match self.post.and_then(|post| post.nearest) {
-                Some(nearest) if nearest.is_used == Some(false) => None,
-                Some(nearest) => Some(nearest.params.unwrap_or_default().checked()?),
-                None => Some(NearestParams::default()),
+            knn: match self.post.and_then(|post| post.knn) {
+                Some(knn) if knn.is_used == Some(false) => None,
+                Some(knn) => Some(knn.params.unwrap_or_default().checked()?),
+                None => Some(KnnParams::default()),
             },
             taxonomy,
         })
@@ -210,7 +220,7 @@ impl File {
 fn channels(
     sensor: &Sensor,
     depth: Option<InputDepth>,
-) -> std::result::Result<Vec<(Channel, f32, f32)>, String> {
+) -> std::result::Result<Vec<ChannelStatistics>, String> {
     let five = |name: &str, values: &Option<Vec<f32>>| {
         let values = values.as_deref().ok_or(format!("no `{name}`"))?;
         let five: [f32; 5] = values.try_into().map_err(|_| {
@@ -228,12 +238,12 @@ fn channels(
         return Err(format!("`img_stds` has {std}; standard deviations are above 0"));
     }
     let depth = depth.unwrap_or(InputDepth { range: true, xyz: true, remission: true });
-    let is_used = |channel: Channel| match channel {
-        Channel::Range => depth.range,
-        Channel::X | Channel::Y | Channel::Z => depth.xyz,
-        Channel::Remission => depth.remission,
+    let is_used = |channel: InputChannel| match channel {
+        InputChannel::Range => depth.range,
+        InputChannel::X | InputChannel::Y | InputChannel::Z => depth.xyz,
+        InputChannel::Remission => depth.remission,
     };
-    let all = Channel::ALL.into_iter().zip(means).zip(stds);
+    let all = InputChannel::ALL.into_iter().zip(means).zip(stds);
     let used: Vec<_> = all
         .filter(|((channel, _), _)| is_used(*channel))
         .map(|((channel, mean), std)| (channel, mean, std))
@@ -247,7 +257,7 @@ fn channels(
 /// Most pixels in a row or a column: far more than any network has.
 const MOST_PIXELS: usize = 1 << 14;
 
-fn spherical(sensor: &Sensor) -> std::result::Result<Option<Spherical>, String> {
+fn spherical(sensor: &Sensor) -> std::result::Result<Option<SphericalImage>, String> {
     let (Some(size), Some(up), Some(down)) = (&sensor.img_prop, sensor.fov_up, sensor.fov_down)
     else {
         return Ok(None);
@@ -261,7 +271,7 @@ fn spherical(sensor: &Sensor) -> std::result::Result<Option<Spherical>, String> 
         return Err(format!("`fov_up` {up} and `fov_down` {down} (degrees) leave nothing to see"));
     }
     let (top, bottom) = (up.to_radians(), down.to_radians());
-    Ok(Some(Spherical { rows, columns, top, bottom }))
+    Ok(Some(SphericalImage { rows, columns, top, bottom }))
 }
 
 fn ids(map: Option<BTreeMap<u16, u16>>) -> std::result::Result<Vec<u16>, String> {
@@ -330,13 +340,13 @@ split: {train: [0, 1]}
     fn the_files_of_these_projects() {
         let config = read(&[ARCH, DATA]).unwrap();
         assert_eq!(config.channels.len(), 5);
-        assert_eq!(config.channels[3], (Channel::Z, -1.04, 0.86));
+        assert_eq!(config.channels[3], (InputChannel::Z, -1.04, 0.86));
         let sensor = config.sensor.unwrap();
         assert_eq!((sensor.rows, sensor.columns), (64, 2048));
         assert_eq!(sensor.bottom, -25_f64.to_radians());
         assert_eq!(config.ids, [0, 10, 40]);
-        let nearest = config.nearest.unwrap();
-        assert_eq!((nearest.nearest, nearest.search), (7, 7));
+        let knn = config.knn.unwrap();
+        assert_eq!((knn.neighbours, knn.search), (7, 7));
         assert_eq!(config.taxonomy.unwrap().class_of(40), Some(2));
     }
 
@@ -373,8 +383,8 @@ split: {train: [0, 1]}
     #[test]
     fn fewer_channels() {
         let config = read(&[&ARCH.replace("xyz: True", "xyz: False"), DATA]).unwrap();
-        let channels: Vec<Channel> = config.channels.iter().map(|channel| channel.0).collect();
-        assert_eq!(channels, [Channel::Range, Channel::Remission]);
+        let channels: Vec<InputChannel> = config.channels.iter().map(|channel| channel.0).collect();
+        assert_eq!(channels, [InputChannel::Range, InputChannel::Remission]);
         assert_eq!(config.channels[1].1, 0.21);
     }
 }

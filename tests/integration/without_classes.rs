@@ -1,7 +1,7 @@
 //! Objects without classes: instances by gaps, and what they look like.
 
 use divmerge::evaluate::entropy::{
-    Kind, MIN_POINTS, TOLERANCE, entropies, found_whole, true_objects,
+    MIN_POINTS, PointRole, TOLERANCE, entropies, found_whole, true_objects,
 };
 use divmerge::instances::likeness;
 use divmerge::io::semantic_kitti::{labelled_scans, read_labels, read_scan};
@@ -28,13 +28,13 @@ fn score(
     things: &[u32],
     config: &Config,
 ) -> (f64, f64, usize) {
-    let kind = |&class: &u16| match class {
-        0 | 1 | 52 | 99 => Kind::LeftOut,
-        class if GROUND.contains(&class) => Kind::Ground,
-        class => Kind::Object(u32::from(class)),
+    let role = |&class: &u16| match class {
+        0 | 1 | 52 | 99 => PointRole::LeftOut,
+        class if GROUND.contains(&class) => PointRole::Ground,
+        class => PointRole::Object(u32::from(class)),
     };
-    let kinds: Vec<Kind> = classes.iter().map(kind).collect();
-    let truth = true_objects(cloud, &kinds, TOLERANCE, MIN_POINTS);
+    let roles: Vec<PointRole> = classes.iter().map(role).collect();
+    let truth = true_objects(cloud, &roles, TOLERANCE, MIN_POINTS);
     let ground = GroundParams::default();
     let found = pipeline::run(cloud, MaskSource::NotGround(&ground), config).labels.instance;
     let entropies = entropies(&truth, &found);

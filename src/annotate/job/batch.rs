@@ -68,6 +68,11 @@ impl Job<'_> {
             let messages: Vec<OneOfSeveral> = several.collect();
             let results = annotate_messages(&messages, &network, &method, &types);
             drop(messages);
+            let results = match results {
+                Ok(results) => results,
+                // The run ends with the error of the first cloud; nobody waits for the others.
+                Err(error) => vec![Err(error)],
+            };
             for (one, result) in waiting.into_iter().zip(results) {
                 let made =
                     result.map(|(clustered, annotated)| Made::Now(Box::new(clustered), annotated));

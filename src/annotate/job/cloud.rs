@@ -52,7 +52,7 @@ impl Job<'_> {
                 self.add(&item, messages, &report, None)
             }
             Ok(Made::Before(Before::Unreadable(problem))) => self.unreadable(&item, problem),
-            Err(error) if error.is_of_what_was_asked() => Err(error),
+            Err(error) if error.ends_the_run() => Err(error),
             Err(error) => self.unreadable(&item, error.to_string()),
         }
     }

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use divmerge::Taxonomy;
-use divmerge::comparison::{Measured, measure};
+use divmerge::comparison::{MethodScores, measure};
 use divmerge::pipeline::Config;
 use divmerge::view::{Line, LineChart, line_charts};
 use serde::{Deserialize, Serialize};
@@ -108,7 +108,7 @@ impl Contender {
 struct Row {
     method: String,
     #[serde(flatten)]
-    measured: Measured,
+    measured: MethodScores,
     /// Peak of the process in bytes, where the system tells.
     peak_memory: Option<u64>,
 }
@@ -197,7 +197,7 @@ fn peak_memory() -> Option<u64> {
 
 /// Quality over time, and the two entropies; `paper` with other voxels is a line.
 fn charts(rows: &[Row]) -> Vec<LineChart> {
-    let lines = |point: &dyn Fn(&Measured) -> Option<[f64; 2]>| -> Vec<Line> {
+    let lines = |point: &dyn Fn(&MethodScores) -> Option<[f64; 2]>| -> Vec<Line> {
         let mut lines: Vec<Line> = Vec::new();
         for row in rows {
             let name = row.method.split(", ").next().unwrap_or_default().to_owned();

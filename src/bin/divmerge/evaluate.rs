@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use divmerge::Taxonomy;
-use divmerge::evaluate::entropy::mean_and_deviation;
 use divmerge::evaluate::panoptic::MIN_POINTS;
-use divmerge::evaluate::{Figures, PanopticQuality, Wanted};
+use divmerge::evaluate::{MetricSet, PanopticQuality, Scores};
+use divmerge::statistics::mean_and_deviation;
 use serde::Serialize;
 
 use crate::Outcome;
@@ -100,16 +100,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         Some(path) => divmerge::taxonomy_file::read_taxonomy(path)?,
         None => Taxonomy::semantic_kitti(),
     };
-    let wanted = Wanted {
+    let metrics = MetricSet {
         taxonomy: &taxonomy,
         min_points: arguments.min_points,
         entropy: arguments.entropy,
         over_time: arguments.over_time,
     };
     match (&arguments.input, &arguments.truth, &arguments.predictions) {
-        (Some(input), ..) => recording::run(arguments, input, &wanted)?,
+        (Some(input), ..) => recording::run(arguments, input, &metrics)?,
         (None, Some(truth), Some(predictions)) => {
-            folders::run(arguments, [truth, predictions], &wanted)?;
+            folders::run(arguments, [truth, predictions], &metrics)?;
         }
         _ => unreachable!("one of the two is required"),
     }
@@ -137,7 +137,7 @@ pub fn write_json(path: &Path, written: &impl Serialize) -> Result<()> {
     std::fs::write(path, text).with_context(|| path.display().to_string())
 }
 
-fn print(figures: &Figures) {
+fn print(figures: &Scores) {
     println!("{} scans, {} points", grouped(figures.scans), grouped(figures.points));
     let report = &figures.report;
     println!("class            PQ     SQ     RQ    IoU     found  spurious  missed   (%)");

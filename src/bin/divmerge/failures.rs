@@ -8,9 +8,9 @@ use clap::Args;
 use divmerge::Taxonomy;
 use divmerge::annotate::Method;
 use divmerge::evaluate::panoptic::MIN_POINTS;
-use divmerge::evaluate::{Judged, Verdict};
+use divmerge::evaluate::{JudgedObject, Verdict};
 use divmerge::explain::Frame;
-use divmerge::failures::{Case, Cause, Failure, PixelBounds, Side, failures};
+use divmerge::failures::{Cause, Failure, LabelledRun, PixelBounds, Side, failures};
 use divmerge::io::LabelledFrame;
 use divmerge::pipeline;
 use serde::Serialize;
@@ -177,7 +177,7 @@ fn judge(
     })?;
     let (mask, config) = (method.mask(cloud), &method.config);
     let stages = pipeline::run_with(cloud, mask, &detections, config);
-    let judged = failures(&Case {
+    let judged = failures(&LabelledRun {
         frame: Frame { cloud, mask, config, stages: &stages },
         detections: &detections,
         true_class: &truth.class,
@@ -263,7 +263,7 @@ impl Place<'_> {
 }
 
 impl Sums {
-    fn count(&mut self, judged: &[Judged], side: impl Fn(&mut Count) -> &mut u64) {
+    fn count(&mut self, judged: &[JudgedObject], side: impl Fn(&mut Count) -> &mut u64) {
         for one in judged {
             let count = match one.is_small {
                 true => &mut self.small,
@@ -367,7 +367,7 @@ fn described(number: usize, row: &Row) {
 }
 
 /// What shares points with the object.
-fn involved(side: Side, judged: &Judged) -> String {
+fn involved(side: Side, judged: &JudgedObject) -> String {
     let (other, nothing) = match side {
         Side::True => ("instances", "without an instance"),
         Side::Found => ("true objects", "of no thing"),

@@ -237,7 +237,7 @@ fn video(
         crate::refuse_existing(&output, arguments.force)?;
         let frame = match Frame::new(&message, method) {
             Ok(frame) => frame,
-            Err(error) if is_of_what_was_asked(&error) => return Err(error),
+            Err(error) if ends_the_run(&error) => return Err(error),
             Err(error) => {
                 bar.suspend(|| eprintln!("warning: {error:#}; not drawn"));
                 unreadable += 1;
@@ -261,8 +261,8 @@ fn video(
 }
 
 /// Whether boxes do not fit the clouds, which the next cloud would meet again.
-fn is_of_what_was_asked(error: &anyhow::Error) -> bool {
-    error.downcast_ref::<divmerge::Error>().is_some_and(divmerge::Error::is_of_what_was_asked)
+fn ends_the_run(error: &anyhow::Error) -> bool {
+    error.downcast_ref::<divmerge::Error>().is_some_and(divmerge::Error::ends_the_run)
 }
 
 fn steps(

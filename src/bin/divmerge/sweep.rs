@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
-use divmerge::comparison::{Measured, measure};
+use divmerge::comparison::{MethodScores, measure};
 use divmerge::pipeline::Config;
 use divmerge::view::{Line, LineChart, line_charts};
 use serde::Serialize;
@@ -128,7 +128,7 @@ struct Row {
     preset: &'static str,
     value: f64,
     #[serde(flatten)]
-    measured: Measured,
+    measured: MethodScores,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
@@ -181,7 +181,7 @@ fn draw(arguments: &Arguments, rows: &[Row], output: &Path) -> Result<()> {
     let mut x_ticks: Vec<f64> = rows.iter().map(|row| row.value).collect();
     x_ticks.sort_by(f64::total_cmp);
     x_ticks.dedup();
-    let chart = |title: &str, y_name: &str, figure: &dyn Fn(&Measured) -> Option<f64>| {
+    let chart = |title: &str, y_name: &str, figure: &dyn Fn(&MethodScores) -> Option<f64>| {
         let line = |rows: &[Row]| {
             let mut points: Vec<[f64; 2]> =
                 rows.iter().filter_map(|row| Some([row.value, figure(&row.measured)?])).collect();

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use divmerge::comparison::Measured;
+use divmerge::comparison::MethodScores;
 use serde::Serialize;
 
 /// Rows of cells, the head first.
@@ -18,14 +18,17 @@ const FIGURES: [&str; 8] =
     ["PQ", "PQ things", "SQ things", "RQ things", "OSE", "USE", "cut, ms", "cloud, ms"];
 
 /// A table of measurements under a head of what stands before them.
-pub fn table<'a>(head: &[&str], rows: impl Iterator<Item = (Vec<String>, &'a Measured)>) -> Table {
+pub fn table<'a>(
+    head: &[&str],
+    rows: impl Iterator<Item = (Vec<String>, &'a MethodScores)>,
+) -> Table {
     let head = head.iter().chain(&FIGURES).map(|&name| name.to_owned()).collect();
     let rows = rows.map(|(before, measured)| before.into_iter().chain(figures(measured)).collect());
     Table { rows: std::iter::once(head).chain(rows).collect(), words: 1 }
 }
 
-fn figures(measured: &Measured) -> [String; 8] {
-    let Measured { all, things, over, under, cut_ms, frame_ms, .. } = measured;
+fn figures(measured: &MethodScores) -> [String; 8] {
+    let MethodScores { all, things, over, under, cut_ms, frame_ms, .. } = measured;
     let percent =
         |figure: Option<f64>| figure.map_or("-".into(), |figure| format!("{:.2}", figure * 100.0));
     [

@@ -13,6 +13,7 @@ use super::super::recording::{Channel, Overview, Record, RecordingReader, Wanted
 use super::FrameDetections;
 use super::messages::{BoxMessage, DETECTION_ARRAY, MARKER_ARRAY, detection_boxes, marker_boxes};
 use crate::error::{Error, Result};
+use crate::statistics::median_by;
 use crate::taxonomy::Taxonomy;
 use crate::workers::Workers;
 
@@ -175,8 +176,7 @@ fn median_period(mut stamps: Vec<i64>) -> Option<i64> {
     stamps.sort_unstable();
     stamps.dedup();
     let mut periods: Vec<i64> = stamps.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    periods.sort_unstable();
-    periods.get(periods.len() / 2).copied()
+    median_by(&mut periods, i64::cmp)
 }
 
 fn problem(topic: &str, problem: String) -> Error {

@@ -270,10 +270,10 @@ mod tests {
         assert_eq!(files.of(&asked(4, 0), 2).unwrap().class, [30, 70]);
         let counts = files.of(&asked(3, 0), 7).unwrap_err();
         assert!(counts.to_string().contains("2 classes for the 7 points of cloud 3"), "{counts}");
-        assert!(counts.is_of_what_was_asked());
+        assert!(counts.ends_the_run());
         let missing = files.of(&asked(5, 0), 2).unwrap_err();
         assert!(missing.to_string().contains("no file 000005; 2 files, 3 to 4"), "{missing}");
-        assert!(!missing.is_of_what_was_asked());
+        assert!(!missing.ends_the_run());
         let which = CloudNumber { topic: "/other", number: 3 };
         let other = files.of(&AskedCloud { which, ..asked(3, 0) }, 2).unwrap_err().to_string();
         assert!(other.contains("/points") && other.contains("/other"), "{other}");

@@ -11,8 +11,8 @@ const NAME: &str = if cfg!(target_os = "windows") {
     "libonnxruntime.so"
 };
 
-/// The library that is named, or that is found: by `ORT_DYLIB_PATH`, in the active Python environment, in the user's and the
-/// system's Python packages, among the system's libraries.
+/// The library that is named, or that is found: by `ORT_DYLIB_PATH`, in the active Python
+/// environment, in the user's and the system's Python packages, among the system's libraries.
 pub(super) fn find(named: Option<&Path>) -> Option<PathBuf> {
     let from_variable = || std::env::var_os("ORT_DYLIB_PATH").filter(|path| !path.is_empty());
     match named.map(Path::to_owned).or_else(|| from_variable().map(PathBuf::from)) {

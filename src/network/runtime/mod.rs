@@ -1,77 +1,15 @@
-//! What networks run on: ONNX Runtime, whose shared library is loaded, or tract, which is built in with the feature `tract`.
+//! What networks run on: ONNX Runtime, whose shared library is loaded, or tract, which is built in
+//! with the feature `tract`.
 
+mod interface;
 mod library;
 mod onnx_runtime;
 #[cfg(feature = "tract")]
 mod tract;
 
-use std::fmt::Debug;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-/// Which program runs a network.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum RuntimeKind {
-    /// ONNX Runtime where its library is found, else tract where that is built in.
-    #[default]
-    Auto,
-    /// ONNX Runtime, whose shared library is loaded: quicker, and with graphics processors.
-    OnnxRuntime,
-    /// tract, in Rust alone, with the feature `tract`.
-    Tract,
-}
-
-/// Where ONNX Runtime computes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Device {
-    /// CUDA where the library and the machine have it, else the processor.
-    #[default]
-    Auto,
-    /// The processor.
-    Cpu,
-    /// An NVIDIA graphics processor.
-    Cuda,
-    /// The same through TensorRT, which compiles a network for minutes when it is first opened.
-    TensorRt,
-}
-
-/// What a network runs on.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct RuntimeOptions {
-    /// Which program.
-    pub kind: RuntimeKind,
-    /// The shared library of ONNX Runtime. Default: what `ORT_DYLIB_PATH` names, else that of PyPI's `onnxruntime` in the
-    /// active or a usual place, else the system's.
-    pub library: Option<PathBuf>,
-    /// Where ONNX Runtime computes.
-    pub device: Device,
-    /// Threads of one run of ONNX Runtime on the processor; 0: as many as there are cores. tract has one, and runs of several
-    /// clouds beside each other.
-    pub threads: usize,
-}
-
-/// Four-dimensional numbers, row-major.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Tensor {
-    /// Images, channels, rows, columns.
-    pub shape: [usize; 4],
-    /// The numbers.
-    pub values: Vec<f32>,
-}
-
-/// A network that can be run.
-pub trait Runtime: Send + Sync + Debug {
-    /// Sizes of its input; `None` of one that is open.
-    fn input(&self) -> Vec<Option<usize>>;
-
-    /// Its first output for an input.
-    ///
-    /// # Errors
-    /// What went wrong, in words.
-    fn run(&self, input: Tensor) -> Result<Tensor, String>;
-
-    /// Name and version, and where it computes.
-    fn describe(&self) -> String;
-}
+pub use interface::{Device, Runtime, RuntimeKind, RuntimeOptions, Tensor};
 
 /// Opens an ONNX file.
 ///
@@ -97,9 +35,10 @@ pub fn has_onnx_runtime() -> bool {
     library::find(None).is_some()
 }
 
-const NO_LIBRARY: &str = "nothing to run it: the shared library of ONNX Runtime is not found. `pip install onnxruntime` in \
-                          the active environment, or name the library with --onnxruntime or ORT_DYLIB_PATH; or build \
-                          divmerge with `--features tract`";
+const NO_LIBRARY: &str = "nothing to run it: the shared library of ONNX Runtime is not found. \
+                          `pip install onnxruntime` in the active environment, or name the library \
+                          with --onnxruntime or ORT_DYLIB_PATH; or build divmerge with \
+                          `--features tract`";
 
 #[cfg(feature = "tract")]
 fn open_tract(model: &Path) -> Result<Box<dyn Runtime>, String> {
@@ -109,14 +48,4 @@ fn open_tract(model: &Path) -> Result<Box<dyn Runtime>, String> {
 #[cfg(not(feature = "tract"))]
 fn open_tract(_: &Path) -> Result<Box<dyn Runtime>, String> {
     Err("this divmerge was built without tract; build it with `--features tract`".to_owned())
-}
-
-/// The shape of an output, which must have four dimensions.
-fn four(shape: &[usize]) -> Result<[usize; 4], String> {
-    shape.try_into().map_err(|_| {
-        format!(
-            "it gives {shape:?}: {} dimensions where images, classes, rows and columns are expected",
-            shape.len()
-        )
-    })
 }

@@ -9,7 +9,7 @@ use ort::logging::LogLevel;
 use ort::session::Session;
 use ort::value::{TensorRef, ValueType};
 
-use super::{Device, Runtime, RuntimeOptions, Tensor, four};
+use super::interface::{Device, Runtime, RuntimeOptions, Tensor, four};
 
 /// A network for ONNX Runtime. One run at a time, on several threads.
 #[derive(Debug)]
@@ -80,8 +80,8 @@ fn providers(device: Device) -> (Vec<ep::ExecutionProviderDispatch>, &'static st
     }
 }
 
-/// The version by the name of the library, `libonnxruntime.so.1.22.0` or `libonnxruntime.1.22.0.dylib`; else what it says of its
-/// build.
+/// The version by the name of the library, `libonnxruntime.so.1.22.0` or
+/// `libonnxruntime.1.22.0.dylib`; else what it says of its build.
 fn version(library: &Path) -> String {
     let real = library.canonicalize().unwrap_or_else(|_| library.to_owned());
     let name = real.file_name().unwrap_or_default().to_string_lossy().into_owned();

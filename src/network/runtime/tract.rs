@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use tract_onnx::prelude::*;
 use tract_onnx::tract_hir::infer::Factoid;
 
-use super::{Runtime, Tensor as Values, four};
+use super::interface::{Runtime, Tensor as Values, four};
 
 /// A network for tract. It is compiled for each shape of its input once.
 pub(super) struct Tract {

@@ -16,6 +16,7 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use serde::Serialize;
 
 use super::upright_box::UprightBox;
+use crate::geometry::statistics::median_by;
 
 /// What an instance looks like.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -97,7 +98,7 @@ impl Measures {
             size: bounds.size,
             above_ground: ground.map(|ground| [low - ground, high - ground]),
             thickness: thickness(positions),
-            roughness: median(departures),
+            roughness: roughness(departures),
         }
     }
 
@@ -222,13 +223,11 @@ fn thickness(positions: &[[f64; 3]]) -> f64 {
     SymmetricEigen::new(covariance).eigenvalues.min().max(0.0).sqrt()
 }
 
-fn median(values: &mut [f32]) -> Option<f64> {
+/// The median departure in metres; `None` of too few.
+fn roughness(departures: &mut [f32]) -> Option<f64> {
     const FEW: usize = 5;
-    if values.len() < FEW {
-        return None;
-    }
-    let middle = values.len() / 2;
-    Some(f64::from(*values.select_nth_unstable_by(middle, f32::total_cmp).1))
+    let is_enough = departures.len() >= FEW;
+    is_enough.then(|| median_by(departures, f32::total_cmp)).flatten().map(f64::from)
 }
 
 #[cfg(test)]

@@ -1,4 +1,5 @@
-//! What the ids in a semantic field mean: which are things, which are one class, what they are called.
+//! What the ids in a semantic field mean: which are things, which are one class, what they are
+//! called.
 
 use std::collections::BTreeMap;
 
@@ -28,8 +29,8 @@ impl Class {
     /// Usual size of the class's objects, by its name; `None` for names that are not known.
     ///
     /// Sources: mean box sizes of nuScenes (Caesar et al. 2020) as published with its detection
-    /// baselines, for vehicles, bicycles, motorcycles and people; a rider reaches no farther than the
-    /// machine. SemanticKITTI's other-vehicle holds buses, trailers and trains: nuScenes' bus.
+    /// baselines, for vehicles, bicycles, motorcycles and people; a rider reaches no farther than
+    /// the machine. SemanticKITTI's other-vehicle holds buses, trailers and trains: nuScenes' bus.
     pub fn size(&self) -> Option<ClassSize> {
         let name = normalised(&self.name);
         let found = SIZES.iter().find(|(names, ..)| names.contains(&name.as_str()));
@@ -64,7 +65,8 @@ const GROUND_NAMES: &[&str] = &[
     "terrain",
 ];
 
-/// Names of classes that are easily taken for each other, so that one object may carry several of them.
+/// Names of classes that are easily taken for each other, so that one object may carry several of
+/// them.
 const FAMILIES: &[&[&str]] = &[
     &["car", "van", "truck", "bus", "other-vehicle", "trailer", "construction-vehicle"],
     &["bicycle", "bicyclist", "cyclist"],
@@ -72,8 +74,8 @@ const FAMILIES: &[&[&str]] = &[
     &["person", "people", "pedestrian"],
 ];
 
-/// Names of classes that look alike without being of one family: they are cut apart, but a piece of one that lies
-/// where an object of the other would reach is part of it.
+/// Names of classes that look alike without being of one family: they are cut apart, but a piece of
+/// one that lies where an object of the other would reach is part of it.
 const LOOKALIKES: &[&[&str]] = &[
     &["person", "people", "pedestrian", "bicyclist", "cyclist"],
     &["bicycle", "motorcycle"],
@@ -92,8 +94,8 @@ const SIZES: &[(&[&str], f64, f64)] = &[
     (&["person", "people", "pedestrian"], 0.73, 0.67),
 ];
 
-/// Raw ids to classes. Class 0 is always "no class": unlabelled, an outlier, or an id that the taxonomy
-/// does not know.
+/// Raw ids to classes. Class 0 is always "no class": unlabelled, an outlier, or an id that the
+/// taxonomy does not know.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Taxonomy {
     /// Name for the run's own record, such as `semantic-kitti` or a file name.
@@ -105,8 +107,8 @@ pub struct Taxonomy {
 }
 
 impl Taxonomy {
-    /// SemanticKITTI's raw ids folded into its 19 classes of the single-scan benchmarks (class 1 car ...
-    /// class 19 traffic-sign; eight things).
+    /// SemanticKITTI's raw ids folded into its 19 classes of the single-scan benchmarks (class 1
+    /// car ... class 19 traffic-sign; eight things).
     pub fn semantic_kitti() -> Self {
         let mut classes =
             vec![Class { name: "unlabeled".into(), is_thing: false, is_ignored: true }];
@@ -118,7 +120,8 @@ impl Taxonomy {
         Taxonomy { name: "semantic-kitti".into(), classes, class_of, is_strict: false }
     }
 
-    /// The same with every class a family of its own that looks like no other: no object carries several.
+    /// The same with every class a family of its own that looks like no other: no object carries
+    /// several.
     pub fn without_families(self) -> Self {
         Taxonomy { is_strict: true, ..self }
     }
@@ -133,7 +136,8 @@ impl Taxonomy {
         &self.classes
     }
 
-    /// The class number that a raw id is folded into, or `None` for an id the taxonomy does not know.
+    /// The class number that a raw id is folded into, or `None` for an id the taxonomy does not
+    /// know.
     pub fn class_of(&self, raw: u16) -> Option<u16> {
         self.class_of.get(&raw).copied()
     }
@@ -147,8 +151,27 @@ impl Taxonomy {
         table
     }
 
-    /// By class number: the lowest number among the classes that it is easily taken for (vehicles of all
-    /// kinds, a bicycle and its rider, a motorcycle and its rider); its own number if there are none.
+    /// Class numbers of raw ids; 0, "no class", for those that the taxonomy does not know.
+    pub fn class_numbers(&self, raw: &[u16]) -> Vec<u16> {
+        let class_of = self.lookup();
+        raw.iter().map(|&id| class_of[usize::from(id)]).collect()
+    }
+
+    /// Class numbers of raw ids.
+    ///
+    /// # Errors
+    /// The first id that the taxonomy does not know.
+    pub fn known_class_numbers(&self, raw: &[u16]) -> std::result::Result<Vec<u16>, u16> {
+        let mut class_of = vec![None; 1 << 16];
+        for (id, class) in self.known_ids() {
+            class_of[usize::from(id)] = Some(class);
+        }
+        raw.iter().map(|&id| class_of[usize::from(id)].ok_or(id)).collect()
+    }
+
+    /// By class number: the lowest number among the classes that it is easily taken for (vehicles
+    /// of all kinds, a bicycle and its rider, a motorcycle and its rider); its own number if there
+    /// are none.
     pub fn families(&self) -> Vec<u16> {
         let family = |class: &Class| {
             let name = normalised(&class.name);
@@ -163,8 +186,8 @@ impl Taxonomy {
         families.iter().enumerate().map(first).collect()
     }
 
-    /// By class number: bit k is set for the classes of the k-th group that look alike (a person and a rider, a bicycle
-    /// and a motorcycle, the riders of both).
+    /// By class number: bit k is set for the classes of the k-th group that look alike (a person
+    /// and a rider, a bicycle and a motorcycle, the riders of both).
     pub fn lookalikes(&self) -> Vec<u8> {
         let groups = |class: &Class| {
             let name = normalised(&class.name);
@@ -187,8 +210,9 @@ impl Taxonomy {
         position.map(|class| class as u16)
     }
 
-    /// Number of the class that a name in other data means: upper and lower case, `_`, `-` and spaces are alike,
-    /// and of `vehicle.car` the last part counts. `None` for a name that no class but "no class" has.
+    /// Number of the class that a name in other data means: upper and lower case, `_`, `-` and
+    /// spaces are alike, and of `vehicle.car` the last part counts. `None` for a name that no class
+    /// but "no class" has.
     pub fn class_called(&self, name: &str) -> Option<u16> {
         let name = normalised(name);
         let mut named = self.classes.iter().skip(1);

@@ -5,3 +5,4 @@ pub mod disjoint_sets;
 pub mod footprint;
 pub mod grid;
 pub mod kd_tree;
+pub mod statistics;

@@ -31,6 +31,7 @@ use crate::cloud::taxonomy::Taxonomy;
 use crate::cluster::ObjectPixels;
 use crate::cluster::back_projection::label_source;
 use crate::cluster::params::{BackProjection, ClusterParams};
+use crate::geometry::statistics::most_frequent;
 use crate::range_image::RangeImage;
 use crate::semantics::ObjectMask;
 
@@ -151,11 +152,6 @@ pub fn majority_class(instance: &[u32], class: &[u16]) -> Vec<u16> {
     for (&instance, &class) in instance.iter().zip(class).filter(|&(&instance, _)| instance != 0) {
         votes.entry(instance).or_default().push(class);
     }
-    let most_frequent = |mut classes: Vec<u16>| {
-        classes.sort_unstable();
-        let runs = classes.chunk_by(|a, b| a == b);
-        runs.reduce(|most, run| if run.len() > most.len() { run } else { most }).map(|run| run[0])
-    };
     let of_instance: FxHashMap<u32, u16> = votes
         .into_iter()
         .filter_map(|(instance, classes)| Some((instance, most_frequent(classes)?)))

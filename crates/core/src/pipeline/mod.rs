@@ -12,6 +12,7 @@ use crate::cloud::point_cloud::PointCloud;
 use crate::cloud::{Instance, PointLabels, Reason, UprightBox};
 use crate::cluster::back_projection::label_source;
 use crate::cluster::{self, ClusterParams, Components, Join, Merge, ObjectPixels, Votes};
+use crate::geometry::statistics::most_voted;
 use crate::methods::{AnyBaseline, Baseline, Detection, View};
 use crate::range_image::{ProjectionParams, RangeImage, RowsFrom, Wrap};
 use crate::semantics::{MaskSource, ObjectMask, Smoothing, object_mask};
@@ -531,17 +532,9 @@ fn majority(points: &[u32], class: &[u16], raw: &[u16], weights: Option<&[f32]>)
     for (&(class, _), votes) in &votes {
         *of_class.entry(class).or_default() += votes;
     }
-    let class = most(of_class.into_iter());
-    (
-        class,
-        most(votes.into_iter().filter(|(id, _)| id.0 == class).map(|(id, votes)| (id.1, votes))),
-    )
-}
-
-/// The number with most votes, of several the first; 0 of none.
-fn most(votes: impl Iterator<Item = (u16, f64)>) -> u16 {
-    let best = votes.reduce(|best, next| if next.1 > best.1 { next } else { best });
-    best.map_or(0, |(number, _)| number)
+    let class = most_voted(of_class.into_iter()).unwrap_or(0);
+    let ids = votes.into_iter().filter(|(id, _)| id.0 == class);
+    (class, most_voted(ids.map(|(id, votes)| (id.1, votes))).unwrap_or(0))
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use divmerge::evaluate::{Figures, Labels, Sums, Wanted};
+use divmerge::evaluate::{Evaluation, MetricSet, ScanLabels, Scores};
 use divmerge::io::semantic_kitti::{label_files, read_labels, read_scan};
 use serde::Serialize;
 
@@ -28,13 +28,13 @@ struct Written<'a> {
     taxonomy: &'a str,
     min_points: u64,
     #[serde(flatten)]
-    figures: &'a Figures,
+    figures: &'a Scores,
 }
 
-pub fn run(arguments: &Arguments, roots: [&Path; 2], wanted: &Wanted) -> Result<()> {
+pub fn run(arguments: &Arguments, roots: [&Path; 2], metrics: &MetricSet) -> Result<()> {
     let [truth, predictions] = roots;
     let pairs = pairs(arguments, roots)?;
-    let mut sums = Sums::new(*wanted);
+    let mut sums = Evaluation::new(*metrics);
     let bar = frame_bar("scoring", pairs.len() as u64);
     for of_sequence in pairs.chunk_by(|a, b| a.sequence == b.sequence) {
         for pair in of_sequence {
@@ -44,18 +44,18 @@ pub fn run(arguments: &Arguments, roots: [&Path; 2], wanted: &Wanted) -> Result<
         sums.end_sequence();
     }
     bar.finish_and_clear();
-    let figures = sums.figures();
+    let figures = sums.scores();
     print(&figures);
     if let Some(path) = &arguments.json {
-        let (taxonomy, min_points) = (wanted.taxonomy.name.as_str(), wanted.min_points);
+        let (taxonomy, min_points) = (metrics.taxonomy.name.as_str(), metrics.min_points);
         let figures = &figures;
         write_json(path, &Written { truth, predictions, taxonomy, min_points, figures })?;
     }
     Ok(())
 }
 
-fn add(pair: &Pair, sums: &mut Sums) -> Result<()> {
-    let read = |path: &Path| Ok::<_, divmerge::Error>(Labels::of_words(read_labels(path)?));
+fn add(pair: &Pair, sums: &mut Evaluation) -> Result<()> {
+    let read = |path: &Path| Ok::<_, divmerge::Error>(ScanLabels::of_words(read_labels(path)?));
     let (truth, found) = (read(&pair.truth)?, read(&pair.prediction)?);
     let cloud = pair.scan.as_deref().map(read_scan).transpose()?;
     let (points, of_truth) = (found.class.len(), truth.class.len());

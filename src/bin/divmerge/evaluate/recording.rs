@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use divmerge::annotate::annotated_topics;
-use divmerge::evaluate::{Figures, Labels, Sums, Wanted};
+use divmerge::evaluate::{Evaluation, MetricSet, ScanLabels, Scores};
 use divmerge::io::frames::CloudMessages;
 use divmerge::io::semantic_kitti::read_labels;
 use divmerge::io::{CloudMessage, Overview};
@@ -29,14 +29,14 @@ struct Written<'a> {
 struct OfTopic {
     topic: String,
     #[serde(flatten)]
-    figures: Figures,
+    figures: Scores,
 }
 
-pub fn run(arguments: &Arguments, input: &Path, wanted: &Wanted) -> Result<()> {
+pub fn run(arguments: &Arguments, input: &Path, metrics: &MetricSet) -> Result<()> {
     let topics = topics(arguments, input)?;
     let (mut scored, mut problems) = (Vec::new(), Vec::new());
     for topic in topics {
-        let figures = score(arguments, input, &topic, wanted, &mut problems)?;
+        let figures = score(arguments, input, &topic, metrics, &mut problems)?;
         scored.push(OfTopic { topic, figures });
     }
     refuse(problems)?;
@@ -49,8 +49,8 @@ pub fn run(arguments: &Arguments, input: &Path, wanted: &Wanted) -> Result<()> {
         let written = Written {
             input,
             labels: arguments.of_recording.labels.as_ref(),
-            taxonomy: &wanted.taxonomy.name,
-            min_points: wanted.min_points,
+            taxonomy: &metrics.taxonomy.name,
+            min_points: metrics.min_points,
             topics: scored,
         };
         write_json(path, &written)?;
@@ -91,22 +91,22 @@ fn score(
     arguments: &Arguments,
     input: &Path,
     topic: &str,
-    wanted: &Wanted,
+    metrics: &MetricSet,
     problems: &mut Vec<String>,
-) -> Result<Figures> {
+) -> Result<Scores> {
     let messages = CloudMessages::open(input, Some(topic), 0..=u64::MAX)?;
     let count = messages.message_count();
     if let Some(folder) = arguments.of_recording.labels.as_ref() {
         problems.extend(unmatched(folder, count)?);
     }
     let bar = frame_bar("scoring", count);
-    let mut sums = Sums::new(*wanted);
+    let mut sums = Evaluation::new(*metrics);
     let mut seen = 0;
     for message in messages {
         let place = format!("{}: cloud {seen} of {topic}", input.display());
         let added = message
             .map_err(anyhow::Error::from)
-            .and_then(|message| add(arguments, &message, &place, wanted, &mut sums));
+            .and_then(|message| add(arguments, &message, &place, metrics, &mut sums));
         problems.extend(added.err().map(|error| crate::told(&error)));
         seen += 1;
         bar.inc(1);
@@ -119,21 +119,21 @@ fn score(
         ));
     }
     sums.end_sequence();
-    Ok(sums.figures())
+    Ok(sums.scores())
 }
 
 fn add(
     arguments: &Arguments,
     message: &CloudMessage,
     place: &str,
-    wanted: &Wanted,
-    sums: &mut Sums,
+    metrics: &MetricSet,
+    sums: &mut Evaluation,
 ) -> Result<()> {
     let context = || place.to_owned();
     let wire = message.decode().with_context(context)?;
     let column = |name: &str| wire.column_u32(name).with_context(context);
     let own = |class: &str, instance: &str| {
-        Ok::<_, anyhow::Error>(Labels::of_columns(&column(class)?, column(instance)?))
+        Ok::<_, anyhow::Error>(ScanLabels::of_columns(&column(class)?, column(instance)?))
     };
     let found = own(&arguments.class_field, &arguments.instance_field)?;
     let truth = &arguments.of_recording;
@@ -149,10 +149,10 @@ fn add(
                 let (labels, points) = (words.len(), found.class.len());
                 bail!("{}: {labels} labels for {points} points", path.display());
             }
-            Labels::of_words(words)
+            ScanLabels::of_words(words)
         }
     };
-    let cloud = wanted.entropy.then(|| wire.to_cloud(None).with_context(context)).transpose()?;
+    let cloud = metrics.entropy.then(|| wire.to_cloud(None).with_context(context)).transpose()?;
     Ok(sums.add((&found, place), (&truth, place), cloud.as_ref())?)
 }
 

@@ -1,0 +1,151 @@
+//! How well and how fast a method segments clouds with truth.
+
+use serde::{Deserialize, Serialize};
+
+use crate::annotate::Method;
+use crate::error::{Error, Result};
+use crate::evaluate::entropy::{self, LEFT_OUT, TOLERANCE, entropies, true_objects};
+use crate::evaluate::panoptic::{ClassQuality, MIN_POINTS, Panoptic, PanopticQuality};
+use crate::io::{LabelledFrame, Truth};
+use crate::pipeline;
+use crate::statistics::{mean_and_deviation, median};
+use crate::taxonomy::Taxonomy;
+
+/// How well and how fast a method segments some clouds. Scores are from 0 to 1.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MethodScores {
+    /// Clouds.
+    pub frames: usize,
+    /// Means over the classes of which truth has [`MIN_POINTS`] points or more; `None` where the
+    /// method is given no classes.
+    pub all: Option<PanopticQuality>,
+    /// Means over the things among them.
+    pub things: Option<PanopticQuality>,
+    /// Each thing class among them with its name.
+    pub classes: Vec<(String, ClassQuality)>,
+    /// Mean and standard deviation over the clouds of the over-segmentation entropy, nats.
+    pub over: (f64, f64),
+    /// Mean and standard deviation over the clouds of the under-segmentation entropy, nats.
+    pub under: (f64, f64),
+    /// Median time of a cloud from object mask to instances, milliseconds.
+    pub cut_ms: f64,
+    /// Median time of a cloud from cloud to labels, milliseconds.
+    pub frame_ms: f64,
+    /// Longest time of a cloud from cloud to labels, milliseconds.
+    pub slowest_ms: f64,
+}
+
+/// Runs a method over clouds with truth and scores it.
+///
+/// Entropies are over the true things where the method is given classes, else over the true objects
+/// of [`entropy`].
+///
+/// # Errors
+/// Those of the clouds, of [`Method::prepare`] and of [`Method::detections`]; [`Error::Truth`] if a
+/// true class is not in the taxonomy.
+pub fn measure(
+    frames: impl IntoIterator<Item = Result<LabelledFrame>>,
+    method: &Method,
+    min_points: u64,
+    mut on_frame: impl FnMut(),
+) -> Result<MethodScores> {
+    let taxonomy = &method.taxonomy;
+    let mut sums = ScoreSums::new(taxonomy, min_points);
+    for frame in frames {
+        let mut frame = frame?;
+        method.prepare(&mut frame)?;
+        sums.add(&frame, method)?;
+        on_frame();
+    }
+    Ok(sums.measured(taxonomy))
+}
+
+struct ScoreSums {
+    panoptic: Panoptic,
+    sees_classes: bool,
+    over: Vec<f64>,
+    under: Vec<f64>,
+    cut_ms: Vec<f64>,
+    frame_ms: Vec<f64>,
+}
+
+impl ScoreSums {
+    fn new(taxonomy: &Taxonomy, min_points: u64) -> Self {
+        ScoreSums {
+            panoptic: Panoptic::of(taxonomy, min_points),
+            sees_classes: true,
+            over: Vec::new(),
+            under: Vec::new(),
+            cut_ms: Vec::new(),
+            frame_ms: Vec::new(),
+        }
+    }
+
+    fn add(&mut self, frame: &LabelledFrame, method: &Method) -> Result<()> {
+        let taxonomy = &method.taxonomy;
+        let true_class = class_numbers(&frame.truth, taxonomy, frame)?;
+        let (mask, detections) = (method.mask(&frame.cloud), method.detections(frame)?);
+        let stages = pipeline::run_with(&frame.cloud, mask, &detections, &method.config);
+        let found = &stages.labels.instance;
+        if stages.mask.has_classes() {
+            let found_class = taxonomy.class_numbers(&stages.labels.semantic);
+            self.panoptic.add(&found_class, found, &true_class, &frame.truth.id);
+        } else {
+            self.sees_classes = false;
+        }
+        let objects = objects(frame, &true_class, taxonomy, stages.mask.has_classes());
+        let entropies = entropies(&objects, found);
+        self.over.push(entropies.over);
+        self.under.push(entropies.under);
+        self.cut_ms.push(stages.times.divide_ms + stages.times.merge_ms);
+        self.frame_ms.push(stages.times.total_ms());
+        Ok(())
+    }
+
+    fn measured(mut self, taxonomy: &Taxonomy) -> MethodScores {
+        let scores = &self.panoptic;
+        let all = taxonomy.classes();
+        let is_there = |class: usize| scores.true_points(class) >= MIN_POINTS;
+        let is_thing = |class: usize| scores.is_thing_present(taxonomy, class);
+        let things = (0..all.len()).filter(|&class| self.sees_classes && is_thing(class));
+        let named = things.map(|class| (all[class].name.clone(), scores.class(class)));
+        MethodScores {
+            frames: self.frame_ms.len(),
+            all: self.sees_classes.then(|| scores.mean(is_there)),
+            things: self.sees_classes.then(|| scores.mean(is_thing)),
+            classes: named.collect(),
+            over: mean_and_deviation(&self.over),
+            under: mean_and_deviation(&self.under),
+            cut_ms: median(&mut self.cut_ms).unwrap_or(0.0),
+            frame_ms: median(&mut self.frame_ms).unwrap_or(0.0),
+            slowest_ms: self.frame_ms.iter().copied().fold(0.0, f64::max),
+        }
+    }
+}
+
+/// True class numbers.
+fn class_numbers(truth: &Truth, taxonomy: &Taxonomy, frame: &LabelledFrame) -> Result<Vec<u16>> {
+    taxonomy.known_class_numbers(&truth.class).map_err(|raw| Error::Truth {
+        at: format!("cloud {} of {}", frame.number, frame.source),
+        problem: format!("true class {raw} is not in taxonomy {}", taxonomy.name),
+    })
+}
+
+/// The true objects over which entropies are summed.
+fn objects(
+    frame: &LabelledFrame,
+    true_class: &[u16],
+    taxonomy: &Taxonomy,
+    sees_classes: bool,
+) -> Vec<u32> {
+    if sees_classes {
+        // Ids count from 1 here: 0 is what is left out.
+        let thing = |(&class, &id): (&u16, &u32)| {
+            let is_thing = taxonomy.classes()[usize::from(class)].is_thing;
+            if is_thing { id.saturating_add(1) } else { LEFT_OUT }
+        };
+        return true_class.iter().zip(&frame.truth.id).map(thing).collect();
+    }
+    let roles = entropy::point_roles(&frame.cloud, &frame.truth.class, true_class, taxonomy);
+    true_objects(&frame.cloud, &roles, TOLERANCE, entropy::MIN_POINTS)
+}

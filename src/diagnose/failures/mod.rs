@@ -1,0 +1,51 @@
+//! Which step of the method lost an object: the failures of a frame with truth, each with its
+//! cause.
+//!
+//! [`verdict`](crate::evaluate::verdict) defines failures. The cause of a failure is the first step
+//! of which one of the rules below holds. An object is *right* if it has a match, and points are
+//! *seen* if they own their pixel.
+//!
+//! **mask**: with true classes in place of the given ones (without classes: with the true ground)
+//! the run is right; or so many of its points are lost or misnamed that no clustering could be
+//! right; or it is a spurious instance.
+//!
+//! **projection**: it is right among the seen points alone, so the shadowed ones spoil it; or all
+//! of it is shadowed.
+//!
+//! **divide**: it is not right even if every component went to the true object that most of its
+//! pixels belong to: a component straddles two objects, or pixels are unreached.
+//!
+//! **merge**: votes joined a part of it with something else, or kept two parts of it apart; or
+//! nothing links two parts, and no merge by size or gaps follows that could join them.
+//!
+//! **post**: the bird's-eye merge or the merge by size or gaps joined it with something else; or
+//! the merge by size or gaps left apart two parts that nothing links; or the minimum size dropped
+//! it.
+//!
+//! **method**: another method than ours segmented the objects, and its steps are not known.
+//!
+//! **unexplained**: none of these holds, or no single decision made the difference.
+//!
+//! Merges and joins form a tree over the parts of an instance. The decision that is named is the
+//! one without which the better of the two sides is most like the object; if none would make it
+//! better, none is named. What is said of two parts that stayed apart comes from
+//! [`explain`](crate::explain::explain()).
+//!
+//! Failures are true objects without a match, and found instances that count as false where no
+//! failing true object accounts for them: spurious ones, and pieces beside the match of a true
+//! object.
+
+mod case;
+mod cause;
+mod find;
+mod oracles;
+mod search;
+mod tree;
+mod words;
+
+#[cfg(test)]
+mod tests;
+
+pub use case::{LabelledRun, Side};
+pub use cause::{Cause, DivideCause, MergeCause, PostMergeCause};
+pub use find::{Failure, Failures, PixelBounds, failures};

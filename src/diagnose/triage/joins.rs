@@ -1,0 +1,79 @@
+//! Joins of pieces by size or by gaps that only just came about (preset `best`).
+
+use super::between::between;
+use super::facts::{FrameFacts, InstanceFacts};
+use super::hint::{Hint, ramp};
+use super::sizes::gap_evidence;
+use super::suspect::SuspectKind;
+use crate::cluster::{Evidence, Join};
+use crate::disjoint_sets::DisjointSets;
+
+/// Joins of two substantial parts across a gap: by size as [`gap_evidence`] weighs it, without
+/// classes where the gap is nearly as wide as pixels may be apart to touch.
+pub(super) fn thin_joins(facts: &FrameFacts) -> Vec<Hint> {
+    let stages = facts.frame.stages;
+    let pieces = stages.merge.count as usize;
+    let mut objects: Vec<Vec<u32>> = vec![Vec::new(); pieces];
+    for object in 0..stages.objects.len() {
+        if let Some(piece) = (stages.merged_instance(object) as usize).checked_sub(1) {
+            objects[piece].push(object as u32);
+        }
+    }
+    let mut sets = DisjointSets::new(pieces);
+    let mut hints = Vec::new();
+    for join in &stages.joins {
+        let [a, b] = [join.target, join.query].map(|piece| sets.root(piece as usize - 1));
+        if a == b {
+            continue;
+        }
+        let member = facts.member(facts.instance_of_piece[a]);
+        hints.extend(
+            member.and_then(|member| hint(facts, join, member, [&objects[a], &objects[b]])),
+        );
+        let joined = std::mem::take(&mut objects[a.max(b)]);
+        objects[a.min(b)].extend(joined);
+        sets.join(a, b);
+    }
+    hints
+}
+
+fn hint(
+    facts: &FrameFacts,
+    join: &Join,
+    member: &InstanceFacts,
+    sides: [&Vec<u32>; 2],
+) -> Option<Hint> {
+    let share = sides[0].len().min(sides[1].len()) as f64 / member.objects.len() as f64;
+    let (evidence, bound, how) = match (join.evidence, member.size) {
+        (Evidence::Fits { union, limit }, Some(usual)) => {
+            let touching = facts.by_size.touching_gap(usual);
+            let how = format!(
+                "to {:.1} x {:.1} m, where up to {:.1} x {:.1} m were accepted",
+                union[0], union[1], limit[0], limit[1]
+            );
+            (gap_evidence(touching, usual, join.gap, share, union[1]), touching, how)
+        }
+        (Evidence::Touching, None) => {
+            let across = facts.frame.config.cluster.gaps?.across;
+            let evidence = ramp(join.gap, across / 2.0, across) * ramp(share, 0.0, 0.5);
+            (evidence, across, "as pixels that touch".to_owned())
+        }
+        _ => return None,
+    };
+    if evidence == 0.0 {
+        return None;
+    }
+    let unexplained = between(facts, sides[0], sides[1]).unexplained();
+    Some(Hint {
+        points: facts.facing(sides[0], sides[1]),
+        measured: join.gap,
+        bound,
+        unit: "m",
+        sentence: format!(
+            "{} was put together across {:.2} m {how}",
+            member.instance.title(),
+            join.gap
+        ),
+        ..Hint::at(SuspectKind::ThinJoin, evidence * unexplained, member)
+    })
+}

@@ -1,0 +1,186 @@
+//! Points that say that something is wrong: of other classes, without an instance, or missing.
+
+use super::facts::{FrameFacts, InstanceFacts};
+use super::hint::{Hint, ramp};
+use super::suspect::{Concern, SuspectKind};
+use crate::disjoint_sets::DisjointSets;
+use crate::footprint::distance;
+use crate::instances::Reason;
+use crate::text::counted;
+
+/// Instances with pixels of other classes than their own, or whose class was corrected: full where
+/// they are as many as the rest.
+pub(super) fn mixed_classes(facts: &FrameFacts) -> Vec<Hint> {
+    facts.members.iter().filter_map(|member| is_mixed(facts, member)).collect()
+}
+
+fn is_mixed(facts: &FrameFacts, member: &InstanceFacts) -> Option<Hint> {
+    let corrected = &facts.frame.stages.mask.corrected;
+    let is_corrected =
+        |point: usize| corrected.binary_search_by_key(&(point as u32), |fix| fix.0).is_ok();
+    let classes = &facts.frame.stages.objects.class;
+    let is_other = |&&object: &&u32| {
+        classes[object as usize] != member.class || is_corrected(facts.point(object))
+    };
+    let others: Vec<u32> = member.objects.iter().filter(is_other).copied().collect();
+    let measured = others.len() as f64 / member.objects.len().max(1) as f64;
+    let first = *others.first()?;
+    Some(Hint {
+        points: vec![facts.point(first)],
+        measured,
+        bound: 0.5,
+        unit: "of its pixels",
+        sentence: format!(
+            "{:.0} % of the pixels of {} were of another class",
+            100.0 * measured,
+            member.instance.title()
+        ),
+        ..Hint::at(SuspectKind::MixedClasses, ramp(measured, 0.0, 0.5), member)
+    })
+}
+
+/// Object points without an instance that lie together: unreached, shadowed without a match, or too
+/// small. The nearest instance of their class is in doubt as far as it lacks them; full from as
+/// many points on as it has.
+pub(super) fn unlabelled(facts: &FrameFacts) -> Vec<Hint> {
+    let (cloud, stages) = (facts.frame.cloud, facts.frame.stages);
+    let is_lost =
+        |reason| matches!(reason, Reason::Unreached | Reason::Shadowed | Reason::TooSmall);
+    let lost = stages.objects.points.iter().copied();
+    let lost: Vec<u32> = lost.filter(|&p| is_lost(stages.labels.reason[p as usize])).collect();
+    let clumps = clumps(&lost, |point| cloud.position(point as usize));
+    clumps.iter().map(|clump| lost_clump(facts, clump)).collect()
+}
+
+/// Points lie together in one cell of a grid of this side in metres, or in cells that touch.
+const CELL: f32 = 1.0;
+
+/// Points that lie together on the bird's-eye plane, each list ascending.
+fn clumps(points: &[u32], position: impl Fn(u32) -> [f32; 3]) -> Vec<Vec<u32>> {
+    let cell = |point: u32| {
+        let [x, y, _] = position(point);
+        [(x / CELL).floor() as i32, (y / CELL).floor() as i32]
+    };
+    let mut sites: Vec<([i32; 2], u32)> = points.iter().map(|&p| (cell(p), p)).collect();
+    sites.sort_unstable();
+    let first_in = |place: [i32; 2]| {
+        let at = sites.partition_point(|site| site.0 < place);
+        sites.get(at).filter(|site| site.0 == place).map(|_| at)
+    };
+    let mut sets = DisjointSets::new(sites.len());
+    for (number, ([x, y], _)) in sites.iter().enumerate() {
+        for (right, up) in [(0, 0), (0, 1), (1, -1), (1, 0), (1, 1)] {
+            if let Some(other) = first_in([x + right, y + up]) {
+                sets.join(number, other);
+            }
+        }
+    }
+    let number = sets.numbered();
+    let mut clumps = vec![Vec::new(); number.iter().copied().max().unwrap_or(0) as usize];
+    for (number, (_, point)) in number.iter().zip(&sites) {
+        clumps[*number as usize - 1].push(*point);
+    }
+    clumps
+}
+
+fn lost_clump(facts: &FrameFacts, clump: &[u32]) -> Hint {
+    let (cloud, stages) = (facts.frame.cloud, facts.frame.stages);
+    let places = clump.iter().map(|&point| cloud.position(point as usize).map(f64::from));
+    let sum = places.fold([0.0; 3], |sum, place| [0, 1, 2].map(|axis| sum[axis] + place[axis]));
+    let position = sum.map(|sum| sum / clump.len() as f64);
+    let beside = nearest_member(facts, clump[0], position);
+    let all = |member: &InstanceFacts| clump.len() as f64 + f64::from(member.instance.points);
+    let measured = beside.map_or(1.0, |member| clump.len() as f64 / all(member));
+    let reason = stages.labels.reason[clump[0] as usize];
+    Hint {
+        kind: SuspectKind::Unlabelled,
+        evidence: ramp(measured, 0.0, 0.5),
+        concerns: beside
+            .map(|member| Concern { instance: member.instance.id, share: 1.0 })
+            .into_iter()
+            .collect(),
+        stake: clump.len() as u64,
+        points: vec![clump[0] as usize],
+        position,
+        measured,
+        bound: 0.5,
+        unit: "of the points here",
+        sentence: format!(
+            "{} of objects without an instance ({}){}",
+            counted(clump.len(), "point"),
+            reason.describe(),
+            beside.map_or(String::new(), |member| format!(" beside {}", member.instance.title()))
+        ),
+    }
+}
+
+/// The nearest instance of a point's family, if it is no farther away than its class is wide.
+fn nearest_member<'a>(
+    facts: &'a FrameFacts,
+    point: u32,
+    [x, y, _]: [f64; 3],
+) -> Option<&'a InstanceFacts<'a>> {
+    let mask = &facts.frame.stages.mask;
+    let family = mask.families[usize::from(mask.class[point as usize])];
+    let away = |member: &InstanceFacts| distance(&member.hull, &[[x, y]]);
+    let near = facts.members.iter().filter(|member| member.family == family);
+    let near = near.filter(|member| member.size.is_some_and(|size| away(member) <= size.width));
+    near.min_by(|a, b| away(a).total_cmp(&away(b)))
+}
+
+/// Instances among whose pixels many beams came back with nothing, as on black cars.
+///
+/// In each row between its first and its last pixel: the share of such beams among its own and
+/// those. Fires above what the whole image has; full at half as many more.
+pub(super) fn missing_returns(facts: &FrameFacts) -> Vec<Hint> {
+    let usual = usual_missing(facts);
+    facts.members.iter().filter_map(|member| misses_returns(facts, member, usual)).collect()
+}
+
+fn misses_returns(facts: &FrameFacts, member: &InstanceFacts, usual: f64) -> Option<Hint> {
+    let image = &facts.frame.stages.image;
+    let columns = image.columns();
+    let pixel = |object: u32| facts.frame.stages.objects.pixel[object as usize] as usize;
+    let in_rows = member.objects.chunk_by(|&a, &b| pixel(a) / columns == pixel(b) / columns);
+    let empty: usize = in_rows
+        .map(|row| pixel(row[0])..pixel(row[row.len() - 1]))
+        // What lies on both sides of the image's seam spans all of it.
+        .filter(|span| span.len() < columns / 2)
+        .map(|mut span| span.by_ref().filter(|&pixel| image.point_at(pixel).is_none()).count())
+        .sum();
+    let measured = empty as f64 / (empty + member.objects.len()) as f64;
+    let evidence = ramp(measured, usual, usual + 0.5);
+    (evidence > 0.0).then(|| Hint {
+        points: vec![facts.point(member.objects[0])],
+        measured,
+        bound: usual,
+        unit: "of the beams",
+        sentence: format!(
+            "{:.0} % of the beams between the pixels of {} came back with nothing; \
+             {:.0} % of all beams did",
+            100.0 * measured,
+            member.instance.title(),
+            100.0 * usual
+        ),
+        ..Hint::at(SuspectKind::MissingReturns, evidence, member)
+    })
+}
+
+/// Share of the pixels without a return among all between returns of one row that are no more than
+/// ten columns apart: the sky is not missing.
+fn usual_missing(facts: &FrameFacts) -> f64 {
+    const NEAR: usize = 10;
+    let image = &facts.frame.stages.image;
+    let (mut empty, mut seen) = (0_usize, 0_usize);
+    for row in 0..image.rows() {
+        let pixels = row * image.columns()..(row + 1) * image.columns();
+        let mut last = None;
+        for pixel in pixels.filter(|&pixel| image.point_at(pixel).is_some()) {
+            let open = last.map_or(0, |last| pixel - last - 1);
+            empty += if open < NEAR { open } else { 0 };
+            seen += 1;
+            last = Some(pixel);
+        }
+    }
+    empty as f64 / (empty + seen).max(1) as f64
+}

@@ -1,0 +1,271 @@
+//! A recording's clouds triaged one after the other; if asked for, the recording is written again
+//! with a topic `T/suspicion` for each cloud topic `T`.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::score::{Triage, triage};
+use super::suspect::{Params, Suspect, SuspectKind};
+use crate::annotate::{self, CloudTopic, Event, Method, added_metadata};
+use crate::error::{Error, Result};
+use crate::explain;
+use crate::io::{
+    ByteOrder, Channel, Compression, Diagnostic, Layout, Level, MessageHeader, Overview, Record,
+    RecordingWriter, WriteOptions, diagnostic_array, diagnostic_schema,
+};
+use crate::replay::{Replayed, Selection, Watcher, play};
+
+/// What is added to a cloud's topic.
+pub const SUSPICION: &str = "/suspicion";
+
+/// From this score on a suspect is an error, below a warning: it is likelier to be one than not.
+pub const ERROR: f64 = 0.5;
+
+/// Suspects of a lower score are counted in a message, not told one by one: a splinter of a few
+/// points is none to look at.
+pub const LEAST: f64 = 0.01;
+
+/// Where the recording is written again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Output<'a> {
+    /// The file.
+    pub path: &'a Path,
+    /// Its compression.
+    pub compression: Compression,
+    /// Whether an existing file may be replaced.
+    pub force: bool,
+}
+
+/// What was done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Triaged {
+    /// What was seen.
+    pub replayed: Replayed,
+    /// Bytes of the output, if there is one.
+    pub output_bytes: Option<u64>,
+}
+
+/// A triaged cloud as it goes by.
+pub type OnFrame<'a> = dyn FnMut(&annotate::Frame, &Triage) -> Result<()> + 'a;
+
+/// Triages the selected clouds of a recording in the order of the file. With an output, everything
+/// in the input is copied unchanged, whatever is selected, and each triaged cloud is followed by a
+/// message on `T/suspicion` ([`diagnostics`]). The output appears under its name when it is
+/// complete, or not at all. Memory does not grow with the length of the recording.
+///
+/// # Errors
+/// Those of [`replay`](crate::replay::replay), of `on_event` and of `on_frame`; [`Error::Conflict`]
+/// if the output is the input or the input has a topic `T/suspicion` already.
+pub fn triage_recording(
+    input: &Path,
+    output: Option<Output>,
+    (selection, method, params): (&Selection, &Method, &Params),
+    on_event: &mut dyn FnMut(Event) -> Result<()>,
+    on_frame: &mut OnFrame,
+) -> Result<Triaged> {
+    let overview = Overview::read(input)?;
+    let copy = output.map(|output| Copy::new(&overview, &output, &selection.topics)).transpose()?;
+    let mut job = Job { method, params, on_event, on_frame, copy };
+    let replayed = play(input, selection, method, &mut job)?;
+    let output_bytes = job.copy.map(Copy::finish).transpose()?;
+    Ok(Triaged { replayed, output_bytes })
+}
+
+struct Job<'a> {
+    method: &'a Method,
+    params: &'a Params,
+    on_event: &'a mut dyn FnMut(Event) -> Result<()>,
+    on_frame: &'a mut OnFrame<'a>,
+    copy: Option<Copy<'a>>,
+}
+
+impl Watcher for Job<'_> {
+    fn wants_all(&self) -> bool {
+        self.copy.is_some()
+    }
+
+    fn record(&mut self, record: &Record) -> Result<()> {
+        self.copy.as_mut().map_or(Ok(()), |copy| copy.record(record))
+    }
+
+    fn event(&mut self, event: Event) -> Result<()> {
+        if let Event::Frame(frame) = &event {
+            let found = triage_frame(frame, self.method, self.params);
+            if let Some(copy) = &mut self.copy {
+                copy.suspicion(frame, &found)?;
+            }
+            (self.on_frame)(frame, &found)?;
+        }
+        (self.on_event)(event)
+    }
+}
+
+/// Triages a cloud of a recording that a method has clustered.
+pub fn triage_frame(frame: &annotate::Frame, method: &Method, params: &Params) -> Triage {
+    let annotate::Frame { cloud, stages, .. } = *frame;
+    let (mask, config) = (method.mask(cloud), &method.config);
+    let mut found = triage(&explain::Frame { cloud, mask, config, stages }, params);
+    for suspect in &mut found.suspects {
+        suspect.position = cloud.recorded(suspect.position);
+    }
+    found
+}
+
+/// The recording as it is written again.
+struct Copy<'a> {
+    overview: &'a Overview,
+    writer: RecordingWriter,
+    /// Channel of each `T/suspicion` and how its messages lie in bytes, by T.
+    channels: BTreeMap<String, u16>,
+    /// Header of the message that was copied last.
+    last: Option<MessageHeader>,
+    scratch: Vec<u8>,
+}
+
+impl<'a> Copy<'a> {
+    fn new(overview: &'a Overview, output: &Output, topics: &[String]) -> Result<Self> {
+        refuse(overview, output.path, topics)?;
+        let mut writer = RecordingWriter::create(
+            output.path,
+            &WriteOptions {
+                profile: overview.profile.clone(),
+                recorded_by: overview.library.clone(),
+                compression: output.compression,
+                force: output.force,
+            },
+        )?;
+        writer.reserve(overview);
+        Ok(Copy { overview, writer, channels: BTreeMap::new(), last: None, scratch: Vec::new() })
+    }
+
+    fn record(&mut self, record: &Record) -> Result<()> {
+        match record {
+            Record::Damaged { .. } | Record::Truncated { .. } => return Ok(()),
+            Record::Message { header, .. } => self.last = Some(*header),
+            _ => {}
+        }
+        self.writer.copy(record)
+    }
+
+    /// Adds the message on a cloud that was copied just before.
+    fn suspicion(&mut self, frame: &annotate::Frame, found: &Triage) -> Result<()> {
+        let header = self.last.expect("a frame follows its message");
+        let channel_id = self.channel(frame.topic, header.channel_id)?;
+        let diagnostics = diagnostics(frame.topic, found);
+        let (sec, nanosec) = split(frame.stamp_ns);
+        let layout = layout(&self.overview.channels[&header.channel_id])?;
+        let mut message = std::mem::take(&mut self.scratch);
+        diagnostic_array(layout, (sec, nanosec), frame.frame_id, &diagnostics, &mut message);
+        self.writer.write_message(&MessageHeader { channel_id, ..header }, &message)?;
+        self.scratch = message;
+        Ok(())
+    }
+
+    fn channel(&mut self, topic: &str, of_cloud: u16) -> Result<u16> {
+        if let Some(&channel) = self.channels.get(topic) {
+            return Ok(channel);
+        }
+        let cloud = &self.overview.channels[&of_cloud];
+        let schema = diagnostic_schema(layout(cloud)?);
+        let id = self.writer.add_type(&schema)?;
+        let added = format!("{topic}{SUSPICION}");
+        let metadata = added_metadata(&added, &schema, cloud);
+        let channel = self.writer.add_channel(&added, id, schema.message_encoding, &metadata)?;
+        self.channels.insert(topic.to_owned(), channel);
+        Ok(channel)
+    }
+
+    fn finish(self) -> Result<u64> {
+        self.writer.finish()
+    }
+}
+
+/// How messages beside a cloud's lie in bytes.
+fn layout(cloud: &Channel) -> Result<Layout> {
+    match cloud.message_encoding.as_str() {
+        "cdr" => Ok(Layout::Cdr(ByteOrder::Little)),
+        "ros1" => Ok(Layout::Ros1),
+        other => Err(Error::Unsupported {
+            message: "DiagnosticArray",
+            problem: format!(
+                "{} has messages in `{other}`, and suspicions are written as ROS's DiagnosticArray \
+                 only: ask for a report or a table",
+                cloud.topic
+            ),
+        }),
+    }
+}
+
+/// Seconds and nanoseconds of a stamp.
+fn split(stamp_ns: i64) -> (i32, u32) {
+    const SECOND: i64 = 1_000_000_000;
+    (stamp_ns.div_euclid(SECOND) as i32, stamp_ns.rem_euclid(SECOND) as u32)
+}
+
+/// Refuses an output that is the input, and an input that has what would be added or may not have
+/// it.
+fn refuse(overview: &Overview, output: &Path, topics: &[String]) -> Result<()> {
+    let conflict = |problem: String| Error::Conflict { path: overview.path.clone(), problem };
+    annotate::refuse_same_file(&overview.path, output)?;
+    for (id, CloudTopic { topic, .. }) in annotate::choose(overview, topics)? {
+        layout(&overview.channels[&id])?;
+        let added = format!("{topic}{SUSPICION}");
+        if overview.channels_of(&added).next().is_some() {
+            return Err(conflict(format!(
+                "already has a topic {added}: triage the recording it was made from"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// A frame's suspects as diagnostics: first the frame with its score and how many suspects of each
+/// kind it has, then each suspect with its figures, those left out that score below [`LEAST`].
+pub fn diagnostics(topic: &str, found: &Triage) -> Vec<Diagnostic> {
+    let of =
+        |kind: SuspectKind| found.suspects.iter().filter(|suspect| suspect.kind == kind).count();
+    let mut values = vec![
+        ("score", number(found.score)),
+        ("suspects", found.suspects.len().to_string()),
+        ("instances", found.instances.len().to_string()),
+    ];
+    values.extend(SuspectKind::ALL.map(|kind| (kind.key(), of(kind).to_string())));
+    let worst = found.suspects.first();
+    let frame = Diagnostic {
+        level: worst.map_or(Level::Ok, level),
+        name: "frame".into(),
+        message: worst.map_or("nothing suspect".into(), |suspect| suspect.sentence.clone()),
+        hardware_id: topic.to_owned(),
+        values,
+    };
+    let worth = found.suspects.iter().filter(|suspect| suspect.score >= LEAST);
+    let each = worth.map(|suspect| diagnostic(topic, suspect));
+    std::iter::once(frame).chain(each).collect()
+}
+
+fn level(suspect: &Suspect) -> Level {
+    if suspect.score >= ERROR { Level::Error } else { Level::Warn }
+}
+
+fn diagnostic(topic: &str, suspect: &Suspect) -> Diagnostic {
+    let [x, y, z] = suspect.position;
+    let mut values = vec![("score", number(suspect.score)), ("evidence", number(suspect.evidence))];
+    values.extend([("x", number(x)), ("y", number(y)), ("z", number(z))]);
+    values.extend([("measured", number(suspect.measured)), ("bound", number(suspect.bound))]);
+    values.push(("unit", suspect.unit.to_owned()));
+    let names = ["instance", "other_instance"];
+    let concerns = names.into_iter().zip(&suspect.concerns);
+    values.extend(concerns.map(|(name, concern)| (name, concern.instance.to_string())));
+    Diagnostic {
+        level: level(suspect),
+        name: suspect.kind.name().into(),
+        message: suspect.sentence.clone(),
+        hardware_id: topic.to_owned(),
+        values,
+    }
+}
+
+/// Four digits behind the point.
+fn number(value: f64) -> String {
+    format!("{value:.4}")
+}

@@ -1,0 +1,188 @@
+//! The scores of scans with truth.
+
+use rustc_hash::FxHashMap;
+use serde::Serialize;
+
+use super::entropy::{Entropies, MIN_POINTS, TOLERANCE, entropies, point_roles, true_objects};
+use super::over_time::{Lstq, OverTime};
+use super::panoptic::Panoptic;
+use super::report::PanopticReport;
+use crate::cloud::PointCloud;
+use crate::error::{Error, Result};
+use crate::taxonomy::Taxonomy;
+
+/// Which metrics are computed, and over which classes.
+#[derive(Debug, Clone, Copy)]
+pub struct MetricSet<'a> {
+    /// What the ids of classes mean.
+    pub taxonomy: &'a Taxonomy,
+    /// Unmatched segments of fewer points are neither spurious nor missed.
+    pub min_points: u64,
+    /// Whether to compute over- and under-segmentation entropies, which need the clouds.
+    pub entropy: bool,
+    /// Whether to compute LSTQ.
+    pub over_time: bool,
+}
+
+/// One side of a scan of N points.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct ScanLabels {
+    /// N: raw class id.
+    pub class: Vec<u16>,
+    /// N: id of the segment; class and instance together.
+    pub segment: Vec<u32>,
+    /// N: instance, 0 for none.
+    pub instance: Vec<u32>,
+}
+
+impl ScanLabels {
+    /// From a class and an instance for each point.
+    ///
+    /// # Panics
+    /// If the columns differ in length.
+    pub fn of_columns(class: &[u32], instance: Vec<u32>) -> Self {
+        assert_eq!(class.len(), instance.len(), "columns of different length");
+        let (class, segment) = segments(class, &instance);
+        ScanLabels { class, segment, instance }
+    }
+
+    /// From SemanticKITTI's label words, class | instance << 16.
+    pub fn of_words(words: Vec<u32>) -> Self {
+        ScanLabels {
+            class: words.iter().map(|&word| word as u16).collect(),
+            instance: words.iter().map(|&word| word >> 16).collect(),
+            segment: words,
+        }
+    }
+}
+
+/// Classes of 16 bits, and a number for each pair of class and instance. Where all instances fit 16
+/// bits, the number is SemanticKITTI's word, class | instance << 16.
+pub fn segments(class: &[u32], instance: &[u32]) -> (Vec<u16>, Vec<u32>) {
+    // Some recordings keep the whole word in the field of the class.
+    let class: Vec<u16> = class.iter().map(|&class| class as u16).collect();
+    let pairs = class.iter().zip(instance);
+    let segment = if instance.iter().all(|&instance| instance <= u32::from(u16::MAX)) {
+        pairs.map(|(&class, &instance)| u32::from(class) | instance << 16).collect()
+    } else {
+        let mut number: FxHashMap<(u16, u32), u32> = FxHashMap::default();
+        let mut number_of = |pair| {
+            let next = number.len() as u32;
+            *number.entry(pair).or_insert(next)
+        };
+        pairs.map(|(&class, &instance)| number_of((class, instance))).collect()
+    };
+    (class, segment)
+}
+
+/// Sums over scans, from which [`Scores`] are computed.
+#[derive(Debug)]
+pub struct Evaluation<'a> {
+    metrics: MetricSet<'a>,
+    panoptic: Panoptic,
+    over_time: OverTime,
+    entropies: Vec<Entropies>,
+    scans: u64,
+    points: u64,
+}
+
+/// The scores of a number of scans.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Scores {
+    /// Scans.
+    pub scans: u64,
+    /// Points of these.
+    pub points: u64,
+    /// Panoptic quality.
+    #[serde(flatten)]
+    pub report: PanopticReport,
+    /// Entropies of each scan, if asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub entropy: Option<Vec<Entropies>>,
+    /// LSTQ, if asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub over_time: Option<Lstq>,
+}
+
+impl<'a> Evaluation<'a> {
+    /// No scan yet.
+    pub fn new(metrics: MetricSet<'a>) -> Self {
+        Evaluation {
+            metrics,
+            panoptic: Panoptic::of(metrics.taxonomy, metrics.min_points),
+            over_time: OverTime::of(metrics.taxonomy, metrics.min_points),
+            entropies: Vec::new(),
+            scans: 0,
+            points: 0,
+        }
+    }
+
+    /// Adds a scan: the labels found and the true ones, each with the place it was read from, and
+    /// the cloud if entropies are computed.
+    ///
+    /// # Errors
+    /// [`Error::UnknownClass`] if the taxonomy does not know a class.
+    ///
+    /// # Panics
+    /// If the sides differ in length.
+    pub fn add(
+        &mut self,
+        found: (&ScanLabels, &str),
+        truth: (&ScanLabels, &str),
+        cloud: Option<&PointCloud>,
+    ) -> Result<()> {
+        let (true_class, found_class) = (self.classes(truth)?, self.classes(found)?);
+        let (found, truth) = (found.0, truth.0);
+        self.panoptic.add(&found_class, &found.segment, &true_class, &truth.segment);
+        if self.metrics.over_time {
+            let (own, other) = (&found.instance, &truth.instance);
+            self.over_time.add(&found_class, own, &true_class, other);
+        }
+        if let Some(cloud) = cloud {
+            self.entropies.push(self.entropies(cloud, found, truth, &true_class));
+        }
+        self.scans += 1;
+        self.points += truth.class.len() as u64;
+        Ok(())
+    }
+
+    /// Ends a sequence: later ids are those of other objects.
+    pub fn end_sequence(&mut self) {
+        self.over_time.end_sequence();
+    }
+
+    /// The scores of all scans added so far.
+    pub fn scores(self) -> Scores {
+        let MetricSet { taxonomy, entropy, over_time, .. } = self.metrics;
+        Scores {
+            scans: self.scans,
+            points: self.points,
+            report: PanopticReport::new(&self.panoptic, taxonomy),
+            entropy: entropy.then_some(self.entropies),
+            over_time: over_time.then(|| self.over_time.lstq(&self.panoptic, taxonomy)),
+        }
+    }
+
+    fn classes(&self, (labels, place): (&ScanLabels, &str)) -> Result<Vec<u16>> {
+        let taxonomy = self.metrics.taxonomy;
+        taxonomy.known_class_numbers(&labels.class).map_err(|class| {
+            let points = labels.class.iter().filter(|&&raw| raw == class).count() as u64;
+            let taxonomy = taxonomy.name.clone();
+            Error::UnknownClass { at: place.to_owned(), class, points, taxonomy }
+        })
+    }
+
+    fn entropies(
+        &self,
+        cloud: &PointCloud,
+        found: &ScanLabels,
+        truth: &ScanLabels,
+        true_class: &[u16],
+    ) -> Entropies {
+        let roles = point_roles(cloud, &truth.class, true_class, self.metrics.taxonomy);
+        let objects = true_objects(cloud, &roles, TOLERANCE, MIN_POINTS);
+        let instances = found.instance.iter().zip(&found.segment);
+        let own = instances.map(|(&id, &segment)| if id == 0 { 0 } else { segment.max(1) });
+        entropies(&objects, &own.collect::<Vec<_>>())
+    }
+}
