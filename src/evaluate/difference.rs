@@ -1,11 +1,11 @@
-//! Where two runs over one cloud cut instances differently; neither is the truth.
+//! Differences between the instances of two runs over one cloud, neither of which is the truth.
 
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 
 use crate::disjoint_sets::DisjointSets;
 
-/// What the one run made of the other's instances.
+/// How instances of two runs differ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Change {
@@ -13,9 +13,9 @@ pub enum Change {
     Split,
     /// Several of the first run are one of the second.
     Joined,
-    /// Several of the first run are cut into several others.
+    /// Several of the first run are divided into several others.
     Recut,
-    /// One and one, with other points.
+    /// One of the first run is one of the second, with other points.
     Reshaped,
     /// It has no counterpart in the second run.
     OnlyFirst,
@@ -24,7 +24,7 @@ pub enum Change {
 }
 
 impl Change {
-    /// In words.
+    /// Its name for people.
     pub fn name(self) -> &'static str {
         match self {
             Change::Split => "split",
@@ -37,23 +37,23 @@ impl Change {
     }
 }
 
-/// Instances that are cut differently, with those of the other run that they lie in.
+/// Instances that differ, with those of the other run that they lie in.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Difference {
-    /// What was done.
+    /// How they differ.
     pub change: Change,
     /// Instances of the first run, ascending.
     pub first: Vec<u32>,
     /// Instances of the second run, ascending.
     pub second: Vec<u32>,
-    /// Points that are in any of these instances but not in both of the pair that has the most in
-    /// common.
+    /// Number of points in any of these instances but not in both of the pair with the most points
+    /// in common.
     pub points: u64,
-    /// Number of a point among those.
+    /// Index of one of these points.
     pub example: u32,
 }
 
-/// An instance of one of the runs: whether of the second, and its number.
+/// An instance: whether it is of the second run, and its number.
 type Node = (bool, u32);
 
 /// The differences between two runs over N points, those of the most points first. 0 is no

@@ -54,7 +54,7 @@ pub struct Entropies {
     pub over: f64,
     /// USE: sum over the found instances, ground points left out.
     pub under: f64,
-    /// USE where an instance that holds ground points holds one object more.
+    /// USE with ground as one object more.
     pub under_with_ground: f64,
 }
 
@@ -92,9 +92,9 @@ fn entropy(whole: usize, parts: impl Iterator<Item = usize>) -> f64 {
     terms.fold(0.0, |sum, term| sum + term)
 }
 
-/// How many true instances were found as one instance each, and how many there are: of `min_points`
-/// points or more, and matched with an IoU above a half, which one instance at most can have.
-/// Numbers from 1; 0 is none. Unlike the entropies this asks for no re-clustered truth, so it goes
+/// The number of true instances that were found whole, and their number in all: instances of
+/// `min_points` points or more, found whole if one found instance has an IoU above a half with
+/// them. Ids count from 1; 0 is none. Unlike the entropies it needs no clustered truth, so it is
 /// for things only.
 ///
 /// # Panics
@@ -121,7 +121,7 @@ pub fn found_whole(truth: &[u32], found: &[u32], min_points: usize) -> (usize, u
     (whole, all)
 }
 
-/// What a point is to the true objects.
+/// How a point counts in the true objects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PointRole {
     /// Of an ignored class, or no return.
@@ -132,8 +132,8 @@ pub enum PointRole {
     Object(u32),
 }
 
-/// What each of N points is to the true objects: `raw` their true classes in the recording's ids,
-/// by which objects are told apart, `class` the same as class numbers of the taxonomy.
+/// How each of N points counts in the true objects. `raw` are their true classes in the recording's
+/// ids, which tell objects apart; `class` are the same as class numbers of the taxonomy.
 ///
 /// # Panics
 /// If columns differ in length or a class number is not the taxonomy's.
@@ -157,9 +157,8 @@ pub fn point_roles(
     raw.iter().zip(class).enumerate().map(role).collect()
 }
 
-/// The true object of each point: points of one class no farther apart than `tolerance` metres
-/// belong to one object, and so does what hangs together by such points. Objects of fewer than
-/// `min_points` points are left out.
+/// N: the true object of each point. Points of one class no farther apart than `tolerance` metres
+/// belong to one object, transitively. Objects of fewer than `min_points` points are left out.
 ///
 /// # Panics
 /// If there is not one role per point.
@@ -193,8 +192,8 @@ pub fn true_objects(
 /// the points, 0 for points of no group.
 ///
 /// Points of a group within `tolerance` metres are one cluster, transitively. Cells are so small
-/// that all of a group within one are; cells are then compared with those in reach. Time O(N) for
-/// bounded density.
+/// that all points of a group within one belong together; cells are then compared with those in
+/// reach. Time O(N) for bounded density.
 pub fn euclidean_clusters(cloud: &PointCloud, group: &[Option<u32>], tolerance: f64) -> Vec<u32> {
     let side = tolerance / 3_f64.sqrt();
     let mut cells: FxHashMap<(u32, [i64; 3]), Vec<u32>> = FxHashMap::default();

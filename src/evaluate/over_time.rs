@@ -1,8 +1,8 @@
 //! Association over frames where ids are meant to last: LSTQ (Aygün et al., "4D Panoptic LiDAR
 //! Segmentation", CVPR 2021, section 4; arXiv 2102.12472).
 //!
-//! A tube is everything that has one id in a sequence. With TPA(s, t) the points that a true tube t
-//! and a found one s share,
+//! A tube is the set of all points that have one id in a sequence. With TPA(s, t) the number of
+//! points that a true tube t and a found tube s share,
 //!
 //! - S_assoc = mean over the true tubes t of things of 1 / |t| times the sum over s of TPA(s, t)
 //!   IoU(s, t), whatever the class of s: an object that is found whole in every frame but under two
@@ -26,22 +26,19 @@ use serde::Serialize;
 use super::panoptic::Panoptic;
 use crate::taxonomy::Taxonomy;
 
-/// A true object counts in frames where it has more points than this.
-pub const MIN_POINTS: u64 = 50;
-
 /// Sums over any number of sequences.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OverTime {
     is_ignored: Vec<bool>,
     is_thing: Vec<bool>,
     min_points: u64,
-    /// Sum over tubes by class.
+    /// By class: sum over its tubes.
     association: Vec<f64>,
     tubes: Vec<u64>,
     sequence: Sequence,
 }
 
-/// Points of the tubes of the sequence under way.
+/// Points of the tubes of the current sequence.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct Sequence {
     truth: FxHashMap<(u16, u32), u64>,
@@ -49,7 +46,7 @@ struct Sequence {
     both: FxHashMap<(u16, u32, u32), u64>,
 }
 
-/// LSTQ and what it is made of, from 0 to 1.
+/// LSTQ and its two factors, from 0 to 1.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Lstq {
     /// The root of the product of the other two.
@@ -130,7 +127,7 @@ impl OverTime {
         }
     }
 
-    /// Ends a sequence: the ids that follow are others.
+    /// Ends a sequence: later ids are those of other objects.
     pub fn end_sequence(&mut self) {
         let Sequence { truth, found, both } = std::mem::take(&mut self.sequence);
         let mut pairs: Vec<((u16, u32, u32), u64)> = both.into_iter().collect();
@@ -153,7 +150,7 @@ impl OverTime {
         }
     }
 
-    /// The figures of all sequences that have ended; `scores` has the same frames.
+    /// The figures of all sequences that have ended; `scores` are of the same frames.
     pub fn lstq(&self, scores: &Panoptic, taxonomy: &Taxonomy) -> Lstq {
         let all: u64 = self.tubes.iter().sum();
         let s_assoc = self.association.iter().sum::<f64>() / all.max(1) as f64;

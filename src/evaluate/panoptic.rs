@@ -59,7 +59,7 @@ pub struct PanopticQuality {
 type SegmentKey = (u16, u32);
 
 impl Panoptic {
-    /// Empty sums over `classes` class numbers, of which some are ignored where truth has them.
+    /// Empty sums over `classes` class numbers; points of ignored true classes are left out.
     pub fn new(classes: usize, is_ignored: impl Fn(usize) -> bool, min_points: u64) -> Self {
         Panoptic {
             classes,
@@ -73,7 +73,7 @@ impl Panoptic {
         }
     }
 
-    /// Empty sums over the classes of a taxonomy, those left out that it ignores.
+    /// Empty sums over the classes of a taxonomy.
     pub fn of(taxonomy: &Taxonomy, min_points: u64) -> Self {
         let classes = taxonomy.classes();
         Self::new(classes.len(), |class| classes[class].is_ignored, min_points)
@@ -81,8 +81,9 @@ impl Panoptic {
 
     /// Adds a frame of N points: class numbers and segment ids, true and predicted.
     ///
-    /// A segment is what has one id within one class. The API takes the whole 32-bit label word as
-    /// the id: two raw ids folded into one class are two segments there, as here if the ids say so.
+    /// A segment is the set of points with one id in one class. The API takes the whole 32-bit
+    /// label word as the id, so that two raw ids folded into one class are two segments; here they
+    /// are if their ids differ.
     ///
     /// # Panics
     /// If the columns differ in length or a class number is out of range.
@@ -185,8 +186,8 @@ impl Panoptic {
         taxonomy.classes()[class].is_thing && self.true_points(class) >= MIN_POINTS
     }
 
-    /// Mean IoU over the classes of which truth or prediction has points, "no class" of the
-    /// predictions among them.
+    /// Mean IoU over the classes of which truth or prediction has points, including "no class" in
+    /// predictions.
     pub fn mean_iou_of_present(&self) -> f64 {
         let of = |predicted: usize, truth: usize| self.confusion[predicted * self.classes + truth];
         let is_present = |class: &usize| {
@@ -215,8 +216,8 @@ impl Panoptic {
     }
 }
 
-/// The sum as NumPy makes it, in whose order the API's last digits lie: up to seven numbers one by
-/// one, up to 128 in eight interleaved sums, more in halves (pairwise summation; Higham 1993).
+/// The sum in NumPy's order, on which the API's last digits depend: up to seven numbers one by one,
+/// up to 128 in eight interleaved sums, more in halves (pairwise summation; Higham 1993).
 pub fn pairwise_sum(values: &[f64]) -> f64 {
     const LANES: usize = 8;
     const BLOCK: usize = 128;

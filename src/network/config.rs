@@ -1,6 +1,5 @@
-//! What a network of the range-view family asks for: the keys of the `arch_cfg.yaml` and
-//! `data_cfg.yaml` that those projects (RangeNet++, SalsaNext, FIDNet, CENet) write beside their
-//! weights.
+//! Configuration of a range-view network: the keys of the `arch_cfg.yaml` and `data_cfg.yaml` that
+//! RangeNet++, SalsaNext, FIDNet and CENet write beside their weights.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -14,9 +13,9 @@ use crate::taxonomy::Taxonomy;
 /// Names of the files that are looked for in a folder.
 const FILES: [&str; 2] = ["arch_cfg.yaml", "data_cfg.yaml"];
 
-/// One of the five images that such networks know, in the order in which they are stacked.
+/// One of the five channels that such networks know, in the order of the input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum InputChannel {
+pub(super) enum InputChannel {
     /// Distance from the sensor, metres.
     Range,
     /// x in the sensor's frame, metres.
@@ -25,12 +24,12 @@ pub enum InputChannel {
     Y,
     /// z in the sensor's frame, metres.
     Z,
-    /// How much of the light came back.
+    /// Share of the light that came back.
     Remission,
 }
 
 impl InputChannel {
-    /// All of them, in their order.
+    /// All channels, in the order of the input.
     pub const ALL: [InputChannel; 5] = [
         InputChannel::Range,
         InputChannel::X,
@@ -41,11 +40,11 @@ impl InputChannel {
 }
 
 /// A channel of the input with its mean and its standard deviation in training.
-pub type ChannelStatistics = (InputChannel, f32, f32);
+pub(super) type ChannelStatistics = (InputChannel, f32, f32);
 
 /// An image of the full circle whose rows are of equal elevation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SphericalImage {
+pub(super) struct SphericalImage {
     /// Rows H.
     pub rows: usize,
     /// Columns W.
@@ -56,18 +55,18 @@ pub struct SphericalImage {
     pub bottom: f64,
 }
 
-/// What a network takes and gives.
+/// What a network takes as input and gives as output.
 #[derive(Debug, Clone, PartialEq)]
-pub struct NetworkConfig {
+pub(super) struct NetworkConfig {
     /// The channels of the input.
     pub channels: Vec<ChannelStatistics>,
-    /// The image that it was trained on, if the files say so.
+    /// The image that it was trained on, if the files say which.
     pub sensor: Option<SphericalImage>,
     /// The data set's id for each class of the output.
     pub ids: Vec<u16>,
     /// How points get a class from the pixels around them; `None`: from their own pixel.
     pub knn: Option<KnnParams>,
-    /// What the ids mean, if the files say so.
+    /// What the ids mean, if the files say it.
     pub taxonomy: Option<Taxonomy>,
 }
 
@@ -113,7 +112,7 @@ impl NetworkConfig {
     }
 }
 
-/// The files that are meant.
+/// The files, and those in the folders.
 fn files(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for path in paths {
@@ -132,7 +131,7 @@ fn files(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// The keys that are looked at.
+/// The keys that are read.
 #[derive(Debug, Default, Deserialize)]
 struct File {
     backbone: Option<Backbone>,
@@ -202,7 +201,7 @@ impl File {
 
     fn config(self, taxonomy: Option<Taxonomy>) -> std::result::Result<NetworkConfig, String> {
         let sensor = self.dataset.and_then(|dataset| dataset.sensor);
-        let sensor = sensor.ok_or("no `dataset: sensor:` (that stands in arch_cfg.yaml)")?;
+        let sensor = sensor.ok_or("no `dataset: sensor:`: name arch_cfg.yaml too")?;
         Ok(NetworkConfig {
             channels: channels(&sensor, self.backbone.and_then(|backbone| backbone.input_depth))?,
             sensor: spherical(&sensor)?,
@@ -235,7 +234,7 @@ fn channels(
     let means = five("img_means", &sensor.img_means)?;
     let stds = five("img_stds", &sensor.img_stds)?;
     if let Some(std) = stds.iter().find(|&&std| std <= 0.0) {
-        return Err(format!("`img_stds` has {std}; standard deviations are above 0"));
+        return Err(format!("`img_stds` has {std}; standard deviations have to be above 0"));
     }
     let depth = depth.unwrap_or(InputDepth { range: true, xyz: true, remission: true });
     let is_used = |channel: InputChannel| match channel {
@@ -254,7 +253,7 @@ fn channels(
     }
 }
 
-/// Most pixels in a row or a column: far more than any network has.
+/// Greatest number of rows or columns: far more than any network has.
 const MOST_PIXELS: usize = 1 << 14;
 
 fn spherical(sensor: &Sensor) -> std::result::Result<Option<SphericalImage>, String> {
@@ -276,7 +275,7 @@ fn spherical(sensor: &Sensor) -> std::result::Result<Option<SphericalImage>, Str
 
 fn ids(map: Option<BTreeMap<u16, u16>>) -> std::result::Result<Vec<u16>, String> {
     let map = map.filter(|map| !map.is_empty());
-    let map = map.ok_or("no `learning_map_inv` (that stands in data_cfg.yaml)")?;
+    let map = map.ok_or("no `learning_map_inv`: name data_cfg.yaml too")?;
     match (0_u16..).zip(map.keys()).find(|(class, key)| class != *key) {
         Some((class, _)) => Err(format!("`learning_map_inv` has no id for class {class}")),
         None => Ok(map.into_values().collect()),

@@ -39,7 +39,7 @@ impl Network {
     /// # Errors
     /// [`Error::Io`] if there is no such file; [`Error::Network`] if it is no ONNX, takes or gives
     /// something else than networks of this family do, has other classes than its configuration, or
-    /// gives no numbers; those of [`NetworkConfig::read`].
+    /// gives no numbers, or if its configuration cannot be read.
     pub fn open(options: NetworkOptions) -> Result<Self> {
         let path = &options.model;
         let bytes =

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 /// How neighbours are chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-pub struct KnnParams {
+pub(super) struct KnnParams {
     /// Neighbours that vote. Default: 5.
     #[serde(rename = "knn")]
     pub neighbours: usize,
@@ -28,7 +28,7 @@ impl Default for KnnParams {
 const WIDEST: usize = 31;
 
 impl KnnParams {
-    /// Refuses what makes no sense.
+    /// Refuses values out of their limits.
     pub(super) fn checked(self) -> Result<Self, String> {
         let KnnParams { neighbours, search, sigma, cutoff } = self;
         if search.is_multiple_of(2) || search > WIDEST {

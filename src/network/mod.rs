@@ -15,8 +15,6 @@ mod options;
 pub mod runtime;
 mod scores;
 
-pub use config::{InputChannel, NetworkConfig, SphericalImage};
 pub use inference::Network;
-pub use knn_params::KnnParams;
 pub use options::{NetworkImage, NetworkOptions};
 pub(crate) use scores::distributions;

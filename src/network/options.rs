@@ -7,31 +7,30 @@ use super::runtime::RuntimeOptions;
 /// Which image a network is given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum NetworkImage {
-    /// The one it was trained on, where its configuration says which; else the clustering's.
+    /// The one it was trained on, if its configuration says which; else the clustering's.
     #[default]
     Auto,
-    /// The one that is clustered: no second projection, and each return its own pixel where the
-    /// sensor is not the one that the network was trained on. The network must take images of any
-    /// size.
+    /// The one that is clustered: it needs no second projection, and gives each return a pixel of
+    /// its own even if the network was trained on another sensor. The network has to take images of
+    /// any size.
     Clustering,
 }
 
-/// A network, and how it is run.
+/// A network and how to run it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct NetworkOptions {
     /// The ONNX file.
     pub model: PathBuf,
-    /// Files with its configuration ([`NetworkConfig::read`]); none: those beside it
-    /// ([`NetworkConfig::beside`]).
+    /// Files with its configuration, or folders that hold an `arch_cfg.yaml` and a `data_cfg.yaml`;
+    /// none: `MODEL.yaml` beside `MODEL.onnx`, or the two files in its folder.
     pub config: Vec<PathBuf>,
-    /// Which image it is given.
+    /// The image that it is given.
     pub image: NetworkImage,
-    /// By what remission is multiplied to be that of its training. Default: found in each cloud
-    /// ([`remission_scale`]).
+    /// Factor that makes the remission of a cloud that of its training. Default: found for each
+    /// cloud from its values.
     pub remission_scale: Option<f32>,
-    /// Images that go through it at once. 0, the default: as many as it takes, one where it takes
-    /// any number.
+    /// Images that it is given at once. Default 0: as many as it takes, one if it takes any number.
     pub batch: usize,
-    /// What it runs on.
+    /// The runtime.
     pub runtime: RuntimeOptions,
 }

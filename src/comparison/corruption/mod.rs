@@ -45,7 +45,7 @@ use draws::{Purpose, patch_draws, point_draws};
 use flicker::Lookalikes;
 pub use surroundings::Surroundings;
 
-/// How far confidence reaches down from 1.
+/// By how much confidence can be below 1.
 const DOUBT: f64 = 0.7;
 
 /// How fast doubt falls (the k of the confidence) where a class is wrong, ...
@@ -66,15 +66,15 @@ pub struct Corruption {
     pub patch: f64,
     /// Of the points of things: taken for something similar.
     pub inner_flicker: f64,
-    /// Of the points of people: given to what is behind or below them.
+    /// Of the points of people: given the class of what is behind or below them.
     pub lost_people: f64,
-    /// Of the points just behind the silhouettes of objects: called what the object is.
+    /// Of the points just behind the silhouettes of objects: given the class of the object.
     pub ghosts: f64,
     /// Of the objects: taken for something similar, wholly or in part.
     pub flicker: f64,
-    /// Of the returns: gone.
+    /// Of the returns: removed.
     pub dropped: f64,
-    /// Whether the classes come with how sure they are.
+    /// Whether the classes come with a confidence.
     pub confidence: bool,
 }
 

@@ -12,9 +12,9 @@ const BORDER: f64 = 0.3;
 /// ... or within this share of the range, whichever is more.
 const BORDER_BY_RANGE: f64 = 0.01;
 
-/// Radians within which a point is seen beside an object: two to three columns, or one to two rows,
-/// of the images of 64 x 2048 pixels that networks see, about as far as their filters and their way
-/// back to points smear.
+/// Angle within which a point is seen beside an object, radians: two to three columns, or one to
+/// two rows, of the images of 64 x 2048 pixels that networks see. About as far do their filters and
+/// the step back to points smear classes.
 const BESIDE: f64 = 0.6 * std::f64::consts::PI / 180.0;
 
 /// What lies around each of N points; the same for all corruptions of a frame.
@@ -24,14 +24,14 @@ pub struct Surroundings {
     pub beyond: Vec<Option<u32>>,
     /// N: for points of people the nearest point that is no thing.
     pub background: Vec<Option<u32>>,
-    /// N: for points just behind the silhouette of an object of another class the point of it that
-    /// is seen nearest.
+    /// N: for points just behind the silhouette of an object of another class, the point of that
+    /// object that is seen nearest.
     pub before: Vec<Option<u32>>,
 }
 
 impl Surroundings {
-    /// Looks around every point of a cloud with its true classes. Points whose class is not known,
-    /// or ignored, are beyond no border and have none.
+    /// The surroundings of every point of a cloud with its true classes. Points whose class is not
+    /// known, or ignored, are beyond no border and have none.
     pub fn new(cloud: &PointCloud, taxonomy: &Taxonomy) -> Self {
         let class = taxonomy.class_numbers(cloud.class.as_deref().unwrap_or_default());
         let by_class = ByClass::new(cloud, &class, taxonomy);
@@ -56,12 +56,12 @@ impl Surroundings {
         Surroundings { beyond, background, before }
     }
 
-    /// Points in the border band.
+    /// Number of points in the border band.
     pub fn band(&self) -> usize {
         self.beyond.iter().flatten().count()
     }
 
-    /// Points just behind the silhouettes of objects.
+    /// Number of points just behind the silhouettes of objects.
     pub fn behind(&self) -> usize {
         self.before.iter().flatten().count()
     }
@@ -101,7 +101,7 @@ fn seen_before(
     let apart = |thing: usize| -> f64 {
         (0..3).map(|axis| (at[axis] - directions[thing][axis]).powi(2)).sum()
     };
-    // Straight across from one direction to the other.
+    // The chord between two directions that far apart.
     let near = tree.within(at, 2.0 * (BESIDE / 2.0).sin()).into_iter().map(|thing| thing as usize);
     near.filter(|&thing| range(things[thing]) < farthest)
         .min_by(|&a, &b| apart(a).total_cmp(&apart(b)).then(a.cmp(&b)))
@@ -145,8 +145,8 @@ impl ByClass {
         ByClass(points.into_iter().map(searchable).collect())
     }
 
-    /// The nearest point within reach of the classes that `accepts` (class number, whether it is a
-    /// thing) allows.
+    /// The nearest point within reach, of the classes that `accepts` by number and by whether they
+    /// are things.
     fn nearest(
         &self,
         at: [f64; 3],

@@ -29,7 +29,8 @@ pub(super) struct Oracles {
     pub true_mask: Option<OracleVerdicts>,
     /// The run as it was, seen points alone.
     pub seen: OracleVerdicts,
-    /// Every component given to the true object that most of its pixels have; seen points alone.
+    /// Every component given to the true object that most of its pixels belong to; seen points
+    /// alone.
     pub true_merge: OracleVerdicts,
     /// The instances of the merge step; seen points alone.
     pub merged: OracleVerdicts,
@@ -95,8 +96,8 @@ impl OracleVerdicts {
     }
 }
 
-/// The run again with the true mask: true classes where classes are given; else all but what is
-/// truly ground.
+/// The run again with the true mask: true classes if classes are given, else everything but the
+/// true ground.
 fn true_mask(run: &LabelledRun, true_class: &[u16]) -> Option<OracleVerdicts> {
     let (frame, classes) = (&run.frame, run.taxonomy.classes());
     let is_same = |mask: &[u16]| {
@@ -131,7 +132,7 @@ fn merged(stages: &Stages, points: usize) -> Vec<u32> {
     of_objects(stages, points, |object| stages.merged_instance(object))
 }
 
-/// N: something for each point seen in an object pixel, 0 for all others.
+/// N: a value for each point seen in an object pixel, 0 for all others.
 fn of_objects(stages: &Stages, points: usize, value: impl Fn(usize) -> u32) -> Vec<u32> {
     let mut values = vec![0; points];
     for (object, &pixel) in stages.objects.pixel.iter().enumerate() {
@@ -143,7 +144,7 @@ fn of_objects(stages: &Stages, points: usize, value: impl Fn(usize) -> u32) -> V
 }
 
 /// N: for each seen point the number, from 1, of the true object that most pixels of its component
-/// have; a component of mostly no object has a number of its own.
+/// belong to; a component of mostly no object has a number of its own.
 fn truly_merged(run: &LabelledRun, true_class: &[u16]) -> Vec<u32> {
     let stages = run.frame.stages;
     let owners = owners(run, true_class);
@@ -165,7 +166,8 @@ fn truly_merged(run: &LabelledRun, true_class: &[u16]) -> Vec<u32> {
     })
 }
 
-/// For each component the true object that most of its pixels have; none if that is no object.
+/// For each component the true object that most of its pixels belong to; none if they belong to
+/// none.
 fn owners(run: &LabelledRun, true_class: &[u16]) -> Vec<Option<Segment>> {
     let stages = run.frame.stages;
     let mut pixels: Vec<(u32, Option<Segment>)> = Vec::new();

@@ -1,4 +1,4 @@
-//! The one decision in a tree of merges that spoils an object.
+//! The one decision in a tree of merges that spoiled an object.
 
 /// Pixels of a part of an instance.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -9,8 +9,8 @@ pub(super) struct Part {
     pub all: u64,
 }
 
-/// A decision whose undoing leaves two sides, of which one is more like the object than all
-/// together are.
+/// A decision without which there are two sides, one of them more like the object than both
+/// together.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct TreeCut {
     /// The edge.
@@ -19,9 +19,8 @@ pub(super) struct TreeCut {
     pub is_own_side: Vec<bool>,
 }
 
-/// Of the edges of a tree over parts the one without which one side has the greatest IoU with an
-/// object of `total` pixels; none if no cut makes it greater than it is. Ties go to the first edge.
-/// Time O(parts).
+/// The edge of a tree over parts without which one side has the greatest IoU with an object of
+/// `total` pixels; none if no cut increases the IoU. Ties go to the first edge. Time O(parts).
 pub(super) fn best_cut(parts: &[Part], edges: &[[usize; 2]], total: u64) -> Option<TreeCut> {
     let tree = Tree::new(parts, edges)?;
     let all = tree.below[tree.order[0]];
@@ -48,11 +47,11 @@ fn iou(side: Part, total: u64) -> f64 {
 
 /// A tree rooted at its first part.
 struct Tree {
-    /// Parts, each after the one it hangs on.
+    /// Parts, each after its parent.
     order: Vec<usize>,
-    /// For each part the one it hangs on and the edge; none for the root.
+    /// For each part its parent and the edge between them; none for the root.
     parent: Vec<Option<(usize, usize)>>,
-    /// For each part the pixels of it and of all that hangs on it.
+    /// For each part the pixels of it and of all parts below it.
     below: Vec<Part>,
 }
 
@@ -88,7 +87,7 @@ impl Tree {
         Some(Tree { order, parent, below })
     }
 
-    /// Each part but the root with the one it hangs on and the edge.
+    /// Each part but the root with its parent and the edge between them.
     fn steps(&self) -> impl Iterator<Item = (usize, usize, usize)> {
         let step = |&part: &usize| self.parent[part].map(|(above, edge)| (part, above, edge));
         self.order.iter().filter_map(step)

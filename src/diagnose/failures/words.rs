@@ -5,7 +5,7 @@ use crate::cluster::{Evidence, Join};
 use crate::explain::LaterStage;
 
 impl Cause {
-    /// What happened, with its numbers.
+    /// A sentence that describes the cause, with its numbers.
     pub fn describe(&self) -> String {
         match self {
             Cause::Mask { points, not_objects, other_class, given } => {

@@ -1,36 +1,36 @@
-//! What the sensor saw between two masses: through, or not.
+//! Whether the sensor saw through between two masses.
 //!
-//! A beam that passes between two masses and comes back from farther behind has seen that there is
-//! nothing: they are two objects, or a window lies between them. A nearer return, or none (dark
-//! paint, glass), hides what there may be.
+//! A beam that passes between two masses and comes back from behind them shows that nothing is
+//! there: they are two objects, or a window lies between them. A nearer return, or none (dark
+//! paint, glass), leaves open what is there.
 
 use super::facts::FrameFacts;
 
-/// Shares of the beams between two masses, by what they met; 0 all where no beam lies between.
+/// Shares of the beams between two masses by what they met; all 0 if no beam lies between.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Between {
-    /// They came back from before.
+    /// They came back from something nearer.
     pub hidden: f64,
     /// They came back with nothing.
     pub missing: f64,
 }
 
 impl Between {
-    /// How far the gap stands on its own, 1/2 to 1: half the doubt remains where nothing could be
-    /// seen in it.
+    /// Share of the evidence of a gap that remains, 1/2 to 1: half of it if nothing could be seen
+    /// in the gap.
     pub fn unexplained(&self) -> f64 {
         1.0 - (self.hidden + self.missing) / 2.0
     }
 }
 
-/// Beams between so many pixels of the smaller mass and the nearest of the larger are looked at ...
+/// So many pixels of the smaller mass are connected to their nearest of the larger ...
 const PAIRS: usize = 24;
-/// ... and so many places on the way from one to the other.
+/// ... and so many places on each connection are looked at.
 const PLACES: usize = 8;
-/// A return that is nearer by so much bars the way between them, metres.
+/// A return that is nearer than a place by this much hides it, metres.
 const OFF: f64 = 0.4;
-/// Pixels at one height are partners rather than those above one another: a metre up counts for so
-/// many.
+/// A metre of height counts for so many metres in the search for the nearest pixel, so that pixels
+/// of one height are connected rather than those above one another.
 const UPRIGHT: f64 = 3.0;
 
 /// What the sensor saw between two sets of object pixels.
@@ -39,7 +39,7 @@ pub(super) fn between(facts: &FrameFacts, one: &[u32], other: &[u32]) -> Between
     let every = fewer.len().div_ceil(PAIRS).max(1);
     let mut counts = [0_usize; 3];
     for &from in fewer.iter().step_by(every) {
-        // Of the far side of a mass too, the beams between the sides that face each other count.
+        // A pixel on the far side of a mass too leads to the sides that face each other.
         let to = partner(facts, from, more);
         let facing = to.and_then(|to| Some((partner(facts, to, fewer)?, to)));
         if let Some((from, to)) = facing {
@@ -68,8 +68,8 @@ fn partner(facts: &FrameFacts, from: u32, among: &[u32]) -> Option<u32> {
     candidates.min_by(|a, b| squared(a).total_cmp(&squared(b)))
 }
 
-/// What the beam towards a place between two object pixels met: 0 something before it, 1 nothing, 2
-/// what lies there or behind. None where the place is in the pixel of one of the two.
+/// What the beam towards a place between two object pixels met: 0 something nearer, 1 nothing, 2
+/// something there or behind. None if the place is in the pixel of one of the two.
 fn seen(facts: &FrameFacts, from: u32, to: u32, along: f64) -> Option<usize> {
     let (image, objects) = (&facts.frame.stages.image, &facts.frame.stages.objects);
     let columns = image.columns();
@@ -96,7 +96,7 @@ fn lerp(from: f64, to: f64, along: f64) -> f64 {
     from + along * (to - from)
 }
 
-/// Between two columns the short way.
+/// Interpolates between two columns, the short way around.
 fn lerp_around(from: f64, to: f64, along: f64, columns: usize, wraps: bool) -> usize {
     let around = columns as f64;
     let short = match to - from {

@@ -66,7 +66,7 @@ impl<'a> FrameFacts<'a> {
         }
     }
 
-    /// The member of an instance's id.
+    /// The facts of an instance, by id.
     pub fn member(&self, id: u32) -> Option<&InstanceFacts<'a>> {
         self.members.get((id as usize).wrapping_sub(1))
     }
@@ -83,7 +83,7 @@ impl<'a> FrameFacts<'a> {
         stages.image.point_at(pixel).expect("an object pixel has a point")
     }
 
-    /// Of some object pixels the one nearest to a place on the plane.
+    /// The object pixel, of some, that is nearest to a place on the plane.
     pub fn nearest_to(&self, objects: &[u32], [x, y]: PlanePoint) -> Option<u32> {
         let squared = |&object: &u32| {
             let [a, b] = self.place(object);

@@ -8,8 +8,8 @@ use super::suspect::SuspectKind;
 use crate::cluster::{Evidence, Join};
 use crate::disjoint_sets::DisjointSets;
 
-/// Joins of two substantial parts across a gap: by size as [`gap_evidence`] weighs it, without
-/// classes where the gap is nearly as wide as pixels may be apart to touch.
+/// Joins of two substantial parts across a gap. Joins by size have the evidence of
+/// [`gap_evidence`]; without classes it grows from half the join distance on.
 pub(super) fn thin_joins(facts: &FrameFacts) -> Vec<Hint> {
     let stages = facts.frame.stages;
     let pieces = stages.merge.count as usize;

@@ -11,17 +11,17 @@ struct Pair<'a> {
     members: [&'a InstanceFacts<'a>; 2],
     /// Metres between their outlines.
     gap: f64,
-    /// Sides of the rectangle around both as shares of the usual size of the larger's class, the
+    /// Sides of the rectangle around both in relation to the usual size of the larger's class, the
     /// longer side first.
     fill: [f64; 2],
-    /// Up to this far apart pieces of one touch, metres.
+    /// Pieces of one object touch up to this distance, metres.
     touching: f64,
-    /// From this far apart on nothing is bridged, metres.
+    /// Gaps from this distance on are not bridged, metres.
     bridged: f64,
 }
 
-/// Pairs of instances that would fit one object of their class, or nearly so, and pairs that all
-/// but touch.
+/// Pairs of instances that would fit one object of their class, or nearly, and pairs that almost
+/// touch.
 pub(super) fn pairs(facts: &FrameFacts) -> Vec<Hint> {
     let mut hints = Vec::new();
     let reach = facts.members.iter().map(|member| reach(facts, member)).fold(0.0, f64::max);
@@ -39,7 +39,7 @@ pub(super) fn pairs(facts: &FrameFacts) -> Vec<Hint> {
     hints
 }
 
-/// How far from a member others are looked at, metres.
+/// Distance from an instance within which others are compared with it, metres.
 fn reach(facts: &FrameFacts, member: &InstanceFacts) -> f64 {
     match member.size {
         Some(usual) => facts.by_size.bridged_gap(usual),
@@ -47,12 +47,12 @@ fn reach(facts: &FrameFacts, member: &InstanceFacts) -> f64 {
     }
 }
 
-/// Up to this far apart pieces of no known size touch, metres.
+/// Distance up to which pieces of unknown size touch, metres.
 fn touching_without_size(facts: &FrameFacts) -> f64 {
     facts.frame.config.cluster.gaps.map_or(facts.by_size.touching, |gaps| gaps.across)
 }
 
-/// Least and greatest x of a member.
+/// Least and greatest x of an instance.
 fn across<'a, 'b>(member: &'a InstanceFacts<'b>) -> ([f64; 2], &'a InstanceFacts<'b>) {
     let x = member.hull.iter().map(|corner| corner[0]);
     let ends = x.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| [l.min(x), h.max(x)]);
@@ -60,8 +60,8 @@ fn across<'a, 'b>(member: &'a InstanceFacts<'b>) -> ([f64; 2], &'a InstanceFacts
 }
 
 impl<'a> Pair<'a> {
-    /// What there is to say on two instances; none if they are too far apart to be one. Without a
-    /// usual size nothing fits, and one that stands within another's outline is no neighbour of it.
+    /// The pair of two instances; none if they are too far apart to be one object. Without a usual
+    /// size nothing fits, and an instance within the outline of another is not its neighbour.
     fn of(facts: &FrameFacts, a: &'a InstanceFacts<'a>, b: &'a InstanceFacts<'a>) -> Option<Self> {
         let is_larger = a.objects.len() > b.objects.len();
         let members = if is_larger { [b, a] } else { [a, b] };
@@ -91,10 +91,10 @@ impl<'a> Pair<'a> {
         self.members.map(|member| member.instance.title())
     }
 
-    /// Two of one class, or of one family that touch. Fires where the rectangle around both is less
-    /// than 1.4 times as long and as wide as usual, full where it fits; the farther apart the less.
-    /// Counts by its square: near misses are many, since objects of one class park and walk side by
-    /// side.
+    /// Two of one class, or of one family if they touch. Fires if the rectangle around both is less
+    /// than 1.4 times as long and as wide as usual; full if it fits; less the farther they are
+    /// apart. The evidence is squared because near misses are many: objects of one class park and
+    /// walk side by side.
     fn could_be_one(&self, facts: &FrameFacts) -> Option<Hint> {
         const TOO_LARGE: f64 = 1.4;
         let fill = self.fill[0].max(self.fill[1]);
@@ -117,7 +117,7 @@ impl<'a> Pair<'a> {
         })
     }
 
-    /// Fires where the outlines are nearer than twice the gap of touching; full where they meet.
+    /// Fires if the outlines are nearer than twice the distance of touching; full if they meet.
     fn almost_touching(&self, facts: &FrameFacts) -> Option<Hint> {
         let evidence = ramp(self.gap, 2.0 * self.touching, 0.0);
         let [smaller, larger] = self.titles();

@@ -1,4 +1,4 @@
-//! Points that say that something is wrong: of other classes, without an instance, or missing.
+//! Points that are signs of failure: of other classes, without an instance, or missing.
 
 use super::facts::{FrameFacts, InstanceFacts};
 use super::hint::{Hint, ramp};
@@ -8,13 +8,13 @@ use crate::footprint::distance;
 use crate::instances::Reason;
 use crate::text::counted;
 
-/// Instances with pixels of other classes than their own, or whose class was corrected: full where
-/// they are as many as the rest.
+/// Instances with pixels of other classes than their own, or of corrected classes; full if these
+/// are half of the pixels.
 pub(super) fn mixed_classes(facts: &FrameFacts) -> Vec<Hint> {
-    facts.members.iter().filter_map(|member| is_mixed(facts, member)).collect()
+    facts.members.iter().filter_map(|member| mixed_classes_hint(facts, member)).collect()
 }
 
-fn is_mixed(facts: &FrameFacts, member: &InstanceFacts) -> Option<Hint> {
+fn mixed_classes_hint(facts: &FrameFacts, member: &InstanceFacts) -> Option<Hint> {
     let corrected = &facts.frame.stages.mask.corrected;
     let is_corrected =
         |point: usize| corrected.binary_search_by_key(&(point as u32), |fix| fix.0).is_ok();
@@ -40,8 +40,8 @@ fn is_mixed(facts: &FrameFacts, member: &InstanceFacts) -> Option<Hint> {
 }
 
 /// Object points without an instance that lie together: unreached, shadowed without a match, or too
-/// small. The nearest instance of their class is in doubt as far as it lacks them; full from as
-/// many points on as it has.
+/// small. They put the nearest instance of their class in doubt; full if they are as many as its
+/// points.
 pub(super) fn unlabelled(facts: &FrameFacts) -> Vec<Hint> {
     let (cloud, stages) = (facts.frame.cloud, facts.frame.stages);
     let is_lost =
@@ -49,10 +49,11 @@ pub(super) fn unlabelled(facts: &FrameFacts) -> Vec<Hint> {
     let lost = stages.objects.points.iter().copied();
     let lost: Vec<u32> = lost.filter(|&p| is_lost(stages.labels.reason[p as usize])).collect();
     let clumps = clumps(&lost, |point| cloud.position(point as usize));
-    clumps.iter().map(|clump| lost_clump(facts, clump)).collect()
+    clumps.iter().map(|clump| unlabelled_hint(facts, clump)).collect()
 }
 
-/// Points lie together in one cell of a grid of this side in metres, or in cells that touch.
+/// Points lie together if they are in one cell of a grid of this side, metres, or in cells that
+/// touch.
 const CELL: f32 = 1.0;
 
 /// Points that lie together on the bird's-eye plane, each list ascending.
@@ -83,7 +84,7 @@ fn clumps(points: &[u32], position: impl Fn(u32) -> [f32; 3]) -> Vec<Vec<u32>> {
     clumps
 }
 
-fn lost_clump(facts: &FrameFacts, clump: &[u32]) -> Hint {
+fn unlabelled_hint(facts: &FrameFacts, clump: &[u32]) -> Hint {
     let (cloud, stages) = (facts.frame.cloud, facts.frame.stages);
     let places = clump.iter().map(|&point| cloud.position(point as usize).map(f64::from));
     let sum = places.fold([0.0; 3], |sum, place| [0, 1, 2].map(|axis| sum[axis] + place[axis]));
@@ -114,7 +115,7 @@ fn lost_clump(facts: &FrameFacts, clump: &[u32]) -> Hint {
     }
 }
 
-/// The nearest instance of a point's family, if it is no farther away than its class is wide.
+/// The nearest instance of a point's family, if it is no farther away than the width of its class.
 fn nearest_member<'a>(
     facts: &'a FrameFacts,
     point: u32,
@@ -130,21 +131,21 @@ fn nearest_member<'a>(
 
 /// Instances among whose pixels many beams came back with nothing, as on black cars.
 ///
-/// In each row between its first and its last pixel: the share of such beams among its own and
-/// those. Fires above what the whole image has; full at half as many more.
+/// The figure is the share of such beams between the first and the last pixel of the instance in
+/// each row. Fires above the share of the whole image; full at that share plus a half.
 pub(super) fn missing_returns(facts: &FrameFacts) -> Vec<Hint> {
     let usual = usual_missing(facts);
-    facts.members.iter().filter_map(|member| misses_returns(facts, member, usual)).collect()
+    facts.members.iter().filter_map(|member| missing_returns_hint(facts, member, usual)).collect()
 }
 
-fn misses_returns(facts: &FrameFacts, member: &InstanceFacts, usual: f64) -> Option<Hint> {
+fn missing_returns_hint(facts: &FrameFacts, member: &InstanceFacts, usual: f64) -> Option<Hint> {
     let image = &facts.frame.stages.image;
     let columns = image.columns();
     let pixel = |object: u32| facts.frame.stages.objects.pixel[object as usize] as usize;
     let in_rows = member.objects.chunk_by(|&a, &b| pixel(a) / columns == pixel(b) / columns);
     let empty: usize = in_rows
         .map(|row| pixel(row[0])..pixel(row[row.len() - 1]))
-        // What lies on both sides of the image's seam spans all of it.
+        // A row on both sides of the image's seam would span all columns.
         .filter(|span| span.len() < columns / 2)
         .map(|mut span| span.by_ref().filter(|&pixel| image.point_at(pixel).is_none()).count())
         .sum();
@@ -166,8 +167,8 @@ fn misses_returns(facts: &FrameFacts, member: &InstanceFacts, usual: f64) -> Opt
     })
 }
 
-/// Share of the pixels without a return among all between returns of one row that are no more than
-/// ten columns apart: the sky is not missing.
+/// Share of the pixels without a return among all pixels between returns of one row at most ten
+/// columns apart: the sky is not missing.
 fn usual_missing(facts: &FrameFacts) -> f64 {
     const NEAR: usize = 10;
     let image = &facts.frame.stages.image;

@@ -15,17 +15,18 @@ use crate::io::{
 };
 use crate::replay::{Replayed, Selection, Watcher, play};
 
-/// What is added to a cloud's topic.
+/// Added to the name of a cloud's topic.
 pub const SUSPICION: &str = "/suspicion";
 
-/// From this score on a suspect is an error, below a warning: it is likelier to be one than not.
+/// Suspects of this score or more are reported as errors, because they are likelier right than
+/// wrong; the others are reported as warnings.
 pub const ERROR: f64 = 0.5;
 
-/// Suspects of a lower score are counted in a message, not told one by one: a splinter of a few
-/// points is none to look at.
+/// Suspects of a lower score, such as splinters of a few points, are counted in a message but not
+/// listed.
 pub const LEAST: f64 = 0.01;
 
-/// Where the recording is written again.
+/// The recording that is written.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Output<'a> {
     /// The file.
@@ -36,16 +37,16 @@ pub struct Output<'a> {
     pub force: bool,
 }
 
-/// What was done.
+/// The result of triage over a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Triaged {
-    /// What was seen.
+    /// The clouds that were seen.
     pub replayed: Replayed,
     /// Bytes of the output, if there is one.
     pub output_bytes: Option<u64>,
 }
 
-/// A triaged cloud as it goes by.
+/// Called with each triaged cloud.
 pub type OnFrame<'a> = dyn FnMut(&annotate::Frame, &Triage) -> Result<()> + 'a;
 
 /// Triages the selected clouds of a recording in the order of the file. With an output, everything
@@ -111,11 +112,11 @@ pub fn triage_frame(frame: &annotate::Frame, method: &Method, params: &Params) -
     found
 }
 
-/// The recording as it is written again.
+/// The recording that is being written.
 struct Copy<'a> {
     overview: &'a Overview,
     writer: RecordingWriter,
-    /// Channel of each `T/suspicion` and how its messages lie in bytes, by T.
+    /// Channel of each `T/suspicion`, by T.
     channels: BTreeMap<String, u16>,
     /// Header of the message that was copied last.
     last: Option<MessageHeader>,
@@ -147,7 +148,7 @@ impl<'a> Copy<'a> {
         self.writer.copy(record)
     }
 
-    /// Adds the message on a cloud that was copied just before.
+    /// Adds the message about the cloud that was copied last.
     fn suspicion(&mut self, frame: &annotate::Frame, found: &Triage) -> Result<()> {
         let header = self.last.expect("a frame follows its message");
         let channel_id = self.channel(frame.topic, header.channel_id)?;
@@ -180,7 +181,7 @@ impl<'a> Copy<'a> {
     }
 }
 
-/// How messages beside a cloud's lie in bytes.
+/// The layout of messages beside those of a cloud.
 fn layout(cloud: &Channel) -> Result<Layout> {
     match cloud.message_encoding.as_str() {
         "cdr" => Ok(Layout::Cdr(ByteOrder::Little)),
@@ -202,8 +203,8 @@ fn split(stamp_ns: i64) -> (i32, u32) {
     (stamp_ns.div_euclid(SECOND) as i32, stamp_ns.rem_euclid(SECOND) as u32)
 }
 
-/// Refuses an output that is the input, and an input that has what would be added or may not have
-/// it.
+/// Refuses an output that is the input, and an input that has the topics that would be added or
+/// cannot have them.
 fn refuse(overview: &Overview, output: &Path, topics: &[String]) -> Result<()> {
     let conflict = |problem: String| Error::Conflict { path: overview.path.clone(), problem };
     annotate::refuse_same_file(&overview.path, output)?;
@@ -219,8 +220,8 @@ fn refuse(overview: &Overview, output: &Path, topics: &[String]) -> Result<()> {
     Ok(())
 }
 
-/// A frame's suspects as diagnostics: first the frame with its score and how many suspects of each
-/// kind it has, then each suspect with its figures, those left out that score below [`LEAST`].
+/// A frame's suspects as diagnostics: first the frame with its score and its number of suspects of
+/// each kind, then each suspect of score [`LEAST`] or more with its figures.
 pub fn diagnostics(topic: &str, found: &Triage) -> Vec<Diagnostic> {
     let of =
         |kind: SuspectKind| found.suspects.iter().filter(|suspect| suspect.kind == kind).count();
@@ -265,7 +266,7 @@ fn diagnostic(topic: &str, suspect: &Suspect) -> Diagnostic {
     }
 }
 
-/// Four digits behind the point.
+/// With four decimals.
 fn number(value: f64) -> String {
     format!("{value:.4}")
 }

@@ -1,5 +1,5 @@
-//! Instances that do not look like one object of their class: too large, of two masses, of hardly a
-//! pixel.
+//! Instances that do not look like one object of their class: too large, of two masses, or of very
+//! few pixels.
 
 use super::between::between;
 use super::facts::{FrameFacts, InstanceFacts};
@@ -9,15 +9,15 @@ use super::suspect::SuspectKind;
 use crate::taxonomy::ClassSize;
 use crate::text::counted;
 
-/// Instances longer or wider than objects of their class come.
+/// Instances longer or wider than objects of their class.
 ///
-/// Fires from the slack on that preset `best` grants (1.2 times the usual length) and from a width
-/// on at which two stand side by side (1.5 times the usual width); full at half as much again.
+/// Fires above the slack of preset `best` (1.2 times the usual length) and above the width of two
+/// objects side by side (1.5 times the usual width); full at 1.5 times these bounds.
 pub(super) fn too_large(facts: &FrameFacts) -> Vec<Hint> {
-    facts.members.iter().filter_map(|member| is_too_large(facts, member)).collect()
+    facts.members.iter().filter_map(|member| too_large_hint(facts, member)).collect()
 }
 
-fn is_too_large(facts: &FrameFacts, member: &InstanceFacts) -> Option<Hint> {
+fn too_large_hint(facts: &FrameFacts, member: &InstanceFacts) -> Option<Hint> {
     const FULL: f64 = 1.5;
     let usual = member.size?;
     let [length, width, _] = member.instance.bounds.size;
@@ -56,14 +56,13 @@ fn ends(facts: &FrameFacts, member: &InstanceFacts) -> Vec<usize> {
 /// Instances of two masses with a gap between them.
 ///
 /// The local components of an instance are linked by the gaps between the boxes around them, the
-/// shortest first (a minimum spanning tree); the link counts that [`gap_evidence`] says most of.
+/// shortest first (a minimum spanning tree). The link with the most [`gap_evidence`] counts.
 pub(super) fn two_masses(facts: &FrameFacts) -> Vec<Hint> {
-    let of_two_masses =
-        |(member, parts): (_, &Vec<ComponentBox>)| is_two_masses(facts, member, parts);
-    facts.members.iter().zip(&components(facts)).filter_map(of_two_masses).collect()
+    let hint = |(member, parts): (_, &Vec<ComponentBox>)| two_masses_hint(facts, member, parts);
+    facts.members.iter().zip(&components(facts)).filter_map(hint).collect()
 }
 
-fn is_two_masses(
+fn two_masses_hint(
     facts: &FrameFacts,
     member: &InstanceFacts,
     parts: &[ComponentBox],
@@ -93,13 +92,14 @@ fn is_two_masses(
     })
 }
 
-/// How much a gap within an instance says, given the share of the pixels on its smaller side and
-/// the width of the whole in metres.
+/// The evidence of a gap within an instance, given the share of the pixels on its smaller side and
+/// the width of the whole, metres.
 ///
-/// The gap: from that of touching to half the class's width, about what lies between two parked
-/// cars. The share: up to one half, since evaluation takes the larger mass for the object as long
-/// as it outweighs the other. The width: a third of it counts whatever the width, all where the
-/// whole is a fifth wider than usual; vehicles of a class differ in length, hardly in width.
+/// It grows with the gap, from the distance of touching to half the width of the class, about the
+/// space between two parked cars. It grows with the share, up to one half, because evaluation takes
+/// the larger mass for the object as long as it outweighs the other. It grows with the width, from
+/// a third to all of it for a whole that is a fifth wider than usual: vehicles of a class differ in
+/// length, hardly in width.
 pub(super) fn gap_evidence(
     touching: f64,
     usual: ClassSize,
@@ -111,10 +111,9 @@ pub(super) fn gap_evidence(
     ramp(gap, touching, usual.width / 2.0) * ramp(share, 0.0, 0.5) * by_width
 }
 
-/// Instances of few pixels: their outline says next to nothing, and many are splinters.
+/// Instances of few pixels: their outline says little, and many are splinters.
 ///
-/// Fires below the ten pixels that preset `best` takes for a leftover where there are no classes;
-/// full without any.
+/// Fires below ten pixels, the limit of a leftover in preset `best` without classes; full at none.
 pub(super) fn leftovers(facts: &FrameFacts) -> Vec<Hint> {
     const ENOUGH: f64 = 10.0;
     let few = facts.members.iter().filter(|member| (member.objects.len() as f64) < ENOUGH);

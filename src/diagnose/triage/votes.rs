@@ -7,8 +7,8 @@ use super::hint::{Hint, ramp};
 use super::suspect::SuspectKind;
 use crate::cluster::merge::MergeStep;
 
-/// A majority is bare if it exceeds what is asked by less than this part of what it could: 60 %
-/// where more than 50 % are asked.
+/// A majority is bare if its margin is less than this: below 60 % of the votes where more than 50 %
+/// are required.
 const BARE: f64 = 0.2;
 
 /// Share of votes in favour.
@@ -16,15 +16,15 @@ fn share(positive: u64, negative: u64) -> f64 {
     positive as f64 / (positive + negative).max(1) as f64
 }
 
-/// By how much a merge's share in favour exceeds what is asked, as a part of what it could: 0 for
-/// the barest majority, 1 where there was no vote against.
+/// The share of votes in favour beyond the required ratio, scaled: 0 for the barest majority, 1
+/// without a vote against.
 fn margin(step: &MergeStep, ratio: f64) -> f64 {
     (share(step.positive, step.negative) - ratio) / (1.0 - ratio)
 }
 
-/// The merges as a tree: who joined whom.
+/// The merges as a tree of components.
 struct Tree {
-    /// Pixels of each component and of all that joined it or those that did; component k at k - 1.
+    /// Pixels of each component and of all components below it in the tree; component k at k - 1.
     below: Vec<u32>,
     /// Final instance of each component, or 0.
     instance: Vec<u32>,
@@ -68,7 +68,7 @@ pub(super) fn merges(facts: &FrameFacts) -> Vec<Hint> {
     hints.flatten().collect()
 }
 
-/// For each step how many bare majorities end in it, one after the other.
+/// For each step the number of bare majorities in a row that end in it.
 fn chains(steps: &[MergeStep], ratio: f64, components: usize) -> Vec<u32> {
     let mut bare = vec![0_u32; components];
     let length = |step: &MergeStep| {
@@ -80,8 +80,8 @@ fn chains(steps: &[MergeStep], ratio: f64, components: usize) -> Vec<u32> {
     steps.iter().map(length).collect()
 }
 
-/// Full for the barest majority on which half of an instance's pixels hang; without votes against,
-/// or without pixels that hang on it, nothing.
+/// Full for the barest majority on which half of an instance's pixels depend; 0 without votes
+/// against, or without pixels that depend on it.
 fn thin_majority(facts: &FrameFacts, tree: &Tree, step: &MergeStep) -> Option<Hint> {
     let member = tree.member(facts, step)?;
     let ratio = facts.frame.config.cluster.merge_ratio;
@@ -106,7 +106,7 @@ fn thin_majority(facts: &FrameFacts, tree: &Tree, step: &MergeStep) -> Option<Hi
     })
 }
 
-/// Fires from two bare majorities on; each more halves the doubt that one of them is wrong.
+/// Fires from two bare majorities in a row on; each more halves the remaining confidence.
 fn bare_chain(facts: &FrameFacts, tree: &Tree, step: &MergeStep, length: u32) -> Option<Hint> {
     let member = tree.member(facts, step).filter(|_| length > 1)?;
     let evidence = 1.0 - 0.5_f64.powi(length as i32 - 1);
@@ -133,9 +133,9 @@ fn points_of(facts: &FrameFacts, member: &InstanceFacts, step: &MergeStep) -> Ve
 }
 
 /// Pairs of instances of one family whose common border voted against joining, but not by much:
-/// full where one more vote would have joined them, nothing where there is none in favour.
+/// full if one more vote would have joined them, 0 without a vote in favour.
 ///
-/// All votes between the two are added up, as if they were two components.
+/// All votes between the two are added up, as if each were one component.
 pub(super) fn refused(facts: &FrameFacts) -> Vec<Hint> {
     let tree = Tree::of(facts);
     let mut between: BTreeMap<(u32, u32), (u64, u64)> = BTreeMap::new();

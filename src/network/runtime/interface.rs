@@ -3,10 +3,10 @@
 use std::fmt::Debug;
 use std::path::PathBuf;
 
-/// Which program runs a network.
+/// The runtime of a network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum RuntimeKind {
-    /// ONNX Runtime where its library is found, else tract where that is built in.
+    /// ONNX Runtime if its library is found, else tract if it is built in.
     #[default]
     Auto,
     /// ONNX Runtime, whose shared library is loaded: quicker, and with graphics processors.
@@ -18,7 +18,7 @@ pub enum RuntimeKind {
 /// Where ONNX Runtime computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Device {
-    /// CUDA where the library and the machine have it, else the processor.
+    /// CUDA if the library and the machine have it, else the processor.
     #[default]
     Auto,
     /// The processor.
@@ -29,10 +29,10 @@ pub enum Device {
     TensorRt,
 }
 
-/// What a network runs on.
+/// The runtime and how it runs.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct RuntimeOptions {
-    /// Which program.
+    /// Which runtime.
     pub kind: RuntimeKind,
     /// The shared library of ONNX Runtime. Default: what `ORT_DYLIB_PATH` names, else that of
     /// PyPI's `onnxruntime` in the active or a usual place, else the system's.
@@ -44,24 +44,24 @@ pub struct RuntimeOptions {
     pub threads: usize,
 }
 
-/// Four-dimensional numbers, row-major.
+/// A four-dimensional array, row-major.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Tensor {
+pub(in crate::network) struct Tensor {
     /// Images, channels, rows, columns.
     pub shape: [usize; 4],
-    /// The numbers.
+    /// The values.
     pub values: Vec<f32>,
 }
 
 /// A network that can be run.
-pub trait Runtime: Send + Sync + Debug {
-    /// Sizes of its input; `None` of one that is open.
+pub(in crate::network) trait Runtime: Send + Sync + Debug {
+    /// Shape of its input; `None` where it takes any size.
     fn input(&self) -> Vec<Option<usize>>;
 
     /// Its first output for an input.
     ///
     /// # Errors
-    /// What went wrong, in words.
+    /// A description of the problem.
     fn run(&self, input: Tensor) -> Result<Tensor, String>;
 
     /// Name and version, and where it computes.

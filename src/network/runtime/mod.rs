@@ -1,5 +1,5 @@
-//! What networks run on: ONNX Runtime, whose shared library is loaded, or tract, which is built in
-//! with the feature `tract`.
+//! The runtimes of networks: ONNX Runtime, whose shared library is loaded when a network is opened,
+//! or tract, which is built in with the feature `tract`.
 
 mod interface;
 mod library;
@@ -9,13 +9,14 @@ mod tract;
 
 use std::path::Path;
 
-pub use interface::{Device, Runtime, RuntimeKind, RuntimeOptions, Tensor};
+pub use interface::{Device, RuntimeKind, RuntimeOptions};
+pub(super) use interface::{Runtime, Tensor};
 
 /// Opens an ONNX file.
 ///
 /// # Errors
 /// What is wrong with it or with the runtime, in words.
-pub fn open(model: &Path, options: &RuntimeOptions) -> Result<Box<dyn Runtime>, String> {
+pub(super) fn open(model: &Path, options: &RuntimeOptions) -> Result<Box<dyn Runtime>, String> {
     let library = library::find(options.library.as_deref());
     match (options.kind, library) {
         (RuntimeKind::Auto | RuntimeKind::OnnxRuntime, Some(library)) => {

@@ -33,7 +33,7 @@ impl OnnxRuntime {
             let builder = Session::builder(&environment)?;
             let builder = builder.with_execution_providers(providers)?;
             let builder = builder.with_intra_threads(options.threads)?;
-            // What goes wrong is returned; it is not told twice.
+            // Problems are returned; they are not logged too.
             let builder = builder.with_log_level(LogLevel::Fatal)?;
             let mut builder = builder.with_deterministic_compute(true)?;
             builder.commit_from_file(model)

@@ -1,4 +1,4 @@
-//! What the searches for a cause look at.
+//! What is shared by the searches for a cause.
 
 use crate::cloud::wide;
 use crate::diagnose::failures::case::{LabelledRun, Side, Target};
@@ -11,7 +11,7 @@ use crate::kd_tree::KdTree;
 use crate::pipeline::Stages;
 use crate::statistics::most_frequent;
 
-/// A cause and the points that show it, if it has some of its own.
+/// A cause and the points that show it; no points if it has none of its own.
 pub(super) type Found = Option<(Cause, Vec<usize>)>;
 
 /// A failure, the run it happened in and the oracles it is compared with.
@@ -23,9 +23,9 @@ pub(super) struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Points to look at where the cause has none: the point nearest to the middle; for an object
-    /// in parts one of each of the largest two; for one that is not alone one of it and one beside
-    /// it.
+    /// Points to look at if the cause has none: for an object in parts, one of each of the largest
+    /// two; for an object in one instance with something else, one of it and one beside it; else
+    /// the point nearest to its middle.
     pub fn show(&self) -> Vec<usize> {
         let labels = &self.stages.labels.instance;
         let cloud = self.run.frame.cloud;
@@ -112,8 +112,7 @@ impl Search<'_> {
         best.map(|(_, pair)| pair)
     }
 
-    /// The edge of a tree of parts that spoils the object, and a pair of points on either side of
-    /// it.
+    /// The edge of a tree of parts that spoiled the object, and a point on either side of it.
     pub fn spoiling_edge(
         &self,
         count: usize,

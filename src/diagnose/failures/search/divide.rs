@@ -22,7 +22,7 @@ impl Search<'_> {
         for &label in self.stages.components.label.iter().filter(|label| own.contains_key(label)) {
             *all.entry(label).or_default() += 1;
         }
-        // What a component takes from the object or brings into it that is not its own.
+        // Pixels that a component takes from the object, or brings into it from elsewhere.
         let harm = |label: u32| own[&label].min(all[&label] - own[&label]);
         let worst = own.keys().copied().max_by_key(|&label| (harm(label), label));
         let divided = match worst.filter(|&label| harm(label) > 0 && harm(label) >= unreached) {
