@@ -15,7 +15,7 @@ const FILES: [&str; 2] = ["arch_cfg.yaml", "data_cfg.yaml"];
 
 /// One of the five channels that such networks know, in the order of the input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum InputChannel {
+pub enum InputChannel {
     /// Distance from the sensor, metres.
     Range,
     /// x in the sensor's frame, metres.
@@ -40,11 +40,11 @@ impl InputChannel {
 }
 
 /// A channel of the input with its mean and its standard deviation in training.
-pub(super) type ChannelStatistics = (InputChannel, f32, f32);
+pub type ChannelStatistics = (InputChannel, f32, f32);
 
 /// An image of the full circle whose rows are of equal elevation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct SphericalImage {
+pub struct SphericalImage {
     /// Rows H.
     pub rows: usize,
     /// Columns W.
@@ -57,7 +57,7 @@ pub(super) struct SphericalImage {
 
 /// What a network takes as input and gives as output.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct NetworkConfig {
+pub struct NetworkConfig {
     /// The channels of the input.
     pub channels: Vec<ChannelStatistics>,
     /// The image that it was trained on, if the files say which.

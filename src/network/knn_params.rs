@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 /// How neighbours are chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-pub(super) struct KnnParams {
+pub struct KnnParams {
     /// Neighbours that vote. Default: 5.
     #[serde(rename = "knn")]
     pub neighbours: usize,

@@ -15,6 +15,7 @@ mod options;
 pub mod runtime;
 mod scores;
 
+pub use config::NetworkConfig;
 pub use inference::Network;
 pub use options::{NetworkImage, NetworkOptions};
 pub(crate) use scores::distributions;
