@@ -3,6 +3,7 @@
 //! [`rooms`] has the tables of rooms and dependencies, `known.txt` lists what is not right yet.
 
 mod arrows;
+mod documents;
 mod known;
 mod reader_tests;
 mod rooms;

@@ -12,7 +12,7 @@ const FILE: usize = 400;
 /// Lines of a function, from its signature to its end.
 const FUNCTION: usize = 60;
 /// Columns of a line.
-const COLUMNS: usize = 100;
+pub const COLUMNS: usize = 100;
 
 /// All Rust files of the project.
 fn rust_files() -> Texts {
