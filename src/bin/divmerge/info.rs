@@ -11,7 +11,7 @@ use divmerge::annotate::is_annotation;
 use divmerge::io::{Channel, CloudChannel, CloudFormat, Overview, Record, RecordingReader, Wanted};
 use divmerge::range_image::{Geometry, ProjectionParams, RangeImage};
 use divmerge::semantics::GroundParams;
-use divmerge::semantics::ground::{self, Lie};
+use divmerge::semantics::ground::{self, GroundPose};
 use divmerge::sensor_frame::{SensorFrame, Transforms};
 use divmerge::workers::Workers;
 use serde::Serialize;
@@ -93,7 +93,7 @@ struct Look {
     #[serde(flatten)]
     geometry: Geometry,
     /// How the ground lies, where one is found.
-    ground: Option<Lie>,
+    ground: Option<GroundPose>,
     /// Roll, pitch and yaw by which the cloud was turned, degrees; `None` if it was not.
     turned_degrees: Option<[f64; 3]>,
     auto: String,
@@ -219,7 +219,7 @@ fn look(format: CloudFormat, message: &[u8], asked: &Asked) -> divmerge::Result<
         point_step: wire.point_step,
         fields: wire.fields.iter().map(describe).collect(),
         geometry: Geometry::new(&cloud, &image),
-        ground: ground::lie(&cloud, &image, &GroundParams::default()),
+        ground: ground::pose(&cloud, &image, &GroundParams::default()),
         turned_degrees: is_turned.then(|| [roll, pitch, yaw].map(f64::to_degrees)),
         auto: wire.semantic_field().map_or("ground".to_owned(), |field| format!("field:{field}")),
     })

@@ -2,9 +2,10 @@
 
 use std::f64::consts::{PI, TAU};
 
+use super::angles::elevation;
 use super::sweep::{BLOCK, Sweep, common_row};
-use super::{elevation, median};
 use crate::cloud::point_cloud::{PointCloud, wide};
+use crate::geometry::statistics::median;
 
 /// A sensor with more beams than this is not known; a larger ring number is not a beam.
 const MOST_BEAMS: usize = 1024;

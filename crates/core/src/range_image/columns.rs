@@ -2,8 +2,9 @@
 
 use std::f64::consts::{PI, TAU};
 
+use super::image::NOWHERE;
 use super::sweep::{BLOCK, Sweep, common_row};
-use super::{NOWHERE, median};
+use crate::geometry::statistics::median;
 
 /// From azimuths to columns. Columns run clockwise seen from above, column 0 beginning behind the sensor
 /// (azimuth pi) but for a beam's shift.

@@ -2,8 +2,14 @@
 
 use serde::Serialize;
 
-use super::{Band, Projection, RangeImage, azimuth::azimuths, coverage, elevation_of, median};
-use crate::cloud::point_cloud::PointCloud;
+use super::angles::elevation_of;
+use super::azimuth::azimuths;
+use super::band::Band;
+use super::coverage;
+use super::image::{NOWHERE, RangeImage};
+use super::projection::Projection;
+use crate::cloud::PointCloud;
+use crate::geometry::statistics::median;
 
 /// What a cloud looks like from its sensors.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -57,7 +63,7 @@ pub struct BandGeometry {
 impl Geometry {
     /// The geometry of a cloud and its image.
     pub fn new(cloud: &PointCloud, image: &RangeImage) -> Self {
-        let returns = image.pixel_of_point.iter().filter(|&&pixel| pixel != super::NOWHERE).count();
+        let returns = image.pixel_of_point.iter().filter(|&&pixel| pixel != NOWHERE).count();
         Geometry {
             projection: image.projection,
             rows: image.rows(),
@@ -124,7 +130,7 @@ impl BandGeometry {
 
 /// Median elevation of the returns seen in a row, radians.
 fn row_elevation(cloud: &PointCloud, image: &RangeImage, band: &Band, row: usize) -> Option<f64> {
-    let seen = image.point_of_pixel.row(row).iter().filter(|&&point| point != super::NOWHERE);
+    let seen = image.point_of_pixel.row(row).iter().filter(|&&point| point != NOWHERE);
     let elevation = |&point: &u32| elevation_of(band.in_sensor(cloud.position(point as usize)));
     median(&mut seen.map(elevation).collect::<Vec<f64>>())
 }
@@ -135,7 +141,7 @@ fn band_azimuths(cloud: &PointCloud, image: &RangeImage, band: &Band) -> Vec<f32
         return azimuths(cloud);
     }
     let of = |row: usize| image.point_of_pixel.row(row).iter();
-    let seen = band.rows.clone().flat_map(of).filter(|&&point| point != super::NOWHERE);
+    let seen = band.rows.clone().flat_map(of).filter(|&&point| point != NOWHERE);
     let azimuth = |&point: &u32| {
         let [x, y, _] = band.in_sensor(cloud.position(point as usize));
         y.atan2(x) as f32

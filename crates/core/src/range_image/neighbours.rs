@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::PixelSet;
+use super::pixel_set::PixelSet;
 
 /// Marks the absence of a neighbour in a direction.
 pub const NO_NEIGHBOUR: u32 = u32::MAX;

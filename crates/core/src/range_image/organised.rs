@@ -9,11 +9,14 @@
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
-use super::{
-    Band, NOWHERE, Projection, ProjectionParams, RangeImage, Wrap, azimuth, elevation, median,
-};
+use super::angles::{azimuth, elevation};
+use super::band::Band;
+use super::image::{NOWHERE, RangeImage};
+use super::params::{ProjectionParams, Wrap};
+use super::projection::Projection;
 use crate::cloud::point_cloud::PointCloud;
 use crate::geometry::grid::Grid;
+use crate::geometry::statistics::median;
 use nalgebra::Isometry3;
 
 /// The elevation of one beam stays within this standard deviation over a turn, radians: offsets of the

@@ -4,12 +4,15 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Isometry3, Point3};
 
-use super::band::as_return;
+use super::angles::elevation;
+use super::band::{Band, as_return};
 use super::beams::Rings;
-use super::{
-    Band, NOWHERE, Projection, ProjectionParams, RangeImage, RowsFrom, Wrap, beams,
-    columns::Columns, coverage, elevation, sources, spacing, sweep::Sweep, viewpoint,
-};
+use super::columns::Columns;
+use super::image::{NOWHERE, RangeImage};
+use super::params::{ProjectionParams, RowsFrom, Wrap};
+use super::projection::Projection;
+use super::sweep::Sweep;
+use super::{beams, coverage, spacing, viewpoint};
 use crate::cloud::point_cloud::PointCloud;
 use crate::geometry::grid::Grid;
 
@@ -24,13 +27,6 @@ struct Rows {
     of_point: Vec<u16>,
     /// Columns of the full circle, where the rows bring some with them.
     columns: Option<usize>,
-}
-
-pub(super) fn project(cloud: &PointCloud, params: &ProjectionParams) -> RangeImage {
-    match sources::of(cloud).filter(|_| params.rows_from == RowsFrom::Best) {
-        Some(sources) => sources::project(cloud, &sources, params),
-        None => one_sensor(cloud, params),
-    }
 }
 
 /// The image of the points of one sensor.

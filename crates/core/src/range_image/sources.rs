@@ -2,7 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::{Band, NOWHERE, Projection, ProjectionParams, RangeImage, Wrap, project::one_sensor};
+use super::band::Band;
+use super::image::{NOWHERE, RangeImage};
+use super::params::{ProjectionParams, Wrap};
+use super::project::one_sensor;
+use super::projection::Projection;
 use crate::cloud::point_cloud::PointCloud;
 use crate::geometry::grid::Grid;
 

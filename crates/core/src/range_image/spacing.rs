@@ -7,7 +7,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::elevation;
+use super::angles::elevation;
 use super::sweep::Sweep;
 
 /// Area of a pixel as a share of that of a return.

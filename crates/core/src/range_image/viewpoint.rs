@@ -7,9 +7,9 @@
 
 use nalgebra::{Isometry3, Matrix5, Point3, Translation3, UnitQuaternion, Vector3, Vector5};
 
-use super::median;
 use super::sweep::Sweep;
 use crate::cloud::point_cloud::PointCloud;
+use crate::geometry::statistics::median;
 
 /// Returns that are looked at.
 const MOST_RETURNS: usize = 4000;

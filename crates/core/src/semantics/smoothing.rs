@@ -11,7 +11,7 @@
 
 use serde::Serialize;
 
-use super::ObjectMask;
+use super::object_mask::ObjectMask;
 use crate::cloud::Reason;
 use crate::cloud::point_cloud::{PointCloud, wide};
 use crate::cloud::taxonomy::Taxonomy;

@@ -2,7 +2,9 @@
 
 use rand::RngExt;
 
-use super::{Ego, Layer, Strip, TILE, Tile, rows, strip, walkers};
+use super::tile::{Ego, Layer, TILE, Tile, strip};
+use super::{rows, walkers};
+use crate::ground::Strip;
 use crate::material::Material::{Asphalt, Paving};
 use crate::objects::class::{BICYCLIST, ROAD, SIDEWALK};
 use crate::objects::vehicle::Vehicle;

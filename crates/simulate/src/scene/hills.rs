@@ -2,7 +2,9 @@
 
 use rand::RngExt;
 
-use super::{Ego, Layer, Strip, Tile, rows, strip, walkers};
+use super::tile::{Ego, Layer, Tile, strip};
+use super::{rows, walkers};
+use crate::ground::Strip;
 use crate::material::Material::{Asphalt, Grass, Paving};
 use crate::objects::class::{PARKING, ROAD, SIDEWALK, TERRAIN};
 

@@ -6,6 +6,7 @@ mod hills;
 mod parking;
 mod rows;
 mod street;
+mod tile;
 mod walkers;
 mod yard;
 
@@ -13,21 +14,10 @@ use std::fmt;
 use std::str::FromStr;
 
 use nalgebra::Isometry3;
-use rand_pcg::Pcg32;
 
-use super::ground::{Ground, Relief, Strip};
-use super::material::Material;
-use super::objects::{Model, Placed};
-use super::random::{Purpose, stream};
-
-/// Length of a tile along x in metres.
-const TILE: f64 = 40.0;
-
-/// Things on a tile of the layer at rest, and tiles until their ids come round again (5 km).
-const STATIC_IDS: (usize, i64) = (192, 128);
-
-/// The same for a moving layer (2.5 km past each other).
-const MOVING_IDS: (usize, i64) = (16, 64);
+use super::ground::{Ground, Relief};
+use super::objects::Placed;
+use tile::{Ego, Layer, TILE, Tile};
 
 /// A place to drive through.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -77,24 +67,6 @@ impl FromStr for Scene {
     }
 }
 
-/// Objects that move along x together, or rest.
-#[derive(Debug, Clone, Copy)]
-struct Layer {
-    /// Along x, metres per second.
-    speed: f64,
-    /// The middle of the layer's lane, metres.
-    y: f64,
-    /// Puts the objects on a tile, given the lane's y.
-    fill: fn(&mut Tile<'_>, f64),
-}
-
-/// The vehicle that carries the sensor.
-#[derive(Debug, Clone, Copy)]
-struct Ego {
-    y: f64,
-    speed: f64,
-}
-
 /// A scene with its ground, for one seed.
 #[derive(Debug, Clone)]
 pub(super) struct World {
@@ -131,7 +103,8 @@ impl World {
             let moved = layer.speed * time;
             let tile_at = |x: f64| ((x - moved) / TILE).floor() as i64;
             for number in tile_at(x - reach)..=tile_at(x + reach) {
-                let mut tile = Tile::new(self, index, number, time, &mut placed);
+                let (place, layer_of) = ((self.seed, &self.ground), (index, layer.speed));
+                let mut tile = Tile::new(place, layer_of, number, time, &mut placed);
                 (layer.fill)(&mut tile, layer.y);
             }
         }
@@ -139,85 +112,9 @@ impl World {
     }
 }
 
-/// A stretch of a layer, being filled.
-struct Tile<'a> {
-    rng: Pcg32,
-    /// Seconds since the start of the drive.
-    time: f64,
-    /// Speed of the layer along x, metres per second.
-    speed: f64,
-    /// Its beginning along x in the layer, which at time 0 is the world's x; metres.
-    start: f64,
-    ids: std::ops::Range<u16>,
-    ground: &'a Ground,
-    placed: &'a mut Vec<Placed>,
-}
-
-impl<'a> Tile<'a> {
-    fn new(
-        world: &'a World,
-        layer: usize,
-        number: i64,
-        time: f64,
-        placed: &'a mut Vec<Placed>,
-    ) -> Self {
-        Tile {
-            rng: stream(world.seed, Purpose::Tile, layer as u64, number as u64),
-            time,
-            speed: world.layers[layer].speed,
-            start: number as f64 * TILE,
-            ids: ids(layer, number),
-            ground: &world.ground,
-            placed,
-        }
-    }
-
-    /// Direction in which the layer moves, radians.
-    fn heading(&self) -> f64 {
-        if self.speed < 0.0 { std::f64::consts::PI } else { 0.0 }
-    }
-
-    /// Stands an object on the ground `along` metres from the tile's beginning, turned by `yaw` radians.
-    /// A thing for which no id is left is not placed.
-    fn place(&mut self, model: Model, along: f64, y: f64, yaw: f64) {
-        let id = if model.is_thing() {
-            match self.ids.next() {
-                Some(id) => id,
-                None => return,
-            }
-        } else {
-            0
-        };
-        let x = self.start + self.speed * self.time + along;
-        let world_from_object = if model.leans {
-            self.ground.frame_on_slope(x, y, yaw)
-        } else {
-            self.ground.frame_upright(x, y, yaw)
-        };
-        self.placed.push(Placed { id, model, world_from_object });
-    }
-}
-
-/// The ids of a tile's things: layer 0 is at rest and has the lower ids.
-fn ids(layer: usize, number: i64) -> std::ops::Range<u16> {
-    let (count, tiles) = if layer == 0 { STATIC_IDS } else { MOVING_IDS };
-    let first = if layer == 0 {
-        1
-    } else {
-        let per_layer = MOVING_IDS.0 * MOVING_IDS.1 as usize;
-        1 + STATIC_IDS.0 * STATIC_IDS.1 as usize + (layer - 1) * per_layer
-    };
-    let first = first + count * number.rem_euclid(tiles) as usize;
-    first as u16..(first + count) as u16
-}
-
-/// Shorthand for a strip of a scene's plan.
-fn strip(to_y: f64, class: u16, material: Material, is_raised: bool) -> Strip {
-    Strip { to_y, class, material, is_raised }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::tile::{MOVING_IDS, STATIC_IDS, ids};
     use super::*;
 
     #[test]

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use rand::RngExt;
 
-use super::{TILE, Tile};
+use super::tile::{TILE, Tile};
 use crate::objects::vehicle::Vehicle;
 use crate::objects::{class, cycle, surroundings};
 

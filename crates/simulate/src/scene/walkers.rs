@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use rand::RngExt;
 
-use super::{TILE, Tile};
+use super::tile::{TILE, Tile};
 use crate::objects::class;
 use crate::objects::person::Person;
 

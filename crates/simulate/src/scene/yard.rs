@@ -4,7 +4,9 @@ use std::f64::consts::FRAC_PI_2;
 
 use rand::RngExt;
 
-use super::{Ego, Layer, Strip, TILE, Tile, rows, strip, walkers};
+use super::tile::{Ego, Layer, TILE, Tile, strip};
+use super::{rows, walkers};
+use crate::ground::Strip;
 use crate::material::Material::{Asphalt, Grass, Paving};
 use crate::objects::class::{ROAD, SIDEWALK, TERRAIN};
 use crate::objects::surroundings;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{Sensor, TURN_NS};
+use super::model::{Sensor, TURN_NS};
 
 /// Elevation of a beam in degrees, row 0 being the highest.
 pub(super) fn elevation(sensor: Sensor, row: usize) -> f64 {

@@ -1,7 +1,7 @@
 //! The height of the ground seen from above: a grid around the sensor, and coarser grids for where it has
 //! gaps.
 
-use super::GroundParams;
+use super::params::GroundParams;
 use crate::geometry::grid::Grid;
 
 /// Mean heights of the ground on square grids around the sensor, each twice as coarse as the one before.

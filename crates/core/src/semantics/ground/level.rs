@@ -12,7 +12,8 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use super::{GroundParams, Lie};
+use super::found::GroundPose;
+use super::params::GroundParams;
 use crate::cloud::point_cloud::PointCloud;
 use crate::range_image::{NOWHERE, RangeImage};
 
@@ -83,9 +84,9 @@ impl Level {
     }
 
     /// How the ground lies in the sensor's frame.
-    pub fn lie(&self) -> Lie {
+    pub fn pose(&self) -> GroundPose {
         let upwards = self.rotation.m33.abs().min(1.0);
-        Lie {
+        GroundPose {
             lean_degrees: f64::from(upwards.acos().to_degrees()),
             is_overhead: self.is_upside_down,
         }

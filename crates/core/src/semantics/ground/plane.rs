@@ -2,9 +2,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::GroundParams;
+use super::climb::{Limits, climb};
+use super::params::GroundParams;
 use super::profile::{Profile, Return};
-use super::slopes::{Limits, climb};
+
 use crate::range_image::NOWHERE;
 
 /// Height over the level frame's horizontal plane: `[z at the origin, dz/dx, dz/dy]`.

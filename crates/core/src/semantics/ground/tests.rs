@@ -1,6 +1,7 @@
 //! Small scenes, ray-cast: a sloped floor, boxes on it, and whether each return is of the floor.
 
 use super::*;
+use crate::cloud::PointCloud;
 use crate::geometry::grid::Grid;
 use crate::range_image::{Projection, ProjectionParams};
 
@@ -188,7 +189,7 @@ fn ground_hidden_from_the_rest_is_found_by_its_height() {
     // A ring that is not flat parts the near floor from the floor behind it.
     let parted = (0..slopes.len()).filter(|index| index % profile.rows == 4);
     parted.for_each(|index| slopes[index] = f32::NAN);
-    let mut spread = Spread::new(&profile, &slopes, &params);
+    let mut spread = FloodFill::new(&profile, &slopes, &params);
     spread.start(|[x, y, z]| x * x + y * y + z * z < 17.0);
     assert!(!spread.is_ground(5));
     let heights = HeightMap::new(spread.positions(), &params);
@@ -280,7 +281,7 @@ fn spread_crosses_the_seam_only_where_the_image_wraps() {
         let mut slopes = vec![f32::NAN; profile.returns.len()];
         let (first, last) = (0, (profile.columns - 1) * profile.rows);
         (slopes[first], slopes[last]) = (0.0, 0.0);
-        let mut spread = Spread::new(&profile, &slopes, &GroundParams::default());
+        let mut spread = FloodFill::new(&profile, &slopes, &GroundParams::default());
         let seed = profile.returns[first].position();
         spread.start(|position| position == seed);
         assert_eq!(spread.is_ground(last), wraps);

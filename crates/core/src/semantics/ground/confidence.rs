@@ -1,22 +1,23 @@
-//! The verdict for each point, and how sure it is.
+//! How likely each point is ground.
 //!
-//! Two things are known of a point: how it came to be taken for ground or not ([`Kind`]), and how high it
-//! is over the surface of the ground around it, as a share of the height from which on it is not believed
-//! (which grows with the spread of that ground). The confidence is the share of ground found among
-//! labelled points of the same kind and height, smoothed by a logistic curve; the verdict is ground where
-//! it is one half or more.
+//! Two things are known of a point: how it came to be taken for ground or not ([`Evidence`]), and its
+//! height over the surface of the ground around it, as a share of the height from which on a point
+//! is no longer ground (which grows with the scatter of that ground). The confidence is the share of
+//! ground among labelled points of the same evidence and height, smoothed by a logistic curve. A
+//! point is ground where its confidence is one half or more.
 
-use super::GroundParams;
+use super::flood_fill::FloodFill;
 use super::height_map::HeightMap;
 use super::level::Level;
+use super::params::GroundParams;
 use super::profile::Profile;
-use super::spread::Spread;
 use super::surface::Surface;
-use super::{Ground, PointCloud, RangeImage};
+use crate::cloud::PointCloud;
+use crate::range_image::RangeImage;
 
 /// How a point came to be ground or not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum Evidence {
     /// Flat, and ground spread to it, where rows are dense enough for slopes to tell.
     Reached,
     /// The same where rows are sparse.
@@ -50,7 +51,7 @@ impl Curve {
     }
 }
 
-/// By [`Kind`], in its order. Fitted by maximum likelihood, one quarter of the weight each, to drives 00, 03 and 05
+/// By [`Evidence`], in its order. Fitted by maximum likelihood, one quarter of the weight each, to drives 00, 03 and 05
 /// of SemanticKITTI (18 scans) and to simulated sweeps of all scenes and sensors (seeds 101 and 102; as
 /// usual, tilted, low, high, in rain, over wet ground).
 const CURVES: [Curve; 6] = [
@@ -92,26 +93,26 @@ impl Steps {
         }))
     }
 
-    fn confidence(&self, kind: Kind, height: f32) -> f32 {
+    fn confidence(&self, evidence: Evidence, height: f32) -> f32 {
         let step = (height - Self::LOWEST) * Self::PER_UNIT + 1.0;
         let step = match step.is_nan() {
             true => Self::COUNT,
             false => step.clamp(0.0, (Self::COUNT - 1) as f32) as i32 as usize,
         };
-        self.0[kind as usize][step]
+        self.0[evidence as usize][step]
     }
 }
 
-/// The verdict for every point of a cloud that the earlier steps have looked at.
-pub(super) fn judge(
+/// N: how likely each point of a cloud is ground, 0 to 1, after the earlier steps.
+pub(super) fn confidence(
     cloud: &PointCloud,
     image: &RangeImage,
     level: &Level,
-    spread: &Spread,
+    fill: &FloodFill,
     params: &GroundParams,
-) -> Ground {
-    let profile = spread.profile();
-    let heights = HeightMap::finest(spread.positions(), params);
+) -> Vec<f32> {
+    let profile = fill.profile();
+    let heights = HeightMap::finest(fill.positions(), params);
     let surface = Surface::new(&heights);
     let sparse_from = sparse_from(profile, params);
     let steps = Steps::new();
@@ -120,22 +121,22 @@ pub(super) fn judge(
     for ((index, seen), up) in profile.returns.iter().enumerate().zip(rows) {
         if seen.exists() {
             let is_sparse = seen.distance > sparse_from[up];
-            let kind = match spread.is_ground(index) {
-                true if is_sparse => Kind::ReachedFarOff,
-                true => Kind::Reached,
-                false if heights.is_on(seen.position()) => Kind::Level,
-                false if spread.is_flat(index) => Kind::Apart,
-                false => Kind::Steep,
+            let evidence = match fill.is_ground(index) {
+                true if is_sparse => Evidence::ReachedFarOff,
+                true => Evidence::Reached,
+                false if heights.is_on(seen.position()) => Evidence::Level,
+                false if fill.is_flat(index) => Evidence::Apart,
+                false => Evidence::Steep,
             };
             let over = surface.over(seen.position(), is_sparse);
-            confidence[seen.point as usize] = steps.confidence(kind, over);
+            confidence[seen.point as usize] = steps.confidence(evidence, over);
         }
     }
     for point in (0..cloud.len()).filter(|&point| image.is_shadowed(point)) {
         let over = surface.over(level.turn(cloud.position(point)), false);
-        confidence[point] = steps.confidence(Kind::Shadowed, over);
+        confidence[point] = steps.confidence(Evidence::Shadowed, over);
     }
-    Ground::from_confidence(confidence)
+    confidence
 }
 
 /// By row from the bottom up: the distance in metres from which on a step within ground may hide between

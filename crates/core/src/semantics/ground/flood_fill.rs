@@ -1,11 +1,11 @@
-//! Spread of the ground over the range image, upwards and sideways.
+//! Flood fill of the ground over the range image, upwards and sideways.
 
-use super::GroundParams;
+use super::params::GroundParams;
 use super::profile::Profile;
 
 /// The ground found so far.
 #[derive(Debug)]
-pub(super) struct Spread<'a> {
+pub(super) struct FloodFill<'a> {
     profile: &'a Profile,
     is_flat: Vec<bool>,
     is_ground: Vec<bool>,
@@ -14,11 +14,11 @@ pub(super) struct Spread<'a> {
     slope_change: f32,
 }
 
-impl<'a> Spread<'a> {
+impl<'a> FloodFill<'a> {
     /// No ground yet.
     pub fn new(profile: &'a Profile, slopes: &[f32], params: &GroundParams) -> Self {
         let max_slope = params.max_slope.tan() as f32;
-        Spread {
+        FloodFill {
             profile,
             is_flat: slopes.iter().map(|slope| slope.abs() <= max_slope).collect(),
             is_ground: vec![false; slopes.len()],

@@ -1,0 +1,65 @@
+//! Which points belong to objects.
+
+use super::ground::GroundParams;
+use crate::cloud::Reason;
+use crate::cloud::taxonomy::{ClassSize, Taxonomy};
+
+/// How objects are told from the rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum MaskSource<'a> {
+    /// Points whose class ([`PointCloud::class`]) is a thing of the taxonomy.
+    Classes(&'a Taxonomy),
+    /// Returns that are not ground, by geometry alone.
+    NotGround(&'a GroundParams),
+    /// Every return.
+    All,
+    /// Returns that are marked, one mark for each of N points: for what-ifs with objects known otherwise.
+    Marked(&'a [bool]),
+}
+
+/// Which of N points belong to objects, and to which class.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ObjectMask {
+    /// N: whether the point is a return of an object.
+    pub is_object: Vec<bool>,
+    /// N: class number in the taxonomy; 0 where there are no classes or the id is unknown.
+    pub class: Vec<u16>,
+    /// N: why a point is not an object; [`Reason::None`] for objects.
+    pub reason: Vec<Reason>,
+    /// Returns whose id the taxonomy does not know.
+    pub unknown_ids: u64,
+    /// By class number: usual size of its objects; only that of "no class", none, without classes.
+    pub sizes: Vec<Option<ClassSize>>,
+    /// By class number: the class that stands for it and those it is easily taken for
+    /// ([`Taxonomy::families`]).
+    pub families: Vec<u16>,
+    /// By class number: the groups of classes that look alike ([`Taxonomy::lookalikes`]).
+    pub lookalikes: Vec<u8>,
+    /// Points whose class was corrected, ascending, with the raw ids they have now.
+    pub corrected: Vec<(u32, u16)>,
+    /// N: how likely the point is ground, 0 to 1 ([`ground::Ground::confidence`]); `None` where the mask does not come
+    /// from ground removal.
+    pub ground: Option<Vec<f32>>,
+    /// Whether ground removal found the ground above the sensor.
+    pub ground_is_overhead: bool,
+}
+
+impl ObjectMask {
+    /// The points of objects, ascending.
+    pub fn object_points(&self) -> Vec<u32> {
+        const BLOCK: usize = 64;
+        let mut points = Vec::new();
+        for (first, block) in (0_u32..).step_by(BLOCK).zip(self.is_object.chunks(BLOCK)) {
+            if block.iter().fold(false, |any, &is_object| any | is_object) {
+                let found = (first..).zip(block).filter(|&(_, &is_object)| is_object);
+                points.extend(found.map(|(point, _)| point));
+            }
+        }
+        points
+    }
+
+    /// Whether objects were told by their classes.
+    pub fn has_classes(&self) -> bool {
+        self.sizes.len() > 1
+    }
+}
