@@ -129,8 +129,8 @@ impl Ground {
         Vector3::new(-along, -across, 1.0).normalize()
     }
 
-    /// The frame of something that stands on the surface with its z along the normal; `yaw` in radians
-    /// from the world's x.
+    /// The frame of something that stands on the surface with its z along the normal; `yaw` in
+    /// radians from the world's x.
     pub fn frame_on_slope(&self, x: f64, y: f64, yaw: f64) -> Isometry3<f64> {
         let up = self.normal(x, y);
         let left = up.cross(&Vector3::new(yaw.cos(), yaw.sin(), 0.0)).normalize();
@@ -150,8 +150,8 @@ impl Ground {
         Translation3::new(x, y, self.height(x, y))
     }
 
-    /// Where a ray of the world frame first meets the ground before `limit` metres: the top of a raised
-    /// strip, a kerb's face, or the lower level.
+    /// Where a ray of the world frame first meets the ground before `limit` metres: the top of a
+    /// raised strip, a kerb's face, or the lower level.
     pub fn hit(&self, ray: &Ray, limit: f64) -> Option<GroundHit> {
         let upper = self.descend(ray, 0.0, KERB, limit)?;
         if self.strip(ray.at(upper).y).is_raised {
@@ -173,8 +173,8 @@ impl Ground {
         }
     }
 
-    /// The range at which a ray comes down to `lift` metres above the lower level. Each step is safe: the
-    /// ray cannot come down faster than over the steepest slope.
+    /// The range at which a ray comes down to `lift` metres above the lower level. Each step is
+    /// safe: the ray cannot come down faster than over the steepest slope.
     fn descend(&self, ray: &Ray, from: f64, lift: f64, limit: f64) -> Option<f64> {
         let across = ray.direction.xy().norm();
         let fastest = self.steepest * across - ray.direction.z;

@@ -1,13 +1,14 @@
 //! Ray-cast drives with truth: the embedded default data and the tests' fixture.
 //!
-//! A [`Drive`] is a sensor, a scene and a seed. Its frames are made one by one in any order, the same
-//! bytes each time: the scene is tiled along the way, and every tile and every column of a frame has its
-//! own stream of random numbers.
+//! A [`Drive`] is a sensor, a scene and a seed. Its frames are made one by one in any order, the
+//! same bytes each time: the scene is tiled along the way, and every tile and every column of a
+//! frame has its own stream of random numbers.
 //!
-//! Frames: the world has x along the drive, y to the left and z up; a sensor's frame has x ahead, y left
-//! and z along the normal of the ground that the ego vehicle stands on, but for a mount that turns it. A sweep is taken at the instant
-//! of its stamp, as if motion had been compensated already; `time_offset_ns` says when each beam fires.
-//! A [`Rig`] is several sensors on one vehicle, whose sweeps become one cloud in the vehicle's frame.
+//! Frames: the world has x along the drive, y to the left and z up; a sensor's frame has x ahead, y
+//! left and z along the normal of the ground that the ego vehicle stands on, but for a mount that
+//! turns it. A sweep is taken at the instant of its stamp, as if motion had been compensated
+//! already; `time_offset_ns` says when each beam fires. A [`Rig`] is several sensors on one
+//! vehicle, whose sweeps become one cloud in the vehicle's frame.
 
 mod ground;
 mod material;
@@ -65,13 +66,13 @@ pub struct Drive {
 /// One sweep with its truth. Columns have one entry for each point of the cloud.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
-    /// Points in the sensor's frame, metres, with beam numbers and SemanticKITTI's raw class ids. A pixel
-    /// of an organised cloud without a return is the origin with class 0.
+    /// Points in the sensor's frame, metres, with beam numbers and SemanticKITTI's raw class ids. A
+    /// pixel of an organised cloud without a return is the origin with class 0.
     pub cloud: PointCloud,
     /// Strength of the return, 0 to 1, by material and incidence.
     pub intensity: Vec<f32>,
-    /// The object that a point belongs to, the same in all frames of the drive; 0 for stuff. A driver
-    /// belongs to the car, a rider and the bicycle are one.
+    /// The object that a point belongs to, the same in all frames of the drive; 0 for stuff. A
+    /// driver belongs to the car, a rider and the bicycle are one.
     pub true_instance: Vec<u16>,
     /// Time of the return after the stamp, nanoseconds.
     pub time_offset_ns: Vec<u32>,

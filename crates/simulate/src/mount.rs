@@ -15,12 +15,13 @@ pub struct Mount {
     pub ahead: f64,
     /// Metres to the left of the vehicle's foot.
     pub left: f64,
-    /// Turn about the vehicle's z (up) in radians, after pitch and roll: to the left where positive.
+    /// Turn about the vehicle's z (up) in radians, after pitch and roll: to the left where
+    /// positive.
     pub yaw: f64,
     /// Turn about the vehicle's y (left) in radians: the front looks down where positive.
     pub pitch: f64,
-    /// Turn about the vehicle's x (ahead) in radians, before the pitch: the left side looks up where
-    /// positive; pi hangs the sensor upside down.
+    /// Turn about the vehicle's x (ahead) in radians, before the pitch: the left side looks up
+    /// where positive; pi hangs the sensor upside down.
     pub roll: f64,
     /// Width of the field of view around straight ahead in radians; 2 pi for all of the turn.
     pub field_of_view: f64,
@@ -57,8 +58,8 @@ impl Mount {
 pub struct Clutter {
     /// Share of the beams that a drop of rain would send back, were there no surface before it.
     pub drops: f64,
-    /// Share of the returns of the ground that wet ground mirrors: they come back from farther along the
-    /// beam, from below the ground.
+    /// Share of the returns of the ground that wet ground mirrors: they come back from farther
+    /// along the beam, from below the ground.
     pub mirrored: f64,
 }
 
@@ -76,7 +77,8 @@ impl Clutter {
         Some(nearest - Self::DROP_RANGE * (1.0 - rng.random::<f64>()).ln())
     }
 
-    /// How much farther a return of the ground seems, if it is mirrored. Draws nothing on dry ground.
+    /// How much farther a return of the ground seems, if it is mirrored. Draws nothing on dry
+    /// ground.
     pub(super) fn detour(&self, rng: &mut Pcg32) -> Option<f64> {
         if self.mirrored == 0.0 || rng.random::<f64>() >= self.mirrored {
             return None;

@@ -172,8 +172,8 @@ impl<'a> View<'a> {
         first..(last + 1).min(first + count)
     }
 
-    /// The returns of all shots, row-major from the highest beam and the first column; of two returns of a shot
-    /// the nearer first.
+    /// The returns of all shots, row-major from the highest beam and the first column; of two
+    /// returns of a shot the nearer first.
     pub fn cast(&self) -> Vec<[Option<Return>; 2]> {
         let (rows, columns) = (self.sensor.beams(), self.sensor.columns());
         let mut returns = vec![[None; 2]; rows * columns];
@@ -204,8 +204,8 @@ impl<'a> View<'a> {
         (apart > SEPARABLE).then_some(second)
     }
 
-    /// One shot: what a ray meets whose azimuth and elevation (radians) are `through`, and whether that comes
-    /// back; the range is put down in the direction of the shot.
+    /// One shot: what a ray meets whose azimuth and elevation (radians) are `through`, and whether
+    /// that comes back; the range is put down in the direction of the shot.
     fn fire(&self, shot: [f64; 2], through: [f64; 2], rng: &mut Pcg32) -> Option<Return> {
         let sensor = self.sensor;
         let direction = direction(through);
@@ -233,7 +233,8 @@ impl<'a> View<'a> {
         ((turns.rem_euclid(1.0) * self.bins.len() as f64) as usize).min(self.bins.len() - 1)
     }
 
-    /// A drop before the surface or what a mirroring ground shows instead of it, if either comes back.
+    /// A drop before the surface or what a mirroring ground shows instead of it, if either comes
+    /// back.
     fn or_clutter(&self, surface: Option<Surface>, rng: &mut Pcg32) -> Option<Surface> {
         let clutter = |range| Surface {
             range,

@@ -24,8 +24,8 @@ impl Rig {
         Rig { drives }
     }
 
-    /// Three as on many a robotaxi: one with 32 beams on the roof, two with 16 beams at the front corners, turned
-    /// outwards and leaning a little.
+    /// Three as on many a robotaxi: one with 32 beams on the roof, two with 16 beams at the front
+    /// corners, turned outwards and leaning a little.
     pub fn robotaxi(scene: Scene, seed: u64) -> Self {
         let corner = |left: f64| Mount {
             ahead: 2.0,
@@ -41,8 +41,9 @@ impl Rig {
         Rig::new(scene, seed, &sensors)
     }
 
-    /// All sweeps of frame `number` as one, in the frame of the vehicle's foot (z up from the ground), sensor after
-    /// sensor; the source of a point is the number of its sensor. The pose is that of the vehicle's foot.
+    /// All sweeps of frame `number` as one, in the frame of the vehicle's foot (z up from the
+    /// ground), sensor after sensor; the source of a point is the number of its sensor. The pose is
+    /// that of the vehicle's foot.
     pub fn frame(&self, number: usize) -> Frame {
         let mut merged: Option<Frame> = None;
         for (source, drive) in (0_u16..).zip(&self.drives) {

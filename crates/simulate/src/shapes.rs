@@ -36,7 +36,8 @@ pub(super) enum Shape {
     Cylinder { base: Point3<f64>, axis: Vector3<f64>, length: f64, radius: f64 },
 }
 
-/// Where a ray enters and leaves a solid, metres along the ray; the entry may lie behind the origin.
+/// Where a ray enters and leaves a solid, metres along the ray; the entry may lie behind the
+/// origin.
 pub(super) type Span = (f64, f64);
 
 impl Shape {
@@ -53,8 +54,8 @@ impl Shape {
         }
     }
 
-    /// A hull without what lies beyond the plane through `point` with outward `normal`; other shapes
-    /// stay as they are.
+    /// A hull without what lies beyond the plane through `point` with outward `normal`; other
+    /// shapes stay as they are.
     pub fn cut(mut self, normal: [f64; 3], point: [f64; 3]) -> Self {
         if let Shape::Hull { planes, .. } = &mut self {
             let normal = Vector3::from(normal).normalize();

@@ -18,7 +18,8 @@ pub enum Reason {
     NotAnObject = 2,
     /// Ground, by geometry.
     Ground = 3,
-    /// Hidden behind another point of its pixel, and no pixel of its class nearby to take a label from.
+    /// Hidden behind another point of its pixel, and no pixel of its class nearby to take a label
+    /// from.
     Shadowed = 4,
     /// An object pixel that no seed reached.
     Unreached = 5,
@@ -86,8 +87,8 @@ pub struct Instance {
     pub semantic: u16,
     /// Name of the class, empty where there are no classes.
     pub class_name: String,
-    /// Mean over its points of the confidence in that class, 0 where a point has another; `None` where classes come
-    /// without any.
+    /// Mean over its points of the confidence in that class, 0 where a point has another; `None`
+    /// where classes come without any.
     pub confidence: Option<f64>,
     /// What it looks like, where there are no classes.
     pub likeness: Option<Likeness>,

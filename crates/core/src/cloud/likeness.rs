@@ -1,16 +1,16 @@
-//! What an instance without a class looks like: vehicle, person, pole, structure or vegetation, by size and
-//! shape.
+//! What an instance without a class looks like: vehicle, person, pole, structure or vegetation, by
+//! size and shape.
 //!
 //! Each kind has a score between 0 and 1, a product of soft limits (logistic curves) on what can be
 //! measured; the scores and a constant for "none of these", divided by their sum, are the
-//! probabilities. Limits come from what the kinds are; the docs of [`Kind`] give them. One was taken from labelled drives,
-//! the roughness of leaves.
-//! The probability says how far the measures are inside the limits of one kind alone. It is not
-//! calibrated.
+//! probabilities. Limits come from what the kinds are; the docs of [`Kind`] give them. One was
+//! taken from labelled drives, the roughness of leaves. The probability says how far the measures
+//! are inside the limits of one kind alone. It is not calibrated.
 //!
-//! The measure that tells leaves from walls is *roughness*: by how much the range of a pixel departs from
-//! the mean of its neighbours in the row, half of them by more. Along a smooth surface, however slanted, it
-//! is the noise of the sensor (2 cm); beams into leaves stop at depths of their own.
+//! The measure that tells leaves from walls is *roughness*: by how much the range of a pixel
+//! departs from the mean of its neighbours in the row, half of them by more. Along a smooth
+//! surface, however slanted, it is the noise of the sensor (2 cm); beams into leaves stop at depths
+//! of their own.
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use serde::Serialize;
@@ -22,15 +22,17 @@ use crate::geometry::statistics::median_by;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
-    /// Car to bus, or a face of one: 1.2 to 12 m long, up to 2.9 m wide (the 2.55 m that a bus may be, and
-    /// mirrors), 0.5 to 3.8 m high and no higher than its length allows, standing on the ground, smooth.
+    /// Car to bus, or a face of one: 1.2 to 12 m long, up to 2.9 m wide (the 2.55 m that a bus may
+    /// be, and mirrors), 0.5 to 3.8 m high and no higher than its length allows, standing on the
+    /// ground, smooth.
     Vehicle,
-    /// Upright, 1.2 to 2.05 m tall, within 1.1 m by 0.9 m (arms and stride), standing on the ground.
+    /// Upright, 1.2 to 2.05 m tall, within 1.1 m by 0.9 m (arms and stride), standing on the
+    /// ground.
     Person,
     /// Upright and thin: to 0.6 m across and taller than people, or to 0.3 m and 0.5 m tall.
     Pole,
-    /// Smooth, and flat or larger than a vehicle; longer than 4 m or reaching higher than 2.3 m: buildings,
-    /// walls, fences.
+    /// Smooth, and flat or larger than a vehicle; longer than 4 m or reaching higher than 2.3 m:
+    /// buildings, walls, fences.
     Structure,
     /// Rough: leaves, branches.
     Vegetation,
@@ -74,18 +76,19 @@ pub struct Measures {
     pub points: usize,
     /// Length, width and height of its upright box, metres.
     pub size: [f64; 3],
-    /// Height of its lowest and of its highest point above the ground, metres, where there is ground nearby.
+    /// Height of its lowest and of its highest point above the ground, metres, where there is
+    /// ground nearby.
     pub above_ground: Option<[f64; 2]>,
     /// Standard deviation along its thinnest direction, metres.
     pub thickness: f64,
-    /// Median departure of a pixel's range from the mean of its neighbours in the row, metres, where
-    /// there are such.
+    /// Median departure of a pixel's range from the mean of its neighbours in the row, metres,
+    /// where there are such.
     pub roughness: Option<f64>,
 }
 
 impl Measures {
-    /// The measures of points in metres, given their box, the height of the ground below them (in the
-    /// sensor's frame) and the departures of their ranges.
+    /// The measures of points in metres, given their box, the height of the ground below them (in
+    /// the sensor's frame) and the departures of their ranges.
     pub fn new(
         positions: &[[f64; 3]],
         bounds: &UprightBox,
@@ -119,7 +122,8 @@ impl Measures {
         [a, b, c, d, e, NONE_OF_THESE]
     }
 
-    /// Height of the highest point above the ground, or the height of the box where there is no ground.
+    /// Height of the highest point above the ground, or the height of the box where there is no
+    /// ground.
     fn top(&self) -> f64 {
         self.above_ground.map_or(self.size[2], |[_, top]| top)
     }
@@ -135,8 +139,8 @@ impl Measures {
         self.size[2] / self.size[0].max(THINNEST)
     }
 
-    /// Whether its range is rougher than that, metres. Roughness is judged by ratios, and where it could
-    /// not be measured most things are smooth.
+    /// Whether its range is rougher than that, metres. Roughness is judged by ratios, and where it
+    /// could not be measured most things are smooth.
     fn rougher(&self, at: f64) -> f64 {
         const UNMEASURED: f64 = 0.35;
         self.roughness.map_or(UNMEASURED, |roughness| above((roughness / at).ln(), 0.0, 0.2))
@@ -198,8 +202,8 @@ impl Measures {
     }
 }
 
-/// Roughness that parts leaves from surfaces, metres: nine in ten cars of labelled drives measure less than
-/// 0.034, half of the vegetation more than 0.1, one in ten less than 0.031.
+/// Roughness that parts leaves from surfaces, metres: nine in ten cars of labelled drives measure
+/// less than 0.034, half of the vegetation more than 0.1, one in ten less than 0.031.
 const LEAVES: f64 = 0.042;
 
 /// Goes from 0 to 1 at a value, over about four widths.

@@ -20,17 +20,19 @@ pub struct PointCloud {
     pub ring: Option<Vec<u16>>,
     /// Semantic class per point in the recording's own ids.
     pub class: Option<Vec<u16>>,
-    /// How sure whoever gave the classes is of that of each point, 0 to 1. Without it all classes count alike.
+    /// How sure whoever gave the classes is of that of each point, 0 to 1. Without it all classes
+    /// count alike.
     pub confidence: Option<Vec<f32>>,
-    /// Entropy of the distribution over the classes at each point, as a share of the most that it can be: 0 where one
-    /// class has all of it, 1 where all have the same.
+    /// Entropy of the distribution over the classes at each point, as a share of the most that it
+    /// can be: 0 where one class has all of it, 1 where all have the same.
     pub entropy: Option<Vec<f32>>,
-    /// How much of the light came back, as the driver gives it (`intensity`); read only where a network asks for it.
+    /// How much of the light came back, as the driver gives it (`intensity`); read only where a
+    /// network asks for it.
     pub remission: Option<Vec<f32>>,
     /// Sensor per point of a cloud merged of several, as the recording numbers them.
     pub source: Option<Vec<u16>>,
-    /// By what the points were turned from the recording's frame to one with z up; the identity unless
-    /// [`turn`](Self::turn) was called.
+    /// By what the points were turned from the recording's frame to one with z up; the identity
+    /// unless [`turn`](Self::turn) was called.
     pub turned: UnitQuaternion<f64>,
     /// Rows of an organised cloud, else 1.
     pub height: usize,
@@ -171,7 +173,8 @@ impl PointCloud {
         self.x.is_empty()
     }
 
-    /// Whether the cloud has rows and columns of its own. One without points has none, whatever height it claims.
+    /// Whether the cloud has rows and columns of its own. One without points has none, whatever
+    /// height it claims.
     pub fn is_organised(&self) -> bool {
         self.height > 1 && self.width > 0
     }
@@ -182,8 +185,8 @@ impl PointCloud {
         [self.x[index], self.y[index], self.z[index]]
     }
 
-    /// Whether point `index` is a return: finite and not at the origin, where drivers put beams that
-    /// came back with nothing.
+    /// Whether point `index` is a return: finite and not at the origin, where drivers put beams
+    /// that came back with nothing.
     #[inline]
     pub fn is_return(&self, index: usize) -> bool {
         let [x, y, z] = self.position(index);

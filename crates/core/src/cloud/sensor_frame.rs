@@ -1,8 +1,8 @@
 //! How a cloud's frame stands to one whose x looks ahead, y to the left and z up.
 //!
-//! Everything that looks for the ground, for what stands on it and for upright boxes reads clouds with z up.
-//! A recording may hold them otherwise: other axes, a sensor hung upside down or tilted. The points are then
-//! turned before anything else looks at them, and what is found is turned back.
+//! Everything that looks for the ground, for what stands on it and for upright boxes reads clouds
+//! with z up. A recording may hold them otherwise: other axes, a sensor hung upside down or tilted.
+//! The points are then turned before anything else looks at them, and what is found is turned back.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
@@ -15,8 +15,8 @@ use crate::error::CloudError;
 /// How the frame of a cloud stands.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum SensorFrame {
-    /// As the recording's static transforms have it where they lead from the cloud's frame to a frame of the vehicle
-    /// ([`VEHICLE_FRAMES`]); else with z up.
+    /// As the recording's static transforms have it where they lead from the cloud's frame to a
+    /// frame of the vehicle ([`VEHICLE_FRAMES`]); else with z up.
     #[default]
     Auto,
     /// With z up.
@@ -43,12 +43,13 @@ pub const VEHICLE_FRAMES: [&str; 9] = [
 impl SensorFrame {
     /// The turn from a cloud's frame to an upright one.
     ///
-    /// Of recorded transforms only the direction of up is taken, and only where it leans from z by more than a
-    /// degree: which way ahead is makes no difference, and below a degree upright boxes lean by less than 2 cm in
-    /// a metre.
+    /// Of recorded transforms only the direction of up is taken, and only where it leans from z by
+    /// more than a degree: which way ahead is makes no difference, and below a degree upright boxes
+    /// lean by less than 2 cm in a metre.
     ///
     /// # Errors
-    /// [`CloudError::MissingTransform`] if the recording's are asked for and do not lead to the vehicle.
+    /// [`CloudError::MissingTransform`] if the recording's are asked for and do not lead to the
+    /// vehicle.
     pub fn turn(
         &self,
         frame_id: &str,
@@ -78,8 +79,9 @@ fn upright(up: &Vector3<f64>) -> UnitQuaternion<f64> {
     })
 }
 
-/// Which way a frame's x, y and z look, as in `flu`, `right-forward-up` or `x-right,y-forward,z-up`; or roll, pitch and
-/// yaw in degrees of the sensor on the vehicle, as in `180,0,0`; or `auto`, `none` or `tf`.
+/// Which way a frame's x, y and z look, as in `flu`, `right-forward-up` or
+/// `x-right,y-forward,z-up`; or roll, pitch and yaw in degrees of the sensor on the vehicle, as in
+/// `180,0,0`; or `auto`, `none` or `tf`.
 impl FromStr for SensorFrame {
     type Err = String;
 
@@ -106,8 +108,9 @@ impl FromStr for SensorFrame {
 fn axes(text: &str) -> Result<UnitQuaternion<f64>, String> {
     let usage = || {
         format!(
-            "`{text}` is no sensor frame: use auto, none, tf, three letters that say where x, y and z \
-             look (of forward, back, left, right, up, down, as in rfu), or roll,pitch,yaw in degrees"
+            "`{text}` is no sensor frame: use auto, none, tf, three letters that say where x, y \
+             and z look (of forward, back, left, right, up, down, as in rfu), or roll,pitch,yaw in \
+             degrees"
         )
     };
     let letters: Vec<char> = match text.len() {
@@ -171,14 +174,15 @@ pub struct Transforms {
 }
 
 impl Transforms {
-    /// Takes in how a child's frame stands in its parent's; a later word on the same two replaces an earlier one.
+    /// Takes in how a child's frame stands in its parent's; a later word on the same two replaces
+    /// an earlier one.
     pub fn insert(&mut self, parent: &str, child: &str, rotation: UnitQuaternion<f64>) {
         let name = |frame: &str| frame.trim_start_matches('/').to_owned();
         self.rotations.insert((name(parent), name(child)), rotation);
     }
 
-    /// The upward direction of the vehicle in a frame, if a chain of transforms leads from there to a frame of the vehicle.
-    /// Of several the nearest counts.
+    /// The upward direction of the vehicle in a frame, if a chain of transforms leads from there to
+    /// a frame of the vehicle. Of several the nearest counts.
     pub fn up_in(&self, frame_id: &str) -> Option<Vector3<f64>> {
         let start = frame_id.trim_start_matches('/').to_owned();
         let mut seen = BTreeSet::from([start.clone()]);

@@ -24,8 +24,8 @@ impl UprightBox {
         UprightBox { centre, size: [plane.size[0], plane.size[1], height], yaw: plane.yaw }
     }
 
-    /// From the box's own axes (x along the length, y along the width, z along the height, origin in the centre;
-    /// metres) to the sensor frame.
+    /// From the box's own axes (x along the length, y along the width, z along the height, origin
+    /// in the centre; metres) to the sensor frame.
     pub fn pose(&self) -> Isometry3<f64> {
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.yaw);
         Isometry3::from_parts(Translation3::from(self.centre), turn)

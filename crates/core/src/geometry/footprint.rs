@@ -15,7 +15,8 @@ pub struct Rectangle {
 }
 
 impl Rectangle {
-    /// The rectangle whose one side has the direction `yaw`, in radians, and the other stands across it.
+    /// The rectangle whose one side has the direction `yaw`, in radians, and the other stands
+    /// across it.
     pub fn new(centre: PlanePoint, [along, across]: [f64; 2], yaw: f64) -> Self {
         use std::f64::consts::{FRAC_PI_2, PI};
         let (size, yaw) = match along < across {
@@ -66,8 +67,8 @@ pub fn convex_hull(points: &[PlanePoint]) -> Vec<PlanePoint> {
     hull
 }
 
-/// The points that are not strictly inside the octagon of the extreme points in eight directions; none of
-/// the others is on the hull (Akl and Toussaint 1978).
+/// The points that are not strictly inside the octagon of the extreme points in eight directions;
+/// none of the others is on the hull (Akl and Toussaint 1978).
 fn outer_points(points: &[PlanePoint]) -> Vec<PlanePoint> {
     const FEW: usize = 16;
     if points.len() <= FEW {
@@ -144,13 +145,14 @@ fn span(points: &[PlanePoint], axis: [f64; 2]) -> (f64, f64) {
     along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), t| (low.min(t), high.max(t)))
 }
 
-/// Whether two convex regions touch or overlap (separating axes). Points and segments count as regions.
+/// Whether two convex regions touch or overlap (separating axes). Points and segments count as
+/// regions.
 pub fn overlap(a: &[PlanePoint], b: &[PlanePoint]) -> bool {
     !a.is_empty() && !b.is_empty() && !separated_by_a_side(a, b) && !separated_by_a_side(b, a)
 }
 
-/// Distance between two convex regions in metres, 0 where they touch or overlap; infinite from an empty
-/// region.
+/// Distance between two convex regions in metres, 0 where they touch or overlap; infinite from an
+/// empty region.
 pub fn distance(a: &[PlanePoint], b: &[PlanePoint]) -> f64 {
     if overlap(a, b) {
         return 0.0;

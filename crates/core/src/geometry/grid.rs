@@ -2,7 +2,8 @@
 
 use std::ops::{Index, IndexMut};
 
-/// Rows x columns values in row-major order: the value at (row, column) is `values[row * columns + column]`.
+/// Rows x columns values in row-major order: the value at (row, column) is `values[row * columns +
+/// column]`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Grid<T> {
     rows: usize,

@@ -25,8 +25,9 @@ impl<const D: usize> KdTree<D> {
         KdTree(tree.and_then(Result::ok))
     }
 
-    /// The `k` points nearest to a place and no farther than `reach` metres, the nearest first, those of one
-    /// distance by their numbers. Which of several at the distance of the last are left out is not said.
+    /// The `k` points nearest to a place and no farther than `reach` metres, the nearest first,
+    /// those of one distance by their numbers. Which of several at the distance of the last are
+    /// left out is not said.
     pub fn nearest(&self, at: [f64; D], k: usize, reach: f64) -> Vec<Near> {
         let (Some(tree), Some(k)) = (&self.0, NonZero::new(k)) else { return Vec::new() };
         let query = tree.query(&at).nearest_n::<SquaredEuclidean<f64>>(k).within(reach * reach);
@@ -63,7 +64,8 @@ mod tests {
     }
 
     proptest::proptest! {
-        /// Few distinct coordinates, so that many points coincide or share one, more than a leaf holds.
+        /// Few distinct coordinates, so that many points coincide or share one, more than a leaf
+        /// holds.
         #[test]
         fn agrees_with_looking_at_every_point(
             grid in proptest::collection::vec((0..4_u8, 0..9_u8, 0..3_u8), 0..400),

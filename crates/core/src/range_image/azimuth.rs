@@ -4,8 +4,8 @@ use std::f32::consts::{FRAC_PI_2, PI};
 
 use crate::cloud::point_cloud::PointCloud;
 
-/// N: azimuth in radians, counter-clockwise from the x axis, in [-pi, pi]; NaN for points that are no
-/// return, and for no others.
+/// N: azimuth in radians, counter-clockwise from the x axis, in [-pi, pi]; NaN for points that are
+/// no return, and for no others.
 pub(super) fn azimuths(cloud: &PointCloud) -> Vec<f32> {
     let points = cloud.x.iter().zip(&cloud.y).zip(&cloud.z);
     points.map(|((&x, &y), &z)| azimuth(x, y, z)).collect()
@@ -13,9 +13,9 @@ pub(super) fn azimuths(cloud: &PointCloud) -> Vec<f32> {
 
 /// atan2(y, x), or NaN if (x, y, z) is no return ([`PointCloud::is_return`]).
 ///
-/// The polynomial is that of Abramowitz and Stegun 4.4.49, which is off by at most 2e-8 in exact arithmetic
-/// and 4e-7 in this one: a ten-thousandth of a column. It compiles to a few vector instructions and gives
-/// the same bits everywhere.
+/// The polynomial is that of Abramowitz and Stegun 4.4.49, which is off by at most 2e-8 in exact
+/// arithmetic and 4e-7 in this one: a ten-thousandth of a column. It compiles to a few vector
+/// instructions and gives the same bits everywhere.
 fn azimuth(x: f32, y: f32, z: f32) -> f32 {
     let is_steep = y.abs() > x.abs();
     let (long, short) = if is_steep { (y.abs(), x.abs()) } else { (x.abs(), y.abs()) };

@@ -6,8 +6,9 @@ use nalgebra::{Isometry3, Point3};
 
 use super::projection::Projection;
 
-/// The rows of an image that one sensor made. An image has one band, but for a cloud merged of several sensors:
-/// there they lie one below the other, and no pixel of one is a neighbour of another's.
+/// The rows of an image that one sensor made. An image has one band, but for a cloud merged of
+/// several sensors: there they lie one below the other, and no pixel of one is a neighbour of
+/// another's.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Band {
     /// The sensor's number in the cloud, where the cloud has such numbers.
@@ -18,8 +19,8 @@ pub struct Band {
     pub projection: Projection,
     /// Angle from one shot of a beam to the next, radians.
     pub column_step: f64,
-    /// Pose of the sensor in the cloud's frame, metres: where its beams leave from, and the axis that they turn
-    /// about as z. The identity unless the data says otherwise.
+    /// Pose of the sensor in the cloud's frame, metres: where its beams leave from, and the axis
+    /// that they turn about as z. The identity unless the data says otherwise.
     pub sensor: Isometry3<f64>,
 }
 
@@ -29,8 +30,8 @@ impl Band {
         self.sensor == Isometry3::identity()
     }
 
-    /// A position of the cloud as seen from where the sensor stands, in the directions of the cloud's frame,
-    /// metres.
+    /// A position of the cloud as seen from where the sensor stands, in the directions of the
+    /// cloud's frame, metres.
     #[inline]
     pub fn from_sensor(&self, position: [f64; 3]) -> [f64; 3] {
         let origin = &self.sensor.translation.vector;
@@ -47,8 +48,8 @@ impl Band {
     }
 }
 
-/// A return seen from elsewhere, in single precision: still a return, even where it lies at the new origin or too far
-/// away for a number.
+/// A return seen from elsewhere, in single precision: still a return, even where it lies at the new
+/// origin or too far away for a number.
 pub(super) fn as_return(position: [f64; 3]) -> [f32; 3] {
     let [x, y, z] = position.map(|along| (along as f32).clamp(f32::MIN, f32::MAX));
     if [x, y, z] == [0.0; 3] { [0.0, 0.0, f32::MIN_POSITIVE] } else { [x, y, z] }

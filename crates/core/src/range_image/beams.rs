@@ -39,16 +39,17 @@ impl Rings {
         self.astray < 0.3
     }
 
-    /// Row of each ring number, row 0 the highest: rings sorted by the median elevation of their returns.
-    /// Where that is all but monotone in the ring number, plain ascending or descending order is used, so
-    /// that a ring with few returns cannot fall out of line.
+    /// Row of each ring number, row 0 the highest: rings sorted by the median elevation of their
+    /// returns. Where that is all but monotone in the ring number, plain ascending or descending
+    /// order is used, so that a ring with few returns cannot fall out of line.
     pub fn rows(&self) -> Vec<u16> {
         rows_by_slope(&self.medians)
     }
 }
 
-/// Whether rings are beams that go up and down as they turn, as in a frame that is not the sensor's, and not
-/// patches or modules: returns that follow each other in azimuth differ little in elevation.
+/// Whether rings are beams that go up and down as they turn, as in a frame that is not the
+/// sensor's, and not patches or modules: returns that follow each other in azimuth differ little in
+/// elevation.
 pub(super) fn are_swept(sweep: &Sweep, ring: &[u16]) -> bool {
     const CALM: f64 = 1.5 * PI / 180.0;
     let place = |&point: &u32| {
@@ -87,8 +88,8 @@ fn median_slopes(sweep: &Sweep, ring: &[u16]) -> Option<Vec<Option<f64>>> {
     Some(slopes(sweep, ring)?.iter_mut().map(|beam| median(beam)).collect())
 }
 
-/// For each ring number the slopes of its returns, of the sample where they are many. `None` without any return
-/// or with a ring number that is no beam.
+/// For each ring number the slopes of its returns, of the sample where they are many. `None`
+/// without any return or with a ring number that is no beam.
 fn slopes(sweep: &Sweep, ring: &[u16]) -> Option<Vec<Vec<f64>>> {
     const MANY: usize = 256;
     let counts = returns_of_rings(sweep, ring);
@@ -138,9 +139,9 @@ fn slope(cloud: &PointCloud, point: usize) -> f64 {
     z / (x * x + y * y).sqrt().max(f64::MIN_POSITIVE)
 }
 
-/// The row of every point of a cloud stored beam after beam (KITTI's, and many converters'), and the number
-/// of rows: the azimuth runs round once per beam. `None` unless the turns are beams, that is unless their
-/// median elevations lie in order.
+/// The row of every point of a cloud stored beam after beam (KITTI's, and many converters'), and
+/// the number of rows: the azimuth runs round once per beam. `None` unless the turns are beams,
+/// that is unless their median elevations lie in order.
 pub(super) fn rows_of_turns(sweep: &Sweep) -> Option<(Vec<u16>, usize)> {
     [0.0, PI].iter().find_map(|&seam| {
         let mut turns = turns(&sweep.azimuth, seam)?;
@@ -160,8 +161,8 @@ pub(super) fn rows_of_turns(sweep: &Sweep) -> Option<(Vec<u16>, usize)> {
     })
 }
 
-/// The turn of the azimuth (radians, NaN for no return) in which each point was stored; a turn ends where
-/// the azimuth jumps at the seam. `None` if they are fewer or more than beams.
+/// The turn of the azimuth (radians, NaN for no return) in which each point was stored; a turn ends
+/// where the azimuth jumps at the seam. `None` if they are fewer or more than beams.
 fn turns(azimuth: &[f32], seam: f64) -> Option<Vec<u16>> {
     const FEWEST_BEAMS: u16 = 4;
     const MOST_TURNS: u16 = 256;
@@ -193,11 +194,12 @@ fn turns(azimuth: &[f32], seam: f64) -> Option<Vec<u16>> {
     (turn + 1 >= FEWEST_BEAMS).then_some(turns)
 }
 
-/// Neighbouring returns of a beam are nearer than this, radians, but for those on either side of the seam.
+/// Neighbouring returns of a beam are nearer than this, radians, but for those on either side of
+/// the seam.
 const JUMP: f64 = 0.9 * PI;
 
-/// Whether azimuths (radians) are those of returns, do not jump and stay clear of both seams, 0 and pi. All
-/// but a few blocks of a cloud stored beam after beam are calm.
+/// Whether azimuths (radians) are those of returns, do not jump and stay clear of both seams, 0 and
+/// pi. All but a few blocks of a cloud stored beam after beam are calm.
 fn is_calm(azimuths: &[f32]) -> bool {
     const SURELY_NO_JUMP: f32 = 2.8;
     const CLEAR_OF_PI: f32 = 3.1;
@@ -222,8 +224,9 @@ fn are_ordered(medians: &[Option<f64>]) -> bool {
     steps > 0 && (falling * 20 >= steps * 19 || falling * 20 <= steps)
 }
 
-/// Elevations of the beams in radians, highest first, from a histogram of all returns. `None` unless
-/// returns crowd on few of its bins, as those of a sensor do whose beams leave from one point.
+/// Elevations of the beams in radians, highest first, from a histogram of all returns. `None`
+/// unless returns crowd on few of its bins, as those of a sensor do whose beams leave from one
+/// point.
 pub(super) fn elevation_peaks(cloud: &PointCloud) -> Option<Vec<f64>> {
     const BIN: f64 = 0.05 * PI / 180.0;
     const MOST_OCCUPIED: f64 = 0.25;

@@ -6,15 +6,15 @@ use super::image::NOWHERE;
 use super::sweep::{BLOCK, Sweep, common_row};
 use crate::geometry::statistics::median;
 
-/// From azimuths to columns. Columns run clockwise seen from above, column 0 beginning behind the sensor
-/// (azimuth pi) but for a beam's shift.
+/// From azimuths to columns. Columns run clockwise seen from above, column 0 beginning behind the
+/// sensor (azimuth pi) but for a beam's shift.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Columns {
     /// Columns of the full circle.
     pub count: usize,
-    /// Added to the column coordinate of a row's points, in columns; empty for none. It puts the shots
-    /// of a beam that fires at fixed azimuths into the middle of the columns, where noise cannot throw
-    /// two of them into one.
+    /// Added to the column coordinate of a row's points, in columns; empty for none. It puts the
+    /// shots of a beam that fires at fixed azimuths into the middle of the columns, where noise
+    /// cannot throw two of them into one.
     shift: Vec<f64>,
 }
 
@@ -24,8 +24,8 @@ impl Columns {
         Columns { count, shift: Vec::new() }
     }
 
-    /// Columns as far apart as neighbouring returns of one beam, or `default` where no beam has enough
-    /// returns to tell; and each beam's shift.
+    /// Columns as far apart as neighbouring returns of one beam, or `default` where no beam has
+    /// enough returns to tell; and each beam's shift.
     pub fn of_beams(
         sweep: &Sweep,
         row: &[u16],
@@ -39,8 +39,8 @@ impl Columns {
         columns
     }
 
-    /// N: the pixel of every point of an azimuth (radians, NaN for no return) and a row below `rows`, or
-    /// [`NOWHERE`].
+    /// N: the pixel of every point of an azimuth (radians, NaN for no return) and a row below
+    /// `rows`, or [`NOWHERE`].
     pub fn pixels(&self, azimuth: &[f32], row: &[u16], rows: usize) -> Vec<u32> {
         let shift = |row: usize| self.shift.get(row).copied().unwrap_or(0.0);
         let of_row: Vec<(f64, i32)> =
@@ -53,8 +53,8 @@ impl Columns {
         pixels
     }
 
-    /// First what depends on the row is looked up, then all columns are found, then wrapped: each a loop of
-    /// vector instructions. `of_row` holds the shift and the first pixel of each row.
+    /// First what depends on the row is looked up, then all columns are found, then wrapped: each a
+    /// loop of vector instructions. `of_row` holds the shift and the first pixel of each row.
     fn pixels_of_block(
         &self,
         azimuth: &[f32],
@@ -91,9 +91,9 @@ impl Columns {
     }
 }
 
-/// Columns of the full circle from the azimuth steps between neighbouring returns of some of the beams:
-/// the mean of the steps about as long as the median one, so that neither jitter nor lost returns count.
-/// `None` where no beam has enough returns.
+/// Columns of the full circle from the azimuth steps between neighbouring returns of some of the
+/// beams: the mean of the steps about as long as the median one, so that neither jitter nor lost
+/// returns count. `None` where no beam has enough returns.
 fn count(sweep: &Sweep, row: &[u16], rows: usize) -> Option<usize> {
     const FEWEST_STEPS: usize = 32;
     const SAME_SHOT: f64 = 2e-5;
@@ -138,8 +138,9 @@ fn sampled_beams(sweep: &Sweep, row: &[u16], rows: usize) -> Vec<Vec<f32>> {
     samples
 }
 
-/// The shift of each row, from a sample of its points: what brings the circular mean of their places
-/// within a column to the middle, where those places agree (mean resultant length above one half).
+/// The shift of each row, from a sample of its points: what brings the circular mean of their
+/// places within a column to the middle, where those places agree (mean resultant length above one
+/// half).
 fn shifts(sweep: &Sweep, row: &[u16], rows: usize, columns: &Columns) -> Vec<f64> {
     const AGREEMENT: f64 = 0.5;
     let mut sums = vec![[0.0; 3]; rows];
@@ -156,13 +157,15 @@ fn shifts(sweep: &Sweep, row: &[u16], rows: usize, columns: &Columns) -> Vec<f64
     sums.into_iter().map(shift).collect()
 }
 
-/// Sine and cosine of the place within its column of each point of the sample, a column being a turn.
+/// Sine and cosine of the place within its column of each point of the sample, a column being a
+/// turn.
 fn directions(sweep: &Sweep, columns: &Columns) -> Vec<[f64; 2]> {
     let azimuths: Vec<f32> = sweep.sample.iter().map(|&p| sweep.azimuth[p as usize]).collect();
     azimuths.into_iter().map(|azimuth| sin_cos_of_turns(columns.coordinate(azimuth))).collect()
 }
 
-/// The largest integer not above a number from 0 to 2^31, in vector instructions of every processor.
+/// The largest integer not above a number from 0 to 2^31, in vector instructions of every
+/// processor.
 #[inline]
 fn floor(x: f64) -> i32 {
     // Adding this rounds to an integer, which the lowest bits of the sum then hold.
@@ -172,8 +175,8 @@ fn floor(x: f64) -> i32 {
     (rounded - if is_above { 1.0 } else { 0.0 }).to_bits() as i32
 }
 
-/// Sine and cosine of an angle in turns, of less than 2^49 turns, by their Taylor series within an eighth
-/// of a turn: to 4e-16, the same bits everywhere, and in vector instructions.
+/// Sine and cosine of an angle in turns, of less than 2^49 turns, by their Taylor series within an
+/// eighth of a turn: to 4e-16, the same bits everywhere, and in vector instructions.
 fn sin_cos_of_turns(turns: f64) -> [f64; 2] {
     // Adding this rounds to an integer, which the lowest bits of the sum then hold.
     const ROUNDS: f64 = 1.5 * (1_u64 << 52) as f64;

@@ -10,8 +10,8 @@ const LEAST_GAP: f64 = 20.0 * PI / 180.0;
 /// Bins of azimuth, half a degree each.
 const BINS: usize = 720;
 
-/// Whether nothing was measured around azimuth pi, where the columns begin and end, and the gap is wider than
-/// a scan that closes has.
+/// Whether nothing was measured around azimuth pi, where the columns begin and end, and the gap is
+/// wider than a scan that closes has.
 pub(super) fn is_open_behind(sweep: &Sweep) -> bool {
     const FEW: usize = 4 * BINS;
     let occupied = if sweep.sample.len() < FEW {
@@ -22,8 +22,8 @@ pub(super) fn is_open_behind(sweep: &Sweep) -> bool {
     largest_gap(&occupied).is_some_and(|gap| gap.end >= BINS)
 }
 
-/// The azimuths that a scan covers in radians, from right to left: start and width. All of the circle where it
-/// closes.
+/// The azimuths that a scan covers in radians, from right to left: start and width. All of the
+/// circle where it closes.
 pub(super) fn covered(azimuths: impl Iterator<Item = f32>) -> (f64, f64) {
     let angle = |bins: usize| bins as f64 * TAU / BINS as f64;
     match largest_gap(&occupied(azimuths)) {
@@ -44,7 +44,8 @@ fn occupied(azimuths: impl Iterator<Item = f32>) -> Vec<bool> {
     occupied
 }
 
-/// The largest gap in bins, which may run beyond the last one; `None` where the scan closes, and of no return.
+/// The largest gap in bins, which may run beyond the last one; `None` where the scan closes, and of
+/// no return.
 fn largest_gap(occupied: &[bool]) -> Option<Range<usize>> {
     let first = occupied.iter().position(|&is_occupied| is_occupied)?;
     let mut largest = 0..0;

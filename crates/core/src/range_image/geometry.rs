@@ -55,8 +55,8 @@ pub struct BandGeometry {
     pub azimuth_degrees: [f64; 2],
     /// Whether it looks all round.
     pub closes: bool,
-    /// Where it stands in the cloud's frame, metres, and how its axis leans from the frame's z, degrees; `None`
-    /// at the origin and along z.
+    /// Where it stands in the cloud's frame, metres, and how its axis leans from the frame's z,
+    /// degrees; `None` at the origin and along z.
     pub stands: Option<[f64; 4]>,
 }
 

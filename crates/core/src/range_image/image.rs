@@ -14,20 +14,21 @@ pub const NOWHERE: u32 = u32::MAX;
 pub struct RangeImage {
     /// Which projection made it.
     pub projection: Projection,
-    /// The sensors that made it, from the upper rows to the lower ones: one, but for a merged cloud.
+    /// The sensors that made it, from the upper rows to the lower ones: one, but for a merged
+    /// cloud.
     pub bands: Vec<Band>,
     /// Whether columns 0 and W-1 are neighbours.
     pub wraps: bool,
-    /// By how many columns the rows of an organised cloud were turned against each other at most, before they
-    /// were brought into line; 0 if they stood in line.
+    /// By how many columns the rows of an organised cloud were turned against each other at most,
+    /// before they were brought into line; 0 if they stood in line.
     pub stagger: usize,
-    /// Whether row 0 is the highest beam. Always so but for an organised cloud stored bottom up, which
-    /// stays as it stands.
+    /// Whether row 0 is the highest beam. Always so but for an organised cloud stored bottom up,
+    /// which stays as it stands.
     pub top_row_first: bool,
     /// H x W: the point in each pixel, or [`NOWHERE`].
     pub point_of_pixel: Grid<u32>,
-    /// N: the pixel that each point falls into, or [`NOWHERE`] if it is no return. A shadowed point has
-    /// the pixel of the point that shadows it.
+    /// N: the pixel that each point falls into, or [`NOWHERE`] if it is no return. A shadowed point
+    /// has the pixel of the point that shadows it.
     pub pixel_of_point: Vec<u32>,
 }
 
@@ -70,8 +71,9 @@ impl RangeImage {
         placed.count() - seen.count()
     }
 
-    /// For each row the angle to the farther of the two rows next to it, radians, by the mean elevations of
-    /// a sample of its returns. A row without any has the mean step of all; so has the only row.
+    /// For each row the angle to the farther of the two rows next to it, radians, by the mean
+    /// elevations of a sample of its returns. A row without any has the mean step of all; so has
+    /// the only row.
     pub fn row_steps(&self, cloud: &PointCloud) -> Vec<f64> {
         const EVERY: usize = 16;
         let of_row = |row: usize| {
@@ -121,7 +123,8 @@ impl RangeImage {
     }
 }
 
-/// For each row of one sensor the angle to the farther of the two next to it, given the elevation of each.
+/// For each row of one sensor the angle to the farther of the two next to it, given the elevation
+/// of each.
 fn row_steps(rows: &[Option<f64>]) -> Vec<f64> {
     let known: Vec<(usize, f64)> =
         rows.iter().enumerate().filter_map(|(row, e)| Some((row, (*e)?))).collect();

@@ -1,13 +1,14 @@
-//! The range image: H x W pixels, row 0 the highest beam, columns in scan order (paper, section III;
-//! ALGORITHM section 1).
+//! The range image: H x W pixels, row 0 the highest beam, columns in scan order (paper, section
+//! III; ALGORITHM section 1).
 //!
-//! Several projections lead there: an organised cloud is the image as it stands (beams that are turned against
-//! each other brought back into line); a `ring` or `channel` field gives the rows; without one the rows come
-//! from the order of storage or from the elevation, its beams estimated from the data; where there are no
-//! beams, pixels are as fine as the points lie. Columns then come from the azimuth. A cloud merged of several
-//! sensors that tells them apart is an image of each ([`Band`]), one below the other.
-//! Where several points fall into one pixel the nearest wins
-//! (ties: the lower point index); the others are *shadowed* and get their label after the clustering.
+//! Several projections lead there: an organised cloud is the image as it stands (beams that are
+//! turned against each other brought back into line); a `ring` or `channel` field gives the rows;
+//! without one the rows come from the order of storage or from the elevation, its beams estimated
+//! from the data; where there are no beams, pixels are as fine as the points lie. Columns then come
+//! from the azimuth. A cloud merged of several sensors that tells them apart is an image of each
+//! ([`Band`]), one below the other. Where several points fall into one pixel the nearest wins
+//! (ties: the lower point index); the others are *shadowed* and get their label after the
+//! clustering.
 
 mod angles;
 mod azimuth;
@@ -63,12 +64,16 @@ mod tests {
     proptest::proptest! {
         #[test]
         fn every_return_of_any_cloud_has_a_pixel(
-            picks in proptest::collection::vec((0..12_usize, 0..12_usize, 0..12_usize, 0..6_u16, 0..3_u16), 0..600),
+            picks in proptest::collection::vec(
+                (0..12_usize, 0..12_usize, 0..12_usize, 0..6_u16, 0..3_u16),
+                0..600,
+            ),
             rows in 1..3_usize,
             told in 0..4,
         ) {
             let odd = [
-                0.0, 1.0, -3.0, 1e-40, 1e38, -3e38, f32::NAN, f32::INFINITY, 15.999_999, -15.999_999, 1.8, 0.25,
+                0.0, 1.0, -3.0, 1e-40, 1e38, -3e38, f32::NAN, f32::INFINITY, 15.999_999,
+                -15.999_999, 1.8, 0.25,
             ];
             let count = picks.len() / rows * rows;
             let axis = |of: fn(&(usize, usize, usize, u16, u16)) -> usize| {
@@ -76,8 +81,9 @@ mod tests {
             };
             let cloud = PointCloud::new(axis(|p| p.0), axis(|p| p.1), axis(|p| p.2)).unwrap();
             let mut cloud = cloud.organised(rows, count / rows).unwrap();
-            cloud.ring = (told % 2 == 1).then(|| picks[..count].iter().map(|pick| pick.3).collect());
-            cloud.source = (told > 1).then(|| picks[..count].iter().map(|pick| pick.4).collect());
+            let picks = || picks[..count].iter();
+            cloud.ring = (told % 2 == 1).then(|| picks().map(|pick| pick.3).collect());
+            cloud.source = (told > 1).then(|| picks().map(|pick| pick.4).collect());
             let image = RangeImage::new(&cloud, &ProjectionParams::default());
             for point in 0..count {
                 proptest::prop_assert_eq!(image.pixel_of(point).is_some(), cloud.is_return(point));

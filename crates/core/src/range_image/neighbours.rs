@@ -23,10 +23,10 @@ pub struct Reach {
 
 /// For every object pixel its neighbours left, right, up and down, as numbers of object pixels.
 ///
-/// `objects` holds the object pixels, `pixels` the same as a list, `group` a group per object pixel: only
-/// pixels of one group are neighbours. In each direction the nearest object pixel of the same group within
-/// reach is the neighbour; all others are stepped over (ALGORITHM section 4). A pixel is never its own
-/// neighbour.
+/// `objects` holds the object pixels, `pixels` the same as a list, `group` a group per object
+/// pixel: only pixels of one group are neighbours. In each direction the nearest object pixel of
+/// the same group within reach is the neighbour; all others are stepped over (ALGORITHM section 4).
+/// A pixel is never its own neighbour.
 pub fn neighbours(
     objects: &PixelSet,
     pixels: &[u32],
@@ -92,8 +92,8 @@ fn link_row(
     }
 }
 
-/// Links the object pixels of two rows that lie in one column and have nothing between them; `step` pixels
-/// lie between one and the other.
+/// Links the object pixels of two rows that lie in one column and have nothing between them; `step`
+/// pixels lie between one and the other.
 fn link_rows(
     pixels: &[u32],
     upper: Range<usize>,

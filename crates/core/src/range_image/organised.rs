@@ -1,10 +1,10 @@
 //! Organised clouds: the image as it stands.
 //!
-//! Two things are put right. Some drivers call a cloud organised whose rows are no sweeps (modules, returns in
-//! the order of firing, all first returns before all second ones): that is projected as if it were not. And
-//! where a column is a moment of measurement, beams that are turned against each other make neighbouring rows
-//! stand aside from one another (Ouster's staggered form; an organised VLP-32C): each row is then turned by
-//! whole columns until the columns look one way.
+//! Two things are put right. Some drivers call a cloud organised whose rows are no sweeps (modules,
+//! returns in the order of firing, all first returns before all second ones): that is projected as
+//! if it were not. And where a column is a moment of measurement, beams that are turned against
+//! each other make neighbouring rows stand aside from one another (Ouster's staggered form; an
+//! organised VLP-32C): each row is then turned by whole columns until the columns look one way.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
@@ -19,8 +19,8 @@ use crate::geometry::grid::Grid;
 use crate::geometry::statistics::median;
 use nalgebra::Isometry3;
 
-/// The elevation of one beam stays within this standard deviation over a turn, radians: offsets of the
-/// lasers and a tilted mount included, and well below the field of view of any scanner.
+/// The elevation of one beam stays within this standard deviation over a turn, radians: offsets of
+/// the lasers and a tilted mount included, and well below the field of view of any scanner.
 const BEAM_SPREAD: f64 = 0.5 * PI / 180.0;
 
 /// The cloud's own grid.
@@ -67,7 +67,8 @@ pub(super) fn project(cloud: &PointCloud, params: &ProjectionParams) -> Option<R
     Some(image(&layout, params, step, closes, &shifts))
 }
 
-/// Whether returns that follow each other in a row leap in elevation, as those in the order of firing do.
+/// Whether returns that follow each other in a row leap in elevation, as those in the order of
+/// firing do.
 fn leaps(layout: &Layout) -> bool {
     const CALM: f64 = 1.5 * PI / 180.0;
     const ROWS: usize = 16;
@@ -86,9 +87,9 @@ fn leaps(layout: &Layout) -> bool {
     changes.len() >= FEWEST_PAIRS && median(&mut changes).is_some_and(|change| change > CALM)
 }
 
-/// Whether several rows are one beam by the ring field: rows of one number that have one elevation. A cloud in the order
-/// of firing whose declared rows hold whole shots looks so. (Rows of one number that differ in elevation belong to one
-/// module of a sensor that numbers those.)
+/// Whether several rows are one beam by the ring field: rows of one number that have one elevation.
+/// A cloud in the order of firing whose declared rows hold whole shots looks so. (Rows of one
+/// number that differ in elevation belong to one module of a sensor that numbers those.)
 fn splits_beams(layout: &Layout) -> bool {
     const EACH: usize = 8;
     let Some(ring) = &layout.cloud.ring else {
@@ -173,8 +174,8 @@ fn image(
     }
 }
 
-/// Median over lines of the standard deviation of the elevation within a line, in radians. `None` where
-/// fewer than four lines have enough returns to tell.
+/// Median over lines of the standard deviation of the elevation within a line, in radians. `None`
+/// where fewer than four lines have enough returns to tell.
 fn spread(
     cloud: &PointCloud,
     lines: usize,
@@ -215,8 +216,9 @@ fn column_step(layout: &Layout) -> Option<f64> {
     median(&mut steps)
 }
 
-/// By how many columns each row is turned to the right so that all columns look one way; all 0 where they do so
-/// already, and where the scan does not close (`step` is the azimuth step of one that does, radians).
+/// By how many columns each row is turned to the right so that all columns look one way; all 0
+/// where they do so already, and where the scan does not close (`step` is the azimuth step of one
+/// that does, radians).
 ///
 /// Rounding in the driver leaves up to half a column either way, so only what differs by
 /// [`LEAST_STAGGER`] columns is taken for a stagger; a few columns tell whether there is one.
@@ -243,8 +245,9 @@ fn shifts(layout: &Layout, step: Option<f64>) -> Vec<usize> {
     places.into_iter().map(|p| shift(p).rem_euclid(layout.columns as i64) as usize).collect()
 }
 
-/// By how many columns each row is turned to the right against the first one that has returns: circular means of the
-/// azimuths of its returns, one column in so many, less those that their columns stand for. `None` of too few.
+/// By how many columns each row is turned to the right against the first one that has returns:
+/// circular means of the azimuths of its returns, one column in so many, less those that their
+/// columns stand for. `None` of too few.
 fn places(layout: &Layout, per_column: f64, every: usize) -> Vec<Option<f64>> {
     const FEWEST_RETURNS: usize = 6;
     let place = |row: usize| {

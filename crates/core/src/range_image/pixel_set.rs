@@ -3,8 +3,8 @@
 /// Bits of a word.
 const WORD: usize = u64::BITS as usize;
 
-/// M of the H x W pixels of an image, numbered from 0 in row-major order: a bit per pixel, and per 64 pixels
-/// how many of the set lie before them.
+/// M of the H x W pixels of an image, numbered from 0 in row-major order: a bit per pixel, and per
+/// 64 pixels how many of the set lie before them.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct PixelSet {
     rows: usize,

@@ -162,7 +162,8 @@ fn by_elevations(cloud: &PointCloud) -> Option<Rows> {
     })
 }
 
-/// Rows of equal elevation: the size that is asked for, else as fine as the points lie, else the paper's.
+/// Rows of equal elevation: the size that is asked for, else as fine as the points lie, else the
+/// paper's.
 fn by_uniform_elevation(sweep: &Sweep, params: &ProjectionParams) -> Rows {
     let cloud = sweep.cloud;
     let (upper, lower) = params.field_of_view.unwrap_or_else(|| beams::field_of_view(cloud));

@@ -29,8 +29,9 @@ pub(super) fn of(cloud: &PointCloud) -> Option<BTreeMap<u16, Vec<u32>>> {
 
 /// Projects the points of each sensor for itself.
 ///
-/// Columns are those of the sensor with the most; one with fewer has all its beams in the same ones of them.
-/// None has more than twice as many as it needs, so that neighbours stay within two columns.
+/// Columns are those of the sensor with the most; one with fewer has all its beams in the same ones
+/// of them. None has more than twice as many as it needs, so that neighbours stay within two
+/// columns.
 pub(super) fn project(
     cloud: &PointCloud,
     sources: &BTreeMap<u16, Vec<u32>>,

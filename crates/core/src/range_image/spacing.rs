@@ -1,9 +1,9 @@
 //! A spherical image for clouds without beams: as fine as the points lie.
 //!
-//! Scanners that never repeat a curve, and merged clouds that do not say whose a point is, have neither rows nor
-//! columns. What is left is how densely the returns cover the sphere around the sensor: a pixel has half the area
-//! that one return has for itself, so that few returns share one (a fifth, if they fall at random) and the next
-//! one is at most a pixel or two away.
+//! Scanners that never repeat a curve, and merged clouds that do not say whose a point is, have
+//! neither rows nor columns. What is left is how densely the returns cover the sphere around the
+//! sensor: a pixel has half the area that one return has for itself, so that few returns share one
+//! (a fifth, if they fall at random) and the next one is at most a pixel or two away.
 
 use std::f64::consts::{PI, TAU};
 
@@ -20,7 +20,8 @@ pub(super) struct Resolution {
     pub columns: usize,
 }
 
-/// The resolution between two elevations (radians, upper and lower); `None` of too few returns to tell.
+/// The resolution between two elevations (radians, upper and lower); `None` of too few returns to
+/// tell.
 pub(super) fn resolution(sweep: &Sweep, (upper, lower): (f64, f64)) -> Option<Resolution> {
     const FEWEST_RETURNS: usize = 256;
     const ROWS: (f64, f64) = (16.0, 512.0);

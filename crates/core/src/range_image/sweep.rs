@@ -1,10 +1,11 @@
-//! What the search for rows and columns reads of an unorganised cloud: azimuths, and a sample of its
-//! returns.
+//! What the search for rows and columns reads of an unorganised cloud: azimuths, and a sample of
+//! its returns.
 
 use super::azimuth::azimuths;
 use crate::cloud::point_cloud::PointCloud;
 
-/// An unorganised cloud of N points with what its projection needs to know of each, found in one go.
+/// An unorganised cloud of N points with what its projection needs to know of each, found in one
+/// go.
 pub(super) struct Sweep<'a> {
     pub cloud: &'a PointCloud,
     /// N: azimuth in radians; NaN for points that are no return.
@@ -21,8 +22,8 @@ impl<'a> Sweep<'a> {
     }
 }
 
-/// The returns whose hashed coordinates end in three zeros. Which points those are cannot be foreseen, so
-/// each is written down and most are written over, without a branch.
+/// The returns whose hashed coordinates end in three zeros. Which points those are cannot be
+/// foreseen, so each is written down and most are written over, without a branch.
 fn sample(cloud: &PointCloud, azimuth: &[f32]) -> Vec<u32> {
     let mut sample = Vec::with_capacity(cloud.len() / 6);
     let (mut is_found, mut found) = ([false; BLOCK], [0; BLOCK]);

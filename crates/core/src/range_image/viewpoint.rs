@@ -1,9 +1,11 @@
-//! Where the sensor of a cloud stands that has been brought into another frame: the vehicle's, or a level one.
+//! Where the sensor of a cloud stands that has been brought into another frame: the vehicle's, or a
+//! level one.
 //!
-//! A beam that turns about an axis sweeps a cone: all its returns are seen from the sensor under one angle to the
-//! axis. Origin and axis are those under which the angles of each ring agree best: five numbers, found by damped
-//! least squares on the sines of those angles, each ring's own angle being eliminated, and returns that fit
-//! badly weighing little (Cauchy's weights). Only rings are needed, no order and no time.
+//! A beam that turns about an axis sweeps a cone: all its returns are seen from the sensor under
+//! one angle to the axis. Origin and axis are those under which the angles of each ring agree best:
+//! five numbers, found by damped least squares on the sines of those angles, each ring's own angle
+//! being eliminated, and returns that fit badly weighing little (Cauchy's weights). Only rings are
+//! needed, no order and no time.
 
 use nalgebra::{Isometry3, Matrix5, Point3, Translation3, UnitQuaternion, Vector3, Vector5};
 
@@ -15,8 +17,8 @@ use crate::geometry::statistics::median;
 const MOST_RETURNS: usize = 4000;
 /// Beams agree with a cone within this, radians: a tenth of a degree.
 const AGREEMENT: f64 = 0.0018;
-/// No sensor stands farther from the origin of the frame it reports in, metres: the length of a lorry. (Seen from
-/// far enough anything agrees.)
+/// No sensor stands farther from the origin of the frame it reports in, metres: the length of a
+/// lorry. (Seen from far enough anything agrees.)
 const FARTHEST: f64 = 20.0;
 
 /// The pose of the sensor in the cloud's frame, z its axis; `None` unless the rings say it clearly.
@@ -51,11 +53,12 @@ pub(super) fn of_rings(sweep: &Sweep, ring: &[u16]) -> Option<Isometry3<f64>> {
     (cost < AGREEMENT && view.origin.norm() < FARTHEST).then(|| view.pose())
 }
 
-/// Where a sensor may stand that reports in a frame which lies on the ground, as those of vehicles do; `None` where the
-/// frame hangs above the ground, as a sensor's own does.
+/// Where a sensor may stand that reports in a frame which lies on the ground, as those of vehicles
+/// do; `None` where the frame hangs above the ground, as a sensor's own does.
 ///
-/// Nothing but the ground says so: of most square metres around the origin the lowest return lies at the height of
-/// the origin, where no sensor could see it. The height is that of a car's roof, for want of better.
+/// Nothing but the ground says so: of most square metres around the origin the lowest return lies
+/// at the height of the origin, where no sensor could see it. The height is that of a car's roof,
+/// for want of better.
 pub(super) fn over_ground(cloud: &PointCloud) -> Option<Isometry3<f64>> {
     const AROUND: f32 = 16.0;
     const SIDE: usize = 32;
@@ -119,7 +122,8 @@ impl View {
     }
 }
 
-/// How far the sine of each return's angle is from those of its ring, and how it changes with the view.
+/// How far the sine of each return's angle is from those of its ring, and how it changes with the
+/// view.
 struct Residuals {
     rows: Vec<(f64, Vector5<f64>, usize)>,
     /// Median distance from the median of the ring.

@@ -9,7 +9,8 @@ use crate::geometry::grid::Grid;
 pub struct BandView {
     /// Numbers of its points in the whole cloud, ascending.
     pub points: Vec<u32>,
-    /// Those points, the sensor at the origin and the directions those of the whole cloud; positions alone.
+    /// Those points, the sensor at the origin and the directions those of the whole cloud;
+    /// positions alone.
     pub cloud: PointCloud,
     /// The band as an image of that cloud.
     pub image: RangeImage,

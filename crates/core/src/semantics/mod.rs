@@ -1,5 +1,5 @@
-//! Where the object mask comes from (ALGORITHM section 2): the classes of a field, ground removal, or
-//! every return.
+//! Where the object mask comes from (ALGORITHM section 2): the classes of a field, ground removal,
+//! or every return.
 
 pub mod ground;
 mod object_mask;

@@ -13,7 +13,8 @@ pub enum MaskSource<'a> {
     NotGround(&'a GroundParams),
     /// Every return.
     All,
-    /// Returns that are marked, one mark for each of N points: for what-ifs with objects known otherwise.
+    /// Returns that are marked, one mark for each of N points: for what-ifs with objects known
+    /// otherwise.
     Marked(&'a [bool]),
 }
 
@@ -37,8 +38,8 @@ pub struct ObjectMask {
     pub lookalikes: Vec<u8>,
     /// Points whose class was corrected, ascending, with the raw ids they have now.
     pub corrected: Vec<(u32, u16)>,
-    /// N: how likely the point is ground, 0 to 1 ([`ground::Ground::confidence`]); `None` where the mask does not come
-    /// from ground removal.
+    /// N: how likely the point is ground, 0 to 1 ([`ground::Ground::confidence`]); `None` where the
+    /// mask does not come from ground removal.
     pub ground: Option<Vec<f32>>,
     /// Whether ground removal found the ground above the sensor.
     pub ground_is_overhead: bool,

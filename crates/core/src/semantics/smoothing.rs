@@ -1,13 +1,13 @@
 //! Imperfect classes made consistent before anything is cut from them.
 //!
-//! A network errs point by point at the borders of objects: single points of a car are lost to the road, single
-//! points of the wall behind it are called car. Either way a point stands against its neighbours in space, which
-//! rarely happens in true classes. How often it happens in a frame tells how far its classes are to be trusted:
-//! below a limit they are taken as they are, above it the neighbours of a point outvote it, the more easily
-//! the noisier the frame.
+//! A network errs point by point at the borders of objects: single points of a car are lost to the
+//! road, single points of the wall behind it are called car. Either way a point stands against its
+//! neighbours in space, which rarely happens in true classes. How often it happens in a frame tells
+//! how far its classes are to be trusted: below a limit they are taken as they are, above it the
+//! neighbours of a point outvote it, the more easily the noisier the frame.
 //!
-//! The classes of a family count as one here: which of them an object is, all of its points decide later, and
-//! points that flicker between car and truck say nothing against its borders.
+//! The classes of a family count as one here: which of them an object is, all of its points decide
+//! later, and points that flicker between car and truck say nothing against its borders.
 
 use serde::Serialize;
 
@@ -30,10 +30,11 @@ pub struct Smoothing {
     pub steps: f64,
     /// Share of the votes that a class needs in order to replace a point's own.
     pub agreement: f64,
-    /// Share of the points near a border between classes that stand against their neighbours, up to which
-    /// classes are taken as they are.
+    /// Share of the points near a border between classes that stand against their neighbours, up to
+    /// which classes are taken as they are.
     pub trusted: f64,
-    /// Votes that a point's own class counts, times that share: the rarer errors are, the more it counts.
+    /// Votes that a point's own class counts, times that share: the rarer errors are, the more it
+    /// counts.
     pub own_votes: f64,
     /// How often the points are gone through.
     pub rounds: usize,
@@ -69,11 +70,11 @@ const USUAL: f64 = 0.01;
 /// Object points that are looked at to tell how noisy a frame is.
 const SAMPLE: usize = 128;
 
-/// Corrects the classes of a mask; `raw` are the ids they come from. Returns the points whose class changed,
-/// ascending, with the ids they have now.
+/// Corrects the classes of a mask; `raw` are the ids they come from. Returns the points whose class
+/// changed, ascending, with the ids they have now.
 ///
-/// Time: that of looking at [`SAMPLE`] points where the classes can be trusted, else linear in the points on
-/// both sides of the borders of objects.
+/// Time: that of looking at [`SAMPLE`] points where the classes can be trusted, else linear in the
+/// points on both sides of the borders of objects.
 pub(super) fn smooth(
     cloud: &PointCloud,
     image: &RangeImage,
@@ -84,7 +85,7 @@ pub(super) fn smooth(
 ) -> Vec<(u32, u16)> {
     let is_thing: Vec<bool> = taxonomy.classes().iter().map(|class| class.is_thing).collect();
     let families = taxonomy.families();
-    let mut votes = Electorate {
+    let mut votes = NeighbourVotes {
         cloud,
         image,
         params,
@@ -98,27 +99,14 @@ pub(super) fn smooth(
     }
     let is_noisy = |class: u16| noise[usize::from(families[usize::from(class)])] > params.trusted;
     let mut ids = raw.to_vec();
-    let mut looked_at = votes.near_objects(mask, is_noisy);
+    let mut candidates = votes.near_objects(mask, is_noisy);
     for round in 0..params.rounds {
-        let mut changes = Vec::new();
-        for point in looked_at {
-            let own = families[usize::from(mask.class[point])];
-            let Some(verdict) = votes.around(point, &mask.class) else { continue };
-            let noise = noise[usize::from(own)].max(noise[usize::from(verdict.class)]);
-            if noise <= params.trusted {
-                continue;
-            }
-            let own_votes = (params.own_votes / noise) as f32 * votes.weight(point);
-            let needed = params.agreement as f32 * (verdict.total + own_votes);
-            let concerns_things =
-                is_thing[usize::from(own)] || is_thing[usize::from(verdict.class)];
-            if verdict.class != own
-                && concerns_things
-                && verdict.votes >= needed.max(verdict.own + own_votes)
-            {
-                changes.push((point, mask.class[verdict.voter], ids[verdict.voter]));
-            }
-        }
+        let changes = votes.changes(&candidates, mask, &noise, &is_thing);
+        // All votes of a round count before any of its changes: voters keep what they had.
+        let changes: Vec<(usize, u16, u16)> = changes
+            .into_iter()
+            .map(|(point, voter)| (point, mask.class[voter], ids[voter]))
+            .collect();
         for &(point, class, id) in &changes {
             ids[point] = id;
             mask.class[point] = class;
@@ -129,10 +117,10 @@ pub(super) fn smooth(
         if changes.is_empty() || round + 1 == params.rounds {
             break;
         }
-        // Where nothing changed, nobody votes otherwise than before.
+        // Votes change only in the windows of points that changed.
         let changed = votes.windows(changes.iter().map(|change| change.0));
-        looked_at = votes.near_objects(mask, is_noisy);
-        looked_at.retain(|&point| image.pixel_of(point).is_some_and(|pixel| changed[pixel]));
+        candidates = votes.near_objects(mask, is_noisy);
+        candidates.retain(|&point| image.pixel_of(point).is_some_and(|pixel| changed[pixel]));
     }
     (0_u32..)
         .zip(raw.iter().zip(&ids))
@@ -142,7 +130,7 @@ pub(super) fn smooth(
 }
 
 /// The neighbours of points and their votes.
-struct Electorate<'a> {
+struct NeighbourVotes<'a> {
     cloud: &'a PointCloud,
     image: &'a RangeImage,
     params: &'a Smoothing,
@@ -155,7 +143,7 @@ struct Electorate<'a> {
 }
 
 /// What the neighbours of a point say.
-struct Verdict {
+struct Votes {
     /// Votes for the family of the point's own class.
     own: f32,
     /// All votes.
@@ -168,14 +156,41 @@ struct Verdict {
     voter: usize,
 }
 
-impl Electorate<'_> {
+impl NeighbourVotes<'_> {
     /// What the vote of a point counts: as much as its class is sure.
     fn weight(&self, point: usize) -> f32 {
         self.cloud.confidence.as_ref().map_or(1.0, |confidence| confidence[point])
     }
 
-    /// By family of things: the share of the points on and beside its objects, near a border, that stand against
-    /// their neighbours.
+    /// The candidates that their neighbours outvote, each with a neighbour whose class it takes.
+    fn changes(
+        &mut self,
+        candidates: &[usize],
+        mask: &ObjectMask,
+        noise: &[f64],
+        is_thing: &[bool],
+    ) -> Vec<(usize, usize)> {
+        let params = self.params;
+        let mut changes = Vec::new();
+        for &point in candidates {
+            let own = self.families[usize::from(mask.class[point])];
+            let Some(votes) = self.around(point, &mask.class) else { continue };
+            let noise = noise[usize::from(own)].max(noise[usize::from(votes.class)]);
+            if noise <= params.trusted || votes.class == own {
+                continue;
+            }
+            let own_votes = (params.own_votes / noise) as f32 * self.weight(point);
+            let needed = params.agreement as f32 * (votes.total + own_votes);
+            let concerns_things = is_thing[usize::from(own)] || is_thing[usize::from(votes.class)];
+            if concerns_things && votes.votes >= needed.max(votes.own + own_votes) {
+                changes.push((point, votes.voter));
+            }
+        }
+        changes
+    }
+
+    /// By family of things: the share of the points on and beside its objects, near a border, that
+    /// stand against their neighbours.
     fn noise(&mut self, mask: &ObjectMask, is_thing: &[bool]) -> Vec<f64> {
         let mut members: Vec<Vec<u32>> = vec![Vec::new(); is_thing.len()];
         for (point, _) in (0_u32..).zip(&mask.is_object).filter(|&(_, &is)| is) {
@@ -205,8 +220,8 @@ impl Electorate<'_> {
                 }
             }
         }
-        // Few points are no evidence: as if as many as PRIOR had been found before, at the rate of the frame, and for
-        // the frame, at the rate of true classes.
+        // Few points are no evidence: as if as many as PRIOR had been found before, at the rate of
+        // the frame, and for the frame, at the rate of true classes.
         let rate =
             |isolated: f64, all: f64, before: f64| (isolated + PRIOR * before) / (all + PRIOR);
         let frame = rate(isolated.iter().sum(), at_border.iter().sum(), USUAL);
@@ -250,9 +265,9 @@ impl Electorate<'_> {
         }
     }
 
-    /// The votes around a point; `None` where it has no pixel or no neighbours. A neighbour's vote falls from
-    /// 1 beside the point to 0 at the radius.
-    fn around(&mut self, point: usize, class: &[u16]) -> Option<Verdict> {
+    /// The votes around a point; `None` where it has no pixel or no neighbours. A neighbour's vote
+    /// falls from 1 beside the point to 0 at the radius.
+    fn around(&mut self, point: usize, class: &[u16]) -> Option<Votes> {
         let pixel = self.image.pixel_of(point)?;
         let position = self.cloud.position(point);
         let band = self.image.band_of(pixel);
@@ -290,7 +305,7 @@ impl Electorate<'_> {
             counts[usize::from(family)] = 0.0;
         }
         (self.counts, self.named) = (counts, named);
-        best.map(|(voter, votes)| Verdict { own, total, class: family(voter), votes, voter })
+        best.map(|(voter, votes)| Votes { own, total, class: family(voter), votes, voter })
     }
 }
 

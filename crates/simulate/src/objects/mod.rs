@@ -1,4 +1,5 @@
-//! What stands and moves in the scenes, built of shapes; x forward, y left, z up from the ground, metres.
+//! What stands and moves in the scenes, built of shapes; x forward, y left, z up from the ground,
+//! metres.
 
 pub(super) mod cycle;
 pub(super) mod person;

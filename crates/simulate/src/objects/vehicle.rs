@@ -176,8 +176,8 @@ impl Vehicle {
         }
     }
 
-    /// Lower body, cabin and what is inside; the body reaches from `-length / 2` to `length / 2`, moved
-    /// by `shift` along x.
+    /// Lower body, cabin and what is inside; the body reaches from `-length / 2` to `length / 2`,
+    /// moved by `shift` along x.
     fn add_body(&self, parts: &mut Parts, length: f64, shift: f64, roof: f64, cabin: &Cabin) {
         let half = [0.5 * length, 0.5 * self.width];
         let move_x = |[x, y, z]: [f64; 3]| [x + shift, y, z];

@@ -1,4 +1,5 @@
-//! The hills: a street up and down, cars parked on the right, a low wall and hedges on the left, houses.
+//! The hills: a street up and down, cars parked on the right, a low wall and hedges on the left,
+//! houses.
 
 use rand::RngExt;
 

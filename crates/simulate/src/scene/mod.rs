@@ -1,5 +1,5 @@
-//! The scenes as layers of tiles: what a tile holds depends on the seed and its number alone, so that a
-//! drive has no end and any of its frames can be made without the others.
+//! The scenes as layers of tiles: what a tile holds depends on the seed and its number alone, so
+//! that a drive has no end and any of its frames can be made without the others.
 
 mod crowd;
 mod hills;
@@ -29,8 +29,8 @@ pub enum Scene {
     Parking,
     /// A pedestrian street full of people.
     Crowd,
-    /// A street over steep hills: slopes of 15 %, crests, dips and crossfall, parked cars on one side, a
-    /// low wall and hedges on the other.
+    /// A street over steep hills: slopes of 15 %, crests, dips and crossfall, parked cars on one
+    /// side, a low wall and hedges on the other.
     Hills,
     /// A yard of low walls (0.3 to 0.6 m), kerbs, hedges and fences along and across.
     Yard,
@@ -89,7 +89,8 @@ impl World {
         World { seed, ground: Ground::new(seed, relief, strips), layers, ego }
     }
 
-    /// The foot of the ego vehicle after `time` seconds: on the ground, x ahead, z along its normal.
+    /// The foot of the ego vehicle after `time` seconds: on the ground, x ahead, z along its
+    /// normal.
     pub fn ego(&self, time: f64) -> Isometry3<f64> {
         let x = self.ego.speed * time;
         self.ground.frame_on_slope(x, self.ego.y, 0.0)

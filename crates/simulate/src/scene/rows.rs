@@ -95,7 +95,8 @@ pub(super) fn cyclists(tile: &mut Tile<'_>, y: f64) {
     }
 }
 
-/// Trees, lamps, signs and parked bicycles along a kerb; lamps reach over the road on side `side` (+-1).
+/// Trees, lamps, signs and parked bicycles along a kerb; lamps reach over the road on side `side`
+/// (+-1).
 pub(super) fn verge(tile: &mut Tile<'_>, y: f64, side: f64) {
     let mut along = 2.0;
     while along < TILE - 4.0 {
@@ -134,8 +135,8 @@ fn bicycle_stand(tile: &mut Tile<'_>, along: f64, y: f64) {
     }
 }
 
-/// A low boundary along the line y = const, metres: a wall of 0.3 to 0.6 m or a hedge, in pieces short
-/// enough to follow the ground, with gaps to walk through.
+/// A low boundary along the line y = const, metres: a wall of 0.3 to 0.6 m or a hedge, in pieces
+/// short enough to follow the ground, with gaps to walk through.
 pub(super) fn low_boundary(tile: &mut Tile<'_>, y: f64) {
     const PIECE: f64 = 2.0;
     let wall = tile.rng.random_range(0.3..0.6);

@@ -73,8 +73,8 @@ impl<'a> Tile<'a> {
         if self.speed < 0.0 { std::f64::consts::PI } else { 0.0 }
     }
 
-    /// Stands an object on the ground `along` metres from the tile's beginning, turned by `yaw` radians.
-    /// A thing for which no id is left is not placed.
+    /// Stands an object on the ground `along` metres from the tile's beginning, turned by `yaw`
+    /// radians. A thing for which no id is left is not placed.
     pub fn place(&mut self, model: Model, along: f64, y: f64, yaw: f64) {
         let id = if model.is_thing() {
             match self.ids.next() {

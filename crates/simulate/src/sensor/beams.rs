@@ -32,15 +32,17 @@ const VLP32C: [f64; 32] = [
     -7.254, -8.843, -11.31, -15.639, -25.0,
 ];
 
-/// Elevations of a Pandar40P in degrees: a third of a degree apart from +2 to -6, a degree and more elsewhere.
+/// Elevations of a Pandar40P in degrees: a third of a degree apart from +2 to -6, a degree and more
+/// elsewhere.
 const PANDAR40P: [f64; 40] = [
     15.0, 11.0, 8.0, 5.0, 3.0, 2.0, 1.67, 1.33, 1.0, 0.67, 0.33, 0.0, -0.33, -0.67, -1.0, -1.33,
     -1.67, -2.0, -2.33, -2.67, -3.0, -3.33, -3.67, -4.0, -4.33, -4.67, -5.0, -5.33, -5.67, -6.0,
     -7.0, -8.0, -9.0, -10.0, -11.0, -12.0, -13.0, -14.0, -19.0, -25.0,
 ];
 
-/// Beams that lie `finest` degrees apart at the horizon and ever farther from each other towards the limits:
-/// a straight line and a cube in the distance from the beam nearest to the horizon. `level` shifts that one.
+/// Beams that lie `finest` degrees apart at the horizon and ever farther from each other towards
+/// the limits: a straight line and a cube in the distance from the beam nearest to the horizon.
+/// `level` shifts that one.
 fn graded(row: usize, beams: usize, finest: f64, [upper, lower]: [f64; 2], level: f64) -> f64 {
     let last = (beams - 1) as f64;
     let middle = (last * upper / (upper - lower) - level).round();
@@ -102,8 +104,8 @@ pub(super) fn lissajous(shot: usize) -> [f64; 2] {
     [azimuth.to_radians(), elevation.to_radians()]
 }
 
-/// A shot of a Mid-360: a line nods while it goes round, and each of the four lies a little above the other;
-/// radians.
+/// A shot of a Mid-360: a line nods while it goes round, and each of the four lies a little above
+/// the other; radians.
 pub(super) fn rosette(line: usize, shot: usize) -> [f64; 2] {
     let turns = shot as f64 / Sensor::Mid360.columns() as f64;
     let azimuth = TAU * (turns * 29.0 * 1.618_033_988_75 + 0.013 * line as f64).fract();

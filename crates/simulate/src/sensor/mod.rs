@@ -83,13 +83,15 @@ impl Sensor {
         !matches!(self, Sensor::M1 | Sensor::Hap)
     }
 
-    /// Elevation of beam `row` in radians, row 0 being the highest; of a raster that straight ahead.
+    /// Elevation of beam `row` in radians, row 0 being the highest; of a raster that straight
+    /// ahead.
     pub fn elevation(self, row: usize) -> f64 {
         beams::elevation(self, row).to_radians()
     }
 
-    /// Azimuth of the middle of `column` in radians, counter-clockwise from x. No column of the HDL-64E,
-    /// which has an odd number of them, points straight ahead, where its storage begins and ends.
+    /// Azimuth of the middle of `column` in radians, counter-clockwise from x. No column of the
+    /// HDL-64E, which has an odd number of them, points straight ahead, where its storage begins
+    /// and ends.
     pub fn azimuth(self, column: usize) -> f64 {
         let firing = column as f64 + if self == Sensor::Hdl64e { 0.0 } else { 0.5 };
         PI - TAU * firing / self.columns() as f64
@@ -157,7 +159,8 @@ impl Sensor {
         }
     }
 
-    /// Range in metres at which a white, perpendicular surface still comes back in 63 of 100 firings.
+    /// Range in metres at which a white, perpendicular surface still comes back in 63 of 100
+    /// firings.
     pub(super) fn reach(self) -> f64 {
         match self {
             Sensor::Hdl64e | Sensor::Vls128 => 240.0,
@@ -244,7 +247,8 @@ impl Sensor {
     }
 }
 
-/// Row, from the highest, of a VLP-16's laser: even lasers climb from -15 degrees, odd ones from +1.
+/// Row, from the highest, of a VLP-16's laser: even lasers climb from -15 degrees, odd ones from
+/// +1.
 fn vlp16_row(laser: usize) -> usize {
     15 - (laser / 2 + 8 * (laser % 2))
 }

@@ -8,8 +8,9 @@ const NEVER: f32 = f32::INFINITY;
 
 /// The slopes of one column from `anchor` on, a place known or taken to be ground.
 ///
-/// Each return is measured against the last flat one at least a baseline before it. Faces do not move
-/// the anchor, so that whatever lies beyond them is measured against the ground in front of them.
+/// Each return is measured against the last flat one at least a baseline before it. Faces do not
+/// move the anchor, so that whatever lies beyond them is measured against the ground in front of
+/// them.
 pub(super) fn climb(column: &[Return], anchor: Return, limits: &Limits, slopes: &mut [f32]) {
     let mut anchor = anchor;
     for (up, seen) in column.iter().enumerate().filter(|(_, seen)| seen.exists()) {
@@ -24,7 +25,8 @@ pub(super) fn climb(column: &[Return], anchor: Return, limits: &Limits, slopes: 
     }
 }
 
-/// Rejects the return `top` and those right under it, down to the foot of the face that they are on.
+/// Rejects the return `top` and those right under it, down to the foot of the face that they are
+/// on.
 fn reject_face(column: &[Return], top: usize, wall_slope: f32, slopes: &mut [f32]) {
     slopes[top] = NEVER;
     let head = column[top];
@@ -59,8 +61,8 @@ impl Limits {
         }
     }
 
-    /// Rise over run, never less run than the baseline: what stands or hangs in front of the anchor is
-    /// steep as well.
+    /// Rise over run, never less run than the baseline: what stands or hangs in front of the anchor
+    /// is steep as well.
     fn slope(&self, rise: f32, run: f32) -> f32 {
         rise / run.max(self.baseline)
     }

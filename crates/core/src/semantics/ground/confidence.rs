@@ -1,10 +1,10 @@
 //! How likely each point is ground.
 //!
-//! Two things are known of a point: how it came to be taken for ground or not ([`Evidence`]), and its
-//! height over the surface of the ground around it, as a share of the height from which on a point
-//! is no longer ground (which grows with the scatter of that ground). The confidence is the share of
-//! ground among labelled points of the same evidence and height, smoothed by a logistic curve. A
-//! point is ground where its confidence is one half or more.
+//! Two things are known of a point: how it came to be taken for ground or not ([`Evidence`]), and
+//! its height over the surface of the ground around it, as a share of the height from which on a
+//! point is no longer ground (which grows with the scatter of that ground). The confidence is the
+//! share of ground among labelled points of the same evidence and height, smoothed by a logistic
+//! curve. A point is ground where its confidence is one half or more.
 
 use super::flood_fill::FloodFill;
 use super::height_map::HeightMap;
@@ -32,8 +32,8 @@ enum Evidence {
     Shadowed,
 }
 
-/// Share of ground among the points of a kind as their height over the ground grows: from `low` to `high`,
-/// half way at `middle`; all heights as shares of the height that is not believed.
+/// Share of ground among the points of a kind as their height over the ground grows: from `low` to
+/// `high`, half way at `middle`; all heights as shares of the height that is not believed.
 struct Curve {
     low: f64,
     high: f64,
@@ -51,9 +51,9 @@ impl Curve {
     }
 }
 
-/// By [`Evidence`], in its order. Fitted by maximum likelihood, one quarter of the weight each, to drives 00, 03 and 05
-/// of SemanticKITTI (18 scans) and to simulated sweeps of all scenes and sensors (seeds 101 and 102; as
-/// usual, tilted, low, high, in rain, over wet ground).
+/// By [`Evidence`], in its order. Fitted by maximum likelihood, one quarter of the weight each, to
+/// drives 00, 03 and 05 of SemanticKITTI (18 scans) and to simulated sweeps of all scenes and
+/// sensors (seeds 101 and 102; as usual, tilted, low, high, in rain, over wet ground).
 const CURVES: [Curve; 6] = [
     Curve::new([0.998, 0.101, 0.841, 0.164], 0.0, 0.002),
     Curve::new([0.980, 0.022, 1.083, 0.260], 0.0, 0.056),
@@ -139,8 +139,8 @@ pub(super) fn confidence(
     confidence
 }
 
-/// By row from the bottom up: the distance in metres from which on a step within ground may hide between
-/// the row and the one below.
+/// By row from the bottom up: the distance in metres from which on a step within ground may hide
+/// between the row and the one below.
 fn sparse_from(profile: &Profile, params: &GroundParams) -> Vec<f32> {
     profile.row_steps().into_iter().map(|slope| params.step as f32 / slope).collect()
 }

@@ -28,8 +28,8 @@ impl<'a> FloodFill<'a> {
         }
     }
 
-    /// Makes ground of the flat returns that `is_start` picks by their position, and of all that follows
-    /// from them.
+    /// Makes ground of the flat returns that `is_start` picks by their position, and of all that
+    /// follows from them.
     pub fn start(&mut self, is_start: impl Fn([f32; 3]) -> bool) {
         for index in 0..self.is_flat.len() {
             let is_open = self.is_flat[index] && !self.is_ground[index];
@@ -85,16 +85,16 @@ impl<'a> FloodFill<'a> {
         }
     }
 
-    /// Rows lie metres apart far off, so the allowed rise grows with the run. Never downwards: from the
-    /// ground behind a car, its roof is as good a neighbour as a gentle slope.
+    /// Rows lie metres apart far off, so the allowed rise grows with the run. Never downwards: from
+    /// the ground behind a car, its roof is as good a neighbour as a gentle slope.
     fn join_above(&mut self, from: usize) {
         let [here, above] = [from, from + 1].map(|index| self.profile.returns[index].distance);
         let rise = self.step + self.slope_change * (above - here).abs();
         self.join(from, from + 1, rise);
     }
 
-    /// Neighbours of one row lie close together on ground; a jump of the distance is an edge, whatever
-    /// slope it makes.
+    /// Neighbours of one row lie close together on ground; a jump of the distance is an edge,
+    /// whatever slope it makes.
     fn join_along_row(&mut self, from: usize, to: usize) {
         self.join(from, to, self.step);
     }

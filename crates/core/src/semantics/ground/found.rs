@@ -5,8 +5,8 @@
 pub struct Ground {
     /// N: whether each point is ground.
     pub is_ground: Vec<bool>,
-    /// N: how likely that is, 0 to 1: at least one half where it is ground, less where it is not, 0 where
-    /// there is no return.
+    /// N: how likely that is, 0 to 1: at least one half where it is ground, less where it is not, 0
+    /// where there is no return.
     pub confidence: Vec<f32>,
     /// Whether it lies above the sensor, as where z points down.
     pub is_overhead: bool,

@@ -1,10 +1,11 @@
-//! The height of the ground seen from above: a grid around the sensor, and coarser grids for where it has
-//! gaps.
+//! The height of the ground seen from above: a grid around the sensor, and coarser grids for where
+//! it has gaps.
 
 use super::params::GroundParams;
 use crate::geometry::grid::Grid;
 
-/// Mean heights of the ground on square grids around the sensor, each twice as coarse as the one before.
+/// Mean heights of the ground on square grids around the sensor, each twice as coarse as the one
+/// before.
 #[derive(Debug)]
 pub(super) struct HeightMap {
     pub cell: f32,
@@ -18,8 +19,8 @@ impl HeightMap {
     /// Cells along each side of the finest grid: 128 m to either side in cells of 1 m, beyond which
     /// rings of ground are too far apart to say anything about their surroundings.
     pub const SIDE: usize = 256;
-    /// Grids, the coarsest of cells four times as wide as the finest: as far as ground can be guessed
-    /// to a third of a metre on a 10 % road.
+    /// Grids, the coarsest of cells four times as wide as the finest: as far as ground can be
+    /// guessed to a third of a metre on a 10 % road.
     const LEVELS: usize = 3;
     /// How much the band widens with the side of coarser cells, m/m: a 10 % road over half of it.
     const BAND_GROWTH: f32 = 0.05;

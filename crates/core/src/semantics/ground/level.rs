@@ -1,14 +1,16 @@
-//! Which way is up: the turn from the sensor's frame to one whose z is the normal of the ground around it.
+//! Which way is up: the turn from the sensor's frame to one whose z is the normal of the ground
+//! around it.
 //!
-//! Sensors are mounted tilted, hung upside down, and recorded in frames with z down. All later steps read
-//! heights and slopes, so they are given the cloud turned until the ground around it lies level.
+//! Sensors are mounted tilted, hung upside down, and recorded in frames with z down. All later
+//! steps read heights and slopes, so they are given the cloud turned until the ground around it
+//! lies level.
 //!
-//! Steps: returns from which the next one of their column lies no steeper than `STEEPEST`, the lowest and
-//! the highest of each cell around the sensor; the plane that most of the lowest lie on, and that of the
-//! highest, by random sample consensus (Fischler and Bolles 1981, scored as Torr and Zisserman's MSAC 2000)
-//! over a fixed sequence of samples; the one below the sensor unless the one above has several times its
-//! support. A ceiling over a floor is therefore a ceiling, and a sensor that hangs upside down between both
-//! takes it for the floor.
+//! Steps: returns from which the next one of their column lies no steeper than `STEEPEST`, the
+//! lowest and the highest of each cell around the sensor; the plane that most of the lowest lie on,
+//! and that of the highest, by random sample consensus (Fischler and Bolles 1981, scored as Torr
+//! and Zisserman's MSAC 2000) over a fixed sequence of samples; the one below the sensor unless the
+//! one above has several times its support. A ceiling over a floor is therefore a ceiling, and a
+//! sensor that hangs upside down between both takes it for the floor.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
@@ -26,8 +28,8 @@ pub(super) struct Level {
     pub is_upside_down: bool,
 }
 
-/// Steepest chord between two returns of a column that are taken for ground, rise over run in the sensor's
-/// frame: 40 degrees, 30 of tilt and a 10 % road on top.
+/// Steepest chord between two returns of a column that are taken for ground, rise over run in the
+/// sensor's frame: 40 degrees, 30 of tilt and a 10 % road on top.
 const STEEPEST: f32 = 0.84;
 /// Most tilt, as a tangent: 30 degrees.
 const MOST_TILT: f32 = 0.58;
@@ -35,8 +37,8 @@ const MOST_TILT: f32 = 0.58;
 const CLEARANCE: f32 = 0.2;
 /// One column in this many is looked at.
 const COLUMN_STRIDE: usize = 8;
-/// Planes tried. With 40 % of the cells on the ground, the chance that none of so many samples of three
-/// lies wholly on it is below one in a thousand.
+/// Planes tried. With 40 % of the cells on the ground, the chance that none of so many samples of
+/// three lies wholly on it is below one in a thousand.
 const SAMPLES: u32 = 128;
 /// Cells, spread over all of them, that choose among the planes.
 const JUDGES: usize = 128;
@@ -44,8 +46,8 @@ const JUDGES: usize = 128;
 const BAND: f32 = 0.3;
 /// A plane above the sensor is the ground only with this many times the support of the one below.
 const UPSIDE_DOWN_SUPPORT: f32 = 2.5;
-/// Distance beyond a plane in metres from which on a cell speaks against it: nothing is seen through the
-/// ground, but for a dip.
+/// Distance beyond a plane in metres from which on a cell speaks against it: nothing is seen
+/// through the ground, but for a dip.
 const BEYOND: f32 = 3.0 * BAND;
 
 impl Level {
@@ -98,7 +100,8 @@ impl Level {
     }
 }
 
-/// Flat returns near the sensor: of each cell around it the lowest below the sensor, and the highest above.
+/// Flat returns near the sensor: of each cell around it the lowest below the sensor, and the
+/// highest above.
 fn flat_cells(
     cloud: &PointCloud,
     image: &RangeImage,
@@ -131,7 +134,8 @@ fn flat_cells(
     extremes.map(|extremes| extremes.positions.into_iter().flatten().collect())
 }
 
-/// The position farthest from the sensor's horizontal plane in each cell of a square around the sensor.
+/// The position farthest from the sensor's horizontal plane in each cell of a square around the
+/// sensor.
 struct Extremes {
     cell: f32,
     side: usize,
@@ -220,8 +224,8 @@ impl Consensus {
         Consensus { support: positions.iter().map(agreement).sum(), ..self }
     }
 
-    /// Unit normal of the least-squares plane through the positions that agree, with a weak pull to this
-    /// plane, which settles what a single ring or line leaves open.
+    /// Unit normal of the least-squares plane through the positions that agree, with a weak pull to
+    /// this plane, which settles what a single ring or line leaves open.
     fn refined(&self, positions: &[Vector3<f32>]) -> Vector3<f32> {
         let mut normal_matrix = Matrix3::from_diagonal(&Vector3::new(1e-3, 1.0, 1.0));
         let mut right = Vector3::zeros();

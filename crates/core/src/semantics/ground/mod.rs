@@ -1,31 +1,36 @@
-//! Ground removal on the range image after Bogoslavskyi and Stachniss (2016), "Fast range image-based
-//! segmentation of sparse 3D laser scans for online operation".
+//! Ground removal on the range image after Bogoslavskyi and Stachniss (2016), "Fast range
+//! image-based segmentation of sparse 3D laser scans for online operation".
 //!
-//! As in the paper, slopes come from each column read from the bottom up, and ground spreads from pixel to
-//! neighbouring pixel. No sensor height or mount is asked for: the sensor may be tilted by 30 degrees, and z may point down.
+//! As in the paper, slopes come from each column read from the bottom up, and ground spreads from
+//! pixel to neighbouring pixel. No sensor height or mount is asked for: the sensor may be tilted by
+//! 30 degrees, and z may point down.
 //!
 //! Steps:
-//! 1. `Level`: which way is up; all that follows reads the cloud turned until the ground lies level.
+//! 1. `Level`: which way is up; all that follows reads the cloud turned until the ground lies
+//!    level.
 //! 2. `Profile`: every column as distances and heights, bottom up.
-//! 3. `Plane`: a plane through the lowest flat returns around the sensor says where the ground starts.
+//! 3. `Plane`: a plane through the lowest flat returns around the sensor says where the ground
+//!    starts.
 //! 4. `column_slopes`: the slope of each return against the last ground below it in its column.
-//! 5. `FloodFill`: flat returns on the plane are ground, and so are flat returns continuous with them.
-//! 6. `HeightMap`: the ground heights seen from above; flat returns at the height of the ground around
-//!    them start to spread anew, which finds the ground behind occluders.
+//! 5. `FloodFill`: flat returns on the plane are ground, and so are flat returns continuous with
+//!    them.
+//! 6. `HeightMap`: the ground heights seen from above; flat returns at the height of the ground
+//!    around them start to spread anew, which finds the ground behind occluders.
 //! 7. `Surface`: planes through that ground, what stands on it left out.
-//! 8. `confidence`: how likely each point is ground, by how it came to be taken for it or not and by its height
-//!    over the surface; a shadowed one by its height alone.
+//! 8. `confidence`: how likely each point is ground, by how it came to be taken for it or not and
+//!    by its height over the surface; a shadowed one by its height alone.
 //!
-//! Departures from the paper: slopes are measured over a baseline rather than between successive rows
-//! and then smoothed by a Savitzky-Golay filter (one row spans centimetres near the sensor and metres
-//! far off, so that no one filter width fits both); they are taken against the last ground below, not the
-//! last return; a face that rises higher than a kerb is rejected down to its foot; ground spreads
-//! upwards and sideways, never down the image; steps 1, 3, 6, 7 and 8 are additions.
+//! Departures from the paper: slopes are measured over a baseline rather than between successive
+//! rows and then smoothed by a Savitzky-Golay filter (one row spans centimetres near the sensor and
+//! metres far off, so that no one filter width fits both); they are taken against the last ground
+//! below, not the last return; a face that rises higher than a kerb is rejected down to its foot;
+//! ground spreads upwards and sideways, never down the image; steps 1, 3, 6, 7 and 8 are additions.
 //!
-//! Time O(H W + N) and memory O(H W) plus the height map, at most 256 x 256 cells and their pyramid, and
-//! 64 x 64 tiles.
+//! Time O(H W + N) and memory O(H W) plus the height map, at most 256 x 256 cells and their
+//! pyramid, and 64 x 64 tiles.
 //!
-//! A column of one return is judged by the plane alone. An image of one row has no slopes and no ground.
+//! A column of one return is judged by the plane alone. An image of one row has no slopes and no
+//! ground.
 
 mod climb;
 mod confidence;

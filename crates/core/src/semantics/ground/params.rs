@@ -3,32 +3,34 @@
 /// Parameters of the ground removal.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct GroundParams {
-    /// Steepest ground, radians from the level plane that is found around the sensor. Default 25 degrees: a
-    /// road of 10 % (6 degrees), the error of that plane, and a grass bank of 14 degrees (1 in 4).
+    /// Steepest ground, radians from the level plane that is found around the sensor. Default 25
+    /// degrees: a road of 10 % (6 degrees), the error of that plane, and a grass bank of 14 degrees
+    /// (1 in 4).
     pub max_slope: f64,
-    /// Shortest horizontal distance over which a slope is measured, metres; rises over less count as
-    /// over this. Default 0.35: with `max_slope` it lets a kerb of 0.16 pass, and range noise of 0.03
-    /// tilts a slope by 7 degrees.
+    /// Shortest horizontal distance over which a slope is measured, metres; rises over less count
+    /// as over this. Default 0.35: with `max_slope` it lets a kerb of 0.16 pass, and range noise of
+    /// 0.03 tilts a slope by 7 degrees.
     pub baseline: f64,
-    /// Highest step within ground, metres: a kerb of 0.15 and noise. Default 0.2. Anything steeper than
-    /// `wall_slope` that rises more is rejected down to its foot.
+    /// Highest step within ground, metres: a kerb of 0.15 and noise. Default 0.2. Anything steeper
+    /// than `wall_slope` that rises more is rejected down to its foot.
     pub step: f64,
-    /// Slope of a face from which on it is a wall, radians from the horizontal. Default 45 degrees (the
-    /// paper's limit for ground).
+    /// Slope of a face from which on it is a wall, radians from the horizontal. Default 45 degrees
+    /// (the paper's limit for ground).
     pub wall_slope: f64,
-    /// Slope by which ground may leave the level between successive rows of a column when it spreads,
-    /// radians; added to `step`. Default 5 degrees (the paper's largest change of slope).
+    /// Slope by which ground may leave the level between successive rows of a column when it
+    /// spreads, radians; added to `step`. Default 5 degrees (the paper's largest change of slope).
     pub slope_change: f64,
-    /// Largest horizontal distance of the returns that the plane is fitted to and that ground starts
-    /// from, metres; at most 64 cells. Default 20: a sensor 3 m up with a lowest beam of -15 degrees meets the ground at
-    /// 11 m.
+    /// Largest horizontal distance of the returns that the plane is fitted to and that ground
+    /// starts from, metres; at most 64 cells. Default 20: a sensor 3 m up with a lowest beam of -15
+    /// degrees meets the ground at 11 m.
     pub start_distance: f64,
-    /// Side of the cells in which the ground is seen from above, metres. Default 1: a 10 % road rises 0.05 from their centre to
-    /// their edge.
+    /// Side of the cells in which the ground is seen from above, metres. Default 1: a 10 % road
+    /// rises 0.05 from their centre to their edge.
     pub cell: f64,
-    /// How far from the height of the ground around it a return may be ground, metres; more where that
-    /// ground is known only in coarser cells (5 % of the cell's side, a 10 % road's rise over half of
-    /// it). Default 0.08: twice the noise of 0.03 and the roughness of asphalt or short grass.
+    /// How far from the height of the ground around it a return may be ground, metres; more where
+    /// that ground is known only in coarser cells (5 % of the cell's side, a 10 % road's rise over
+    /// half of it). Default 0.08: twice the noise of 0.03 and the roughness of asphalt or short
+    /// grass.
     pub height_band: f64,
 }
 

@@ -13,25 +13,25 @@ use crate::range_image::NOWHERE;
 pub(super) struct Plane([f32; 3]);
 
 impl Plane {
-    /// Least height of a sensor over the ground in metres: nothing is mounted lower, and what a sensor sees
-    /// at its own height is what it stands among.
+    /// Least height of a sensor over the ground in metres: nothing is mounted lower, and what a
+    /// sensor sees at its own height is what it stands among.
     const CLEARANCE: f32 = 0.2;
     /// One column in this many is looked at: the plane has three unknowns.
     const COLUMN_STRIDE: usize = 4;
-    /// Shares of the low flat returns under the heights that fits begin at: low ones, since tables and car
-    /// roofs are flat as well but stand on the ground; several, since tilt or a bank puts any one of
-    /// them off the ground that most lies on.
+    /// Shares of the low flat returns under the heights that fits begin at: low ones, since tables
+    /// and car roofs are flat as well but stand on the ground; several, since tilt or a bank puts
+    /// any one of them off the ground that most lies on.
     const STARTS: [f64; 4] = [0.1, 0.2, 0.35, 0.5];
-    /// Metres from the plane within which returns count, fit by fit. The first leaves room for a few
-    /// degrees of tilt, the last for a kerb.
+    /// Metres from the plane within which returns count, fit by fit. The first leaves room for a
+    /// few degrees of tilt, the last for a kerb.
     const BANDS: [f32; 4] = [0.5, 0.5, 0.3, 0.2];
     /// Farthest that a column's start is moved along the plane in metres: where ground within sight
     /// follows a plane at all.
     const REACH: f32 = 10.0;
 
-    /// Trimmed least squares through flat returns below the sensor, begun at several heights of their lower
-    /// half; the plane that most of them lie on (ties: the lower start). `None` if there is no such
-    /// return, or if the plane passes through the sensor.
+    /// Trimmed least squares through flat returns below the sensor, begun at several heights of
+    /// their lower half; the plane that most of them lie on (ties: the lower start). `None` if
+    /// there is no such return, or if the plane passes through the sensor.
     pub fn of_low_flat_returns(profile: &Profile, params: &GroundParams) -> Option<Plane> {
         let mut low = low_flat_returns(profile, params);
         low.sort_unstable_by(|a, b| a[2].total_cmp(&b[2]));
@@ -63,8 +63,8 @@ impl Plane {
         z - base - along_x * x - along_y * y
     }
 
-    /// Whether ground may start to spread from a flat return: near the sensor and, but for a kerb and
-    /// 3 % of bend, on the plane.
+    /// Whether ground may start to spread from a flat return: near the sensor and, but for a kerb
+    /// and 3 % of bend, on the plane.
     pub fn is_start(&self, position: [f32; 3], params: &GroundParams) -> bool {
         let distance = (position[0] * position[0] + position[1] * position[1]).sqrt();
         distance < params.start_distance as f32
@@ -87,8 +87,9 @@ impl Plane {
 
 /// Flat returns below the sensor and near it, the lowest of each cell of a grid around the sensor.
 ///
-/// By cells, since the sensor's own vehicle or a table under it fills much of the image but little of the
-/// floor. A column starts at its first return, which counts for nothing by itself: one return has no slope.
+/// By cells, since the sensor's own vehicle or a table under it fills much of the image but little
+/// of the floor. A column starts at its first return, which counts for nothing by itself: one
+/// return has no slope.
 fn low_flat_returns(profile: &Profile, params: &GroundParams) -> Vec<[f32; 3]> {
     let limits = Limits::new(params);
     let mut lowest = Cells::new(params);
@@ -140,7 +141,8 @@ impl Cells {
     }
 }
 
-/// Least squares with a weak pull to the horizontal, which settles what a single ring or line leaves open.
+/// Least squares with a weak pull to the horizontal, which settles what a single ring or line
+/// leaves open.
 fn fit<'a>(positions: impl Iterator<Item = &'a [f32; 3]>) -> Option<Plane> {
     let mut normal = Matrix3::from_diagonal(&Vector3::new(1e-6, 1.0, 1.0));
     let mut right = Vector3::zeros();

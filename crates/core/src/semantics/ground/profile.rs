@@ -37,9 +37,9 @@ impl Return {
     }
 }
 
-/// The returns column by column, each column from the bottom up: the return `up` rows above the bottom
-/// of `column` is `returns[column * rows + up]`. (Columns are what every step reads, so they lie
-/// together.)
+/// The returns column by column, each column from the bottom up: the return `up` rows above the
+/// bottom of `column` is `returns[column * rows + up]`. (Columns are what every step reads, so they
+/// lie together.)
 #[derive(Debug)]
 pub(super) struct Profile {
     /// Rows H of the image, the length of a column.
@@ -75,8 +75,8 @@ impl Profile {
         profile
     }
 
-    /// By row from the bottom up: how much steeper its returns look up than those of the row below, as the
-    /// difference of the tangents; the lowest row as the one above it.
+    /// By row from the bottom up: how much steeper its returns look up than those of the row below,
+    /// as the difference of the tangents; the lowest row as the one above it.
     pub fn row_steps(&self) -> Vec<f32> {
         const SAMPLES: usize = 64;
         let mut sums = vec![(0.0_f32, 0_u32); self.rows];

@@ -5,8 +5,9 @@ use super::params::GroundParams;
 use super::plane::Plane;
 use super::profile::Profile;
 
-/// H x W, as the profile: rise over run of each return; infinite where it cannot be ground, NaN without
-/// a return. A column starts on the plane, not at its first return, which may be an object's.
+/// H x W, as the profile: rise over run of each return; infinite where it cannot be ground, NaN
+/// without a return. A column starts on the plane, not at its first return, which may be an
+/// object's.
 pub(super) fn column_slopes(profile: &Profile, plane: &Plane, params: &GroundParams) -> Vec<f32> {
     let limits = Limits::new(params);
     let mut slopes = vec![f32::NAN; profile.returns.len()];

@@ -1,8 +1,8 @@
-//! The surface of the ground: a plane for each tile around the sensor, through the ground of the tiles
-//! about it.
+//! The surface of the ground: a plane for each tile around the sensor, through the ground of the
+//! tiles about it.
 //!
-//! Slopes along a column cannot tell the foot of an object from rising ground where rows lie metres apart;
-//! the ground on all sides can.
+//! Slopes along a column cannot tell the foot of an object from rising ground where rows lie metres
+//! apart; the ground on all sides can.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -40,19 +40,21 @@ struct Moments {
 impl Surface {
     /// Cells along each side of a tile.
     const CELLS: usize = 4;
-    /// Metres over the plane of the fit before from which on cells no longer count, fit by fit: objects stand on the
-    /// ground, so that what lies higher is dropped and what lies lower is kept.
+    /// Metres over the plane of the fit before from which on cells no longer count, fit by fit:
+    /// objects stand on the ground, so that what lies higher is dropped and what lies lower is
+    /// kept.
     const BANDS: [f32; 4] = [f32::INFINITY, 0.3, 0.2, 0.15];
     /// The same in spreads of the fit before, where that is less.
     const SPREADS: f32 = 2.0;
-    /// Metres below the plane from which on cells no longer count: ditches, and returns that wet ground mirrors.
+    /// Metres below the plane from which on cells no longer count: ditches, and returns that wet
+    /// ground mirrors.
     const DEPTH: f32 = 1.0;
-    /// Pull of the slopes towards the level, as so many square metres of ground: settles what a single
-    /// ring leaves open.
+    /// Pull of the slopes towards the level, as so many square metres of ground: settles what a
+    /// single ring leaves open.
     const PULL: f64 = 8.0;
 
-    /// Height over the surface from which on a return is no ground where rows are dense: at least so many
-    /// metres and so many spreads of the ground around.
+    /// Height over the surface from which on a return is no ground where rows are dense: at least
+    /// so many metres and so many spreads of the ground around.
     const DENSE: [f32; 2] = [0.3, 3.0];
     /// The same where rows are sparse.
     const SPARSE: [f32; 2] = [0.1, 2.0];
@@ -80,11 +82,11 @@ impl Surface {
         surface
     }
 
-    /// Height of a position over the ground as a share of the height from which on it is no ground; NaN
-    /// where no ground is known.
+    /// Height of a position over the ground as a share of the height from which on it is no ground;
+    /// NaN where no ground is known.
     ///
-    /// Where rows are dense, a face is steep and seen to be; where they are sparse, only its height tells,
-    /// and it is held to less.
+    /// Where rows are dense, a face is steep and seen to be; where they are sparse, only its height
+    /// tells, and it is held to less.
     pub fn over(&self, at: [f32; 3], is_sparse: bool) -> f32 {
         self.tile_at(at).map_or(f32::NAN, |tile| {
             let plane = &self.planes[tile];

@@ -363,7 +363,8 @@ fn verdicts_do_not_depend_on_the_sensors_attitude() {
         let found = verdicts(&turned(&cloud, roll, pitch));
         let seen = (0..cloud.len()).filter(|&point| over_floor[point].is_finite());
         let moved = seen.filter(|&point| found[point] != expected[point]).count();
-        // The cells that choose the plane lie elsewhere, which may move the edge of an object by a pixel.
+        // The cells that choose the plane lie elsewhere, which may move the edge of an object by a
+        // pixel.
         assert!(moved * 200 < cloud.len(), "{roll} {pitch}: {moved} of {}", cloud.len());
     }
 }
