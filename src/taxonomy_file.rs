@@ -23,11 +23,12 @@ struct File {
 }
 
 /// Reads a YAML file in semantic-kitti-api's form (`labels`, `learning_map`, `learning_map_inv`,
-/// `learning_ignore`). Things are those under `thing_class` (class to true or false) if the file has
-/// that map, else the classes with the names of movable objects that the field's data sets use.
+/// `learning_ignore`). Things are those under `thing_class` (class to true or false) if the file
+/// has that map, else the classes with the names of movable objects that the field's data sets use.
 ///
 /// # Errors
-/// [`Error::Io`] if it cannot be read, [`Error::Taxonomy`] if it is not such a file or has no thing.
+/// [`Error::Io`] if it cannot be read, [`Error::Taxonomy`] if it is not such a file or has no
+/// thing.
 pub fn read_taxonomy(path: &Path) -> Result<Taxonomy> {
     let text =
         std::fs::read_to_string(path).map_err(|source| Error::Io { path: path.into(), source })?;

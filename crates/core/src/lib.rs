@@ -1,6 +1,7 @@
 //! LiDAR instance clustering by divide and merge, from a point cloud to an instance per point.
 //!
-//! No I/O: this crate neither opens files nor knows recordings, so that a robot can embed the method.
+//! No I/O: this crate neither opens files nor knows recordings, so that a robot can embed the
+//! method.
 
 pub mod cloud;
 pub mod cluster;
