@@ -25,7 +25,7 @@ use divmerge::annotate::{
 use divmerge::io::drive::{CLOUD_TOPIC, cloud_message};
 use divmerge::io::{
     CloudFormat, CloudNumber, Compression, Item, MARKER_ARRAY, MessageHeader, Overview,
-    POINT_CLOUD2, Part, Record, RecordingReader, RecordingWriter, Wanted, WriteOptions,
+    POINT_CLOUD2, Part, ReadFilter, Record, RecordingReader, RecordingWriter, WriteOptions,
 };
 use divmerge::simulate::{Drive, Scene, Sensor};
 use divmerge::workers::Workers;
@@ -150,8 +150,8 @@ fn header(channel_id: u16, number: usize) -> MessageHeader {
 /// The channels of clouds, instances and objects, in this order and always under the same ids.
 fn define(writer: &mut RecordingWriter) -> [u16; 3] {
     let none = BTreeMap::new();
-    let cloud = writer.add_type(&POINT_CLOUD2).expect("a schema");
-    let markers = writer.add_type(&MARKER_ARRAY).expect("a schema");
+    let cloud = POINT_CLOUD2.add_to(writer).expect("a schema");
+    let markers = MARKER_ARRAY.add_to(writer).expect("a schema");
     [("", cloud), ("/added", cloud), ("/boxes", markers)].map(|(end, schema)| {
         let topic = format!("{CLOUD_TOPIC}{end}");
         writer.add_channel(&topic, schema, "cdr", &none).expect("a channel")
@@ -352,7 +352,7 @@ impl Copies<'_> {
 
     /// Chunks as they are, not even opened.
     fn unopened(&self, threads: usize) {
-        let wanted = Wanted { closed: Some(Compression::Zstd), ..Wanted::default() };
+        let wanted = ReadFilter { unopened: Some(Compression::Zstd), ..ReadFilter::default() };
         self.copy_wanted(threads, false, &wanted, &|writer, part| match part {
             Part::Chunk(chunk) => writer.copy_chunk(chunk).expect("copied"),
             Part::Items(items) => {
@@ -365,14 +365,14 @@ impl Copies<'_> {
     }
 
     fn copy(&self, threads: usize, adds: bool, take: &dyn Fn(&mut RecordingWriter, &Part)) {
-        self.copy_wanted(threads, adds, &Wanted::default(), take);
+        self.copy_wanted(threads, adds, &ReadFilter::default(), take);
     }
 
     fn copy_wanted(
         &self,
         threads: usize,
         adds: bool,
-        wanted: &Wanted,
+        wanted: &ReadFilter,
         take: &dyn Fn(&mut RecordingWriter, &Part),
     ) {
         let overview = Overview::read(self.input).expect("a drive");
@@ -381,7 +381,7 @@ impl Copies<'_> {
         let workers = Workers::start(threads);
         writer.compress_on(&workers);
         let mut reader =
-            RecordingReader::open_wanted(&overview, wanted, &workers).expect("a drive");
+            RecordingReader::open_filtered(&overview, wanted, &workers).expect("a drive");
         let mut number = 0;
         while let Some(part) = reader.next_part().expect("whole") {
             take(&mut writer, &part);

@@ -50,17 +50,6 @@ pub enum Error {
         problem: String,
     },
 
-    /// A recording that is damaged or not a recording at all.
-    #[error("{}: {problem} (byte {offset})", path.display())]
-    Recording {
-        /// The recording.
-        path: PathBuf,
-        /// Byte offset in the file at which the damage was met.
-        offset: u64,
-        /// What is wrong, in words.
-        problem: String,
-    },
-
     /// A recording without a cloud to annotate.
     #[error("{}: {problem}", path.display())]
     NoCloud {
@@ -233,17 +222,6 @@ pub enum Error {
         source: std::io::Error,
     },
 
-    /// An address of a recording, where only files can be read.
-    #[error(
-        "{}: this divmerge was built without object stores. Install it with `cargo install \
-         --path . --features remote`, or download the recording",
-        path.display()
-    )]
-    NoRemote {
-        /// The address.
-        path: PathBuf,
-    },
-
     /// A stream to a viewer, or into a file for one, that cannot be opened or broke off.
     #[error("{target}: {problem}")]
     Viewer {
@@ -253,9 +231,10 @@ pub enum Error {
         problem: String,
     },
 
-    /// The MCAP writer refused.
-    #[error("writing MCAP: {0}")]
-    Write(#[from] mcap::McapError),
+    /// A recording that is damaged or cannot be read or written. What the system refused is
+    /// [`Error::Io`], and an output that was abandoned [`Error::Interrupted`].
+    #[error(transparent)]
+    Recording(divmerge_recording::Error),
 }
 
 impl From<ParameterError> for Error {
@@ -272,6 +251,16 @@ fn folder(path: &Path, problems: &[String], count: usize) -> String {
     let lines = problems.join("\n  ");
     let noun = if count == 1 { "problem" } else { "problems" };
     format!("{}: {count} {noun}:\n  {lines}{more}", path.display())
+}
+
+impl From<divmerge_recording::Error> for Error {
+    fn from(error: divmerge_recording::Error) -> Self {
+        match error {
+            divmerge_recording::Error::Io { path, source } => Error::Io { path, source },
+            divmerge_recording::Error::Interrupted { path } => Error::Interrupted { path },
+            error => Error::Recording(error),
+        }
+    }
 }
 
 impl Error {

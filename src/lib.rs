@@ -36,11 +36,9 @@ pub mod io;
 pub mod network;
 pub mod palette;
 pub mod replay;
-pub mod stopwatch;
 pub mod taxonomy_file;
 pub mod text;
 pub mod view;
-pub mod workers;
 
 /// Instances, as they were named before (interim).
 pub mod instances {
@@ -54,6 +52,7 @@ pub use divmerge_simulate as simulate;
 
 pub use cloud::PointCloud;
 pub use diagnose::{failures, triage};
+pub use divmerge_recording::{stopwatch, workers};
 pub use error::{Error, Result};
 pub use grid::Grid;
 pub use taxonomy::Taxonomy;

@@ -8,8 +8,10 @@ use std::path::Path;
 use crate::annotate::{self, CloudTopic, Event, Frame, Method, cluster, remarks};
 use crate::error::{Error, Result};
 pub use crate::io::FrameRange;
-use crate::io::recording::is_behind;
-use crate::io::{CloudNumber, MessageHeader, Overview, Position, Record, RecordingReader, Wanted};
+use crate::io::recording::is_past;
+use crate::io::{
+    CloudNumber, MessageHeader, Overview, Position, ReadFilter, Record, RecordingReader,
+};
 use crate::workers::Workers;
 
 /// Which clouds are clustered.
@@ -114,7 +116,7 @@ pub fn play(
         true => RecordingReader::open(input)?,
         false => {
             let wanted = selection.wanted(&clouds);
-            RecordingReader::open_wanted(&overview, &wanted, &Workers::none())?
+            RecordingReader::open_filtered(&overview, &wanted, &Workers::none())?
         }
     };
     let total = reader.file_size();
@@ -131,7 +133,7 @@ pub fn play(
                     tally.cluster(source, number, (header, data, *position), method, watcher)?;
                 }
             }
-            Record::Passed { counts } => tally.pass(&clouds, counts),
+            Record::Skipped { counts } => tally.pass(&clouds, counts),
             Record::Damaged { offset, problem } => {
                 watcher.event(Event::Warning(&format!("{problem} (byte {offset})")))?;
             }
@@ -142,7 +144,7 @@ pub fn play(
             _ => continue,
         }
         let is_seen = !watcher.wants_all();
-        let is_past = |source: &CloudTopic| is_behind(&selection.frames, tally.seen(&source.topic));
+        let is_past = |source: &CloudTopic| is_past(&selection.frames, tally.seen(&source.topic));
         if is_seen && clouds.values().all(is_past) {
             break;
         }
@@ -172,14 +174,14 @@ impl Selection {
             && self.to_ns.is_none_or(|to| log_time < to)
     }
 
-    fn wanted(&self, clouds: &BTreeMap<u16, CloudTopic>) -> Wanted {
-        Wanted {
+    fn wanted(&self, clouds: &BTreeMap<u16, CloudTopic>) -> ReadFilter {
+        ReadFilter {
             from_ns: self.from_ns,
             to_ns: self.to_ns,
             numbered: clouds.iter().map(|(&id, cloud)| (id, cloud.topic.clone())).collect(),
-            frames: self.frames,
+            numbers: self.frames,
             others: false,
-            ..Wanted::default()
+            ..ReadFilter::default()
         }
     }
 

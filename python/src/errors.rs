@@ -16,7 +16,8 @@ create_exception!(
 );
 
 /// A library error: what the system refused as `OSError`, a parameter as `ValueError`, else `divmerge.Error`.
-pub fn raised(error: LibraryError) -> PyErr {
+pub fn raised(error: impl Into<LibraryError>) -> PyErr {
+    let error = error.into();
     match &error {
         LibraryError::Io { path, source } => match source.raw_os_error() {
             // Python finds the class (FileNotFoundError, ...) by the number, and says it itself.

@@ -133,7 +133,7 @@ impl Parameters {
         let sensor_frame = self.sensor_frame.unwrap_or_default();
         let opened = py.detach(|| {
             let transforms = asked_transforms(&sensor_frame, recording)?;
-            Ok((objects.method(recording)?, transforms))
+            Ok::<_, divmerge::Error>((objects.method(recording)?, transforms))
         });
         let (method, transforms) = opened.map_err(raised)?;
         let config = self.config(&method.taxonomy)?;

@@ -16,8 +16,8 @@ use super::topics::{CloudTopic, choose, choose_beside, refuse_annotated};
 use super::{Event, Form, Options, place};
 use crate::error::{Error, Result};
 use crate::io::{
-    CloudFormat, CloudNumber, Compression, Item, Overview, Part, Position, Record, RecordingReader,
-    RecordingWriter, STANDARD_STREAM, SourceChunk, Wanted, WriteOptions,
+    CloudFormat, CloudNumber, Compression, Item, Overview, Part, Position, ReadFilter, Record,
+    RecordingReader, RecordingWriter, STANDARD_STREAM, SourceChunk, WriteOptions,
 };
 use crate::workers::Workers;
 use batch::Batch;
@@ -60,7 +60,7 @@ pub(super) struct Job<'a> {
     total: u64,
     /// Topic and format of each channel whose clouds are annotated.
     clouds: BTreeMap<u16, (Arc<str>, CloudFormat)>,
-    pub(super) wanted: Wanted,
+    pub(super) wanted: ReadFilter,
     compression: Compression,
     /// Whether topics and the rest become known only as they come.
     is_stream: bool,
@@ -190,14 +190,14 @@ impl<'a> Job<'a> {
         }
         let journal = is_resumable.then(|| Journal::start(output, &asked)).transpose()?;
         writer.compress_on(workers);
-        let wanted = Wanted {
-            closed: options.unchecked.then_some(compression),
+        let wanted = ReadFilter {
+            unopened: options.unchecked.then_some(compression),
             others: options.form != Form::Only && options.slice.is_none(),
             bytes: options.slice.as_ref().map_or(0..u64::MAX, |slice| slice.start..slice.end),
             from_ns: options.from_ns,
             to_ns: options.to_ns,
             numbered: clouds.iter().map(|(&id, cloud)| (id, cloud.topic.clone())).collect(),
-            ..Wanted::default()
+            ..ReadFilter::default()
         };
         let topics = clouds.values().map(|cloud| {
             let format = options.types.format(cloud.format);
@@ -320,7 +320,7 @@ impl<'a> Job<'a> {
                 }
                 Ok(())
             }
-            Item::Record(Record::Passed { counts }) => {
+            Item::Record(Record::Skipped { counts }) => {
                 for (channel, count) in counts {
                     let topic = Arc::clone(&self.clouds[channel].0);
                     *self.next_number.entry(topic).or_default() += count;

@@ -52,7 +52,7 @@ pub fn join(
     let run = Options { force: options.force, threads: options.threads, ..first.asked.options() };
     let mut job = Job::new(overview, first.asked.clone(), output, &run, &workers, on_event)?;
     job.take_from(Box::new(Slices::new(slices, &workers)));
-    let reader = RecordingReader::open_wanted(&job.overview, &job.wanted, &workers)?;
+    let reader = RecordingReader::open_filtered(&job.overview, &job.wanted, &workers)?;
     let mut report = read_all(job, reader)?;
     report.profile.wall_ms = ms_since(started);
     Ok(report)

@@ -158,7 +158,7 @@ pub const USUAL_THREADS: usize = 8;
 /// [`Error::Conflict`] if a run is to be resumed that was of other parameters or another input;
 /// [`Error::Recording`] if the input is damaged (a cut-off input is none: it is annotated as far as it
 /// goes), [`Error::NoCloud`], [`Error::Conflict`] if the input already has an output's topic, is the
-/// output, or is of another flavor than is asked for, [`Error::Io`] and [`Error::Write`]; [`Error::Boxes`] if boxes do not
+/// output, or is of another flavor than is asked for, [`Error::Io`]; [`Error::Boxes`] if boxes do not
 /// fit a cloud; [`Error::Interrupted`] or, where something is left, [`Error::Left`] if `on_event` breaks off at a progress
 /// event.
 pub fn annotate(
@@ -187,7 +187,7 @@ pub fn annotate(
             }
             let asked = Asked::of(&overview, options);
             let job = Job::new(overview, asked, output, options, &workers, on_event)?;
-            let reader = RecordingReader::open_wanted(&job.overview, &job.wanted, &workers)?;
+            let reader = RecordingReader::open_filtered(&job.overview, &job.wanted, &workers)?;
             (job, reader)
         }
     };
@@ -218,7 +218,7 @@ fn read_all(mut job: Job, mut reader: RecordingReader) -> Result<Report> {
             Ok(None) => break,
             Err(error) => {
                 job.settle_all()?;
-                return Err(error);
+                return Err(error.into());
             }
         }
     }

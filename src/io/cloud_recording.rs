@@ -97,7 +97,7 @@ impl CloudRecording {
         log_time: u64,
         message: &[u8],
     ) -> Result<()> {
-        let id = self.writer.add_type(schema)?;
+        let id = schema.add_to(&mut self.writer)?;
         let metadata = qos_metadata(1, Durability::TransientLocal);
         let id = self.writer.add_channel(topic, id, schema.message_encoding, &metadata)?;
         write(&mut self.writer, &mut Channel { id, messages: 0 }, log_time, message)
@@ -108,7 +108,7 @@ impl CloudRecording {
     /// # Errors
     /// Those of [`RecordingWriter::attach`].
     pub fn attach_text(&mut self, name: &str, time: u64, text: &[u8]) -> Result<()> {
-        self.writer.attach(name, "text/plain", time, text)
+        Ok(self.writer.attach(name, "text/plain", time, text)?)
     }
 
     /// Writes a metadata record.
@@ -116,7 +116,7 @@ impl CloudRecording {
     /// # Errors
     /// Those of [`RecordingWriter::write_metadata`].
     pub fn write_metadata(&mut self, name: &str, table: &BTreeMap<String, String>) -> Result<()> {
-        self.writer.write_metadata(name, table)
+        Ok(self.writer.write_metadata(name, table)?)
     }
 
     /// Completes the recording and returns its size in bytes.
@@ -124,7 +124,7 @@ impl CloudRecording {
     /// # Errors
     /// Those of [`RecordingWriter::finish`].
     pub fn finish(self) -> Result<u64> {
-        self.writer.finish()
+        Ok(self.writer.finish()?)
     }
 }
 
@@ -140,7 +140,7 @@ fn add_channel(
     schema: &MessageSchema,
 ) -> Result<Channel> {
     let metadata = connection_metadata(topic, schema, || qos_metadata(10, Durability::Volatile));
-    let id = writer.add_type(schema)?;
+    let id = schema.add_to(writer)?;
     let id = writer.add_channel(topic, id, schema.message_encoding, &metadata)?;
     Ok(Channel { id, messages: 0 })
 }
@@ -158,5 +158,5 @@ fn write(
         publish_time: log_time,
     };
     channel.messages = channel.messages.wrapping_add(1);
-    writer.write_message(&header, message)
+    Ok(writer.write_message(&header, message)?)
 }

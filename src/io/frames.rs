@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::clouds::{CloudChannel, CloudFormat, PackedCloud};
 use super::recording::{
-    Channel, Overview, Position, Record, RecordingReader, Wanted, window_around,
+    Channel, Overview, Position, ReadFilter, Record, RecordingReader, window_around,
 };
 use crate::error::{Error, Result};
 use crate::workers::Workers;
@@ -163,13 +163,13 @@ impl CloudMessages {
         }
         let ids: Vec<u16> = channels.keys().copied().collect();
         let window = window(&overview, &ids);
-        let wanted = Wanted {
+        let wanted = ReadFilter {
             from_ns: window.0,
             to_ns: window.1,
             numbered: ids.iter().map(|&id| (id, topic.clone())).collect(),
-            frames: (Bound::Included(*frames.start()), Bound::Included(*frames.end())),
+            numbers: (Bound::Included(*frames.start()), Bound::Included(*frames.end())),
             others: false,
-            ..Wanted::default()
+            ..ReadFilter::default()
         };
         Ok(CloudMessages {
             path: path.to_owned(),
@@ -180,7 +180,7 @@ impl CloudMessages {
             frames,
             window,
             next: 0,
-            reader: RecordingReader::open_wanted(&overview, &wanted, &Workers::none())?,
+            reader: RecordingReader::open_filtered(&overview, &wanted, &Workers::none())?,
             is_over: false,
         })
     }
@@ -225,7 +225,7 @@ impl CloudMessages {
                         }));
                     }
                 }
-                Some(Record::Passed { counts }) => self.next += counts.values().sum::<u64>(),
+                Some(Record::Skipped { counts }) => self.next += counts.values().sum::<u64>(),
                 Some(_) => {}
                 None => break,
             }

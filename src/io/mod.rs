@@ -4,7 +4,6 @@
 //! message becomes a [`crate::PointCloud`] ([`clouds`]), and results become messages
 //! ([`annotation`], [`objects`]). [`bag`] knows the folders that rosbag2 makes of recordings.
 
-pub mod address;
 pub mod annotation;
 pub mod bag;
 pub mod boxes;
@@ -20,14 +19,12 @@ pub mod labelled;
 pub mod objects;
 pub mod problems;
 pub mod qos;
-pub mod recording;
 pub mod ros;
 pub mod scans;
 pub mod semantic_kitti;
 pub mod static_transforms;
 pub mod transforms;
 
-pub use address::is_remote;
 pub use annotation::{Certainty, PointAnnotation, annotated_cloud};
 pub use bag::Bag;
 pub use boxes::{BoxSource, FrameBoxes, FrameDetections};
@@ -35,16 +32,19 @@ pub use classes::{ClassSource, FrameClasses};
 pub use clouds::{CloudChannel, CloudFormat, CloudPose, Datatype, PackedCloud, PointField};
 pub use definitions::{DIAGNOSTIC_ARRAY, MARKER_ARRAY, MessageSchema, POINT_CLOUD2};
 pub use diagnostics::{Diagnostic, Level, diagnostic_array, diagnostic_schema};
+pub use divmerge_recording as recording;
+pub use divmerge_recording::address;
+pub use divmerge_recording::{
+    AttachmentHeader, Channel, ChunkPlace, Compression, Fetched, Item, MessageHeader,
+    MessageRange as FrameRange, Metadata, Overview, Part, PartialFile, Position, ReadFilter,
+    ReadTimes, Record, RecordingReader, RecordingWriter, STANDARD_STREAM, Schema, SharedBytes,
+    SourceChunk, WriteOptions, WriteTimes, abandon_partial_files, checksum, is_remote, is_stream,
+    write_file,
+};
 pub use frames::{AskedCloud, CloudMessage, CloudMessages, CloudNumber, Which, cloud_message_at};
 pub use labelled::{
     LabelledFrame, LabelledFrames, LabelledOptions, SeenClasses, Truth, TruthSource,
 };
 pub use objects::{ObjectBox, ObjectEncoding, ObjectKind};
-pub use recording::{
-    AttachmentHeader, Channel, ChunkPlace, Compression, Fetched, FrameRange, Item, MessageHeader,
-    Metadata, Overview, Part, PartialFile, Position, ReadTimes, Record, RecordingReader,
-    RecordingWriter, STANDARD_STREAM, Schema, SharedBytes, SourceChunk, Wanted, WriteOptions,
-    WriteTimes, abandon_partial_files, checksum, is_stream, write_file,
-};
 pub use ros::{ByteOrder, Layout};
 pub use static_transforms::{asked_transforms, static_transforms};

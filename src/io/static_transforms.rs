@@ -6,7 +6,7 @@ use std::path::Path;
 use nalgebra::{Quaternion, UnitQuaternion};
 
 use super::frames::type_name;
-use super::recording::{Overview, Record, RecordingReader, Wanted, is_stream};
+use super::recording::{Overview, ReadFilter, Record, RecordingReader, is_stream};
 use super::ros::RosReader;
 use crate::error::{Error, Result};
 use crate::sensor_frame::{SensorFrame, Transforms};
@@ -54,8 +54,8 @@ pub fn static_transforms(recording: &Path) -> Result<Transforms> {
         }
     }
     let numbered = is_ros1.keys().map(|&id| (id, overview.channels[&id].topic.clone())).collect();
-    let those = Wanted { numbered, others: false, ..Wanted::default() };
-    let mut reader = RecordingReader::open_wanted(&overview, &those, &Workers::none())?;
+    let those = ReadFilter { numbered, others: false, ..ReadFilter::default() };
+    let mut reader = RecordingReader::open_filtered(&overview, &those, &Workers::none())?;
     while wanted > 0 && reader.offset() < FAR_ENOUGH {
         let Ok(Some(record)) = reader.next_record() else { break };
         let Record::Message { header, data, .. } = record else { continue };

@@ -51,7 +51,7 @@ use crate::annotate::{Frame, Method};
 use crate::error::{Error, Result};
 use crate::explain::Explanation;
 use crate::instances::Reason;
-use crate::io::recording::partial::PartialFile;
+use crate::io::PartialFile;
 use crate::palette::{instance_colour, reason_colour};
 use crate::pipeline::Stages;
 use crate::triage;

@@ -174,7 +174,7 @@ fn boxes_in_another_frame_end_the_run() {
         writer.copy(&record).expect("copied");
     }
     let (cloud, seconds, nanoseconds) = stamp.expect("a cloud");
-    let schema = writer.add_type(&MARKER_ARRAY).expect("schema");
+    let schema = MARKER_ARRAY.add_to(&mut writer).expect("schema");
     let channel_id = writer.add_channel(BOXES, schema, "cdr", &BTreeMap::new()).expect("channel");
     let boxed = ObjectBox {
         id: 1,

@@ -172,7 +172,7 @@ fn recording(messages: &[(u64, Vec<u8>)]) -> (TempDir, PathBuf) {
     let path = folder.path().join("made.mcap");
     let options = WriteOptions { profile: "ros2".into(), ..WriteOptions::default() };
     let mut writer = RecordingWriter::create(&path, &options).expect("a writer");
-    let schema = writer.add_type(&POINT_CLOUD2).expect("schema");
+    let schema = POINT_CLOUD2.add_to(&mut writer).expect("schema");
     let channel_id =
         writer.add_channel("/points", schema, "cdr", &BTreeMap::new()).expect("channel");
     for (sequence, (log_time, message)) in (0..).zip(messages) {

@@ -72,7 +72,7 @@ fn with_predictions(
             other => writer.copy(other).unwrap(),
         }
     }
-    let schema = writer.add_type(&CloudFormat::Ros2.schema()).unwrap();
+    let schema = CloudFormat::Ros2.schema().add_to(&mut writer).unwrap();
     let channel_id = writer.add_channel(PREDICTIONS, schema, "cdr", &Default::default()).unwrap();
     for (number, (classes, stamp)) in truth(input).into_iter().enumerate() {
         let Some(classes) = change(number, classes) else { continue };

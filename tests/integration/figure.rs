@@ -155,7 +155,7 @@ fn an_empty_frame_can_be_drawn() {
     let mut message = Vec::new();
     cloud_message(&frame, &mut message).expect("a message");
     let mut writer = RecordingWriter::create(&input, &WriteOptions::default()).expect("a writer");
-    let schema = writer.add_type(&POINT_CLOUD2).expect("a schema");
+    let schema = POINT_CLOUD2.add_to(&mut writer).expect("a schema");
     let channel_id =
         writer.add_channel("/empty", schema, "cdr", &Default::default()).expect("a channel");
     let header = MessageHeader { channel_id, sequence: 0, log_time: 0, publish_time: 0 };

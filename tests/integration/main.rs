@@ -16,6 +16,7 @@ mod figure;
 mod forms;
 mod house;
 mod inputs;
+mod lookup;
 mod networks;
 mod onnx;
 mod oracle;

@@ -334,7 +334,7 @@ fn recording_of(messages: &[Vec<u8>]) -> (TempDir, PathBuf) {
     let path = folder.path().join("made.mcap");
     let options = WriteOptions { profile: "ros2".into(), ..WriteOptions::default() };
     let mut writer = RecordingWriter::create(&path, &options).expect("a writer");
-    let schema = writer.add_type(&POINT_CLOUD2).expect("schema");
+    let schema = POINT_CLOUD2.add_to(&mut writer).expect("schema");
     let metadata = BTreeMap::new();
     let channel_id = writer.add_channel("/points", schema, "cdr", &metadata).expect("channel");
     for (number, message) in (0_u32..).zip(messages) {

@@ -51,7 +51,8 @@ impl Job<'_> {
             Some(Schema { name, encoding, data, .. }) => {
                 let metadata = channel_metadata(cloud, format);
                 let schema = (name.as_str(), encoding.as_str(), data.as_slice());
-                self.writer.declare_channel(&topic, schema, &cloud.message_encoding, &metadata)
+                let encoding = &cloud.message_encoding;
+                Ok(self.writer.declare_channel(&topic, schema, encoding, &metadata)?)
             }
             None => self.declare(&topic, &written.schema(), cloud),
         }
@@ -66,6 +67,7 @@ impl Job<'_> {
     fn declare(&mut self, topic: &str, schema: &MessageSchema, cloud: &Channel) -> Result<u16> {
         let metadata = added_metadata(topic, schema, cloud);
         let definition = (schema.name, schema.encoding, &*schema.data);
-        self.writer.declare_channel(topic, definition, schema.message_encoding, &metadata)
+        let encoding = schema.message_encoding;
+        Ok(self.writer.declare_channel(topic, definition, encoding, &metadata)?)
     }
 }

@@ -125,10 +125,10 @@ impl Job<'_> {
         if self.takes_notes() {
             self.note(item, Noted::Unreadable { problem })?;
         }
-        match self.is_in_place() {
-            true => self.writer.write_message(header, message),
-            false => Ok(()),
+        if self.is_in_place() {
+            self.writer.write_message(header, message)?;
         }
+        Ok(())
     }
 
     fn takes_notes(&self) -> bool {

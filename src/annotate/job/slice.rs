@@ -15,7 +15,7 @@ impl Job<'_> {
                     self.writer.declare(self.overview.channels[channel].clone());
                 }
                 let metadata = slice_metadata(slice, &self.asked);
-                self.writer.write_metadata(SLICE_METADATA, &metadata)
+                Ok(self.writer.write_metadata(SLICE_METADATA, &metadata)?)
             }
             None => Ok(()),
         }
@@ -49,6 +49,6 @@ impl Job<'_> {
             return Ok(());
         }
         let data = std::mem::take(&mut self.notes).into();
-        self.writer.copy(&Record::Private { opcode: NOTES, data, in_chunk: false })
+        Ok(self.writer.copy(&Record::Private { opcode: NOTES, data, in_chunk: false })?)
     }
 }

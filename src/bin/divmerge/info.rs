@@ -8,7 +8,9 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use divmerge::annotate::is_annotation;
-use divmerge::io::{Channel, CloudChannel, CloudFormat, Overview, Record, RecordingReader, Wanted};
+use divmerge::io::{
+    Channel, CloudChannel, CloudFormat, Overview, ReadFilter, Record, RecordingReader,
+};
 use divmerge::range_image::{Geometry, ProjectionParams, RangeImage};
 use divmerge::semantics::GroundParams;
 use divmerge::semantics::ground::{self, GroundPose};
@@ -168,8 +170,8 @@ fn first_clouds(overview: &Overview, asked: &Asked) -> Result<(BTreeMap<u16, Clo
     }
     let mut problems = Vec::new();
     let numbered = waiting.keys().map(|&id| (id, overview.channels[&id].topic.clone())).collect();
-    let wanted = Wanted { numbered, others: false, ..Wanted::default() };
-    let mut reader = RecordingReader::open_wanted(overview, &wanted, &Workers::none())?;
+    let wanted = ReadFilter { numbered, others: false, ..ReadFilter::default() };
+    let mut reader = RecordingReader::open_filtered(overview, &wanted, &Workers::none())?;
     while !waiting.is_empty() {
         let record = match reader.next_record() {
             Ok(Some(record)) => record,

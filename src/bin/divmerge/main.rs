@@ -37,6 +37,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use divmerge::io::address::{is_remote, put_secrets_aside};
+use divmerge::io::recording;
 
 /// Cuts the LiDAR clouds of a recording into object instances.
 ///
@@ -150,8 +151,16 @@ fn exit_code(error: &anyhow::Error) -> u8 {
         Some(divmerge::Error::Interrupted { .. } | divmerge::Error::Left { .. }) => {
             interrupt::ENDED
         }
-        Some(divmerge::Error::NoRemote { .. }) => WRONG_USAGE,
+        Some(divmerge::Error::Recording(error)) => recording_exit_code(error),
         _ if error.is::<NotBuilt>() => WRONG_USAGE,
+        _ => error.downcast_ref().map_or(FAILED, recording_exit_code),
+    }
+}
+
+fn recording_exit_code(error: &recording::Error) -> u8 {
+    match error {
+        recording::Error::Interrupted { .. } => interrupt::ENDED,
+        recording::Error::NoRemote { .. } => WRONG_USAGE,
         _ => FAILED,
     }
 }

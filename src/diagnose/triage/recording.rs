@@ -145,7 +145,7 @@ impl<'a> Copy<'a> {
             Record::Message { header, .. } => self.last = Some(*header),
             _ => {}
         }
-        self.writer.copy(record)
+        Ok(self.writer.copy(record)?)
     }
 
     /// Adds the message about the cloud that was copied last.
@@ -168,7 +168,7 @@ impl<'a> Copy<'a> {
         }
         let cloud = &self.overview.channels[&of_cloud];
         let schema = diagnostic_schema(layout(cloud)?);
-        let id = self.writer.add_type(&schema)?;
+        let id = schema.add_to(&mut self.writer)?;
         let added = format!("{topic}{SUSPICION}");
         let metadata = added_metadata(&added, &schema, cloud);
         let channel = self.writer.add_channel(&added, id, schema.message_encoding, &metadata)?;
@@ -177,7 +177,7 @@ impl<'a> Copy<'a> {
     }
 
     fn finish(self) -> Result<u64> {
-        self.writer.finish()
+        Ok(self.writer.finish()?)
     }
 }
 

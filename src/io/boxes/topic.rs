@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::super::frames::{AskedCloud, BesideWords, channels_beside, cloud_format, type_name};
-use super::super::recording::{Channel, Overview, Record, RecordingReader, Wanted};
+use super::super::recording::{Channel, Overview, ReadFilter, Record, RecordingReader};
 use super::FrameDetections;
 use super::messages::{BoxMessage, DETECTION_ARRAY, MARKER_ARRAY, detection_boxes, marker_boxes};
 use crate::error::{Error, Result};
@@ -44,8 +44,8 @@ impl TopicBoxes {
         };
         let channels = overview.channels.values().filter(|channel| is_looked_at(channel));
         let numbered = channels.map(|channel| (channel.id, channel.topic.clone())).collect();
-        let wanted = Wanted { numbered, others: false, ..Wanted::default() };
-        let mut reader = RecordingReader::open_wanted(&overview, &wanted, &Workers::none())?;
+        let wanted = ReadFilter { numbered, others: false, ..ReadFilter::default() };
+        let mut reader = RecordingReader::open_filtered(&overview, &wanted, &Workers::none())?;
         while let Some(record) = reader.next_record()? {
             let Record::Message { header, data, .. } = record else { continue };
             if let Some(&layout) = layouts.get(&header.channel_id) {

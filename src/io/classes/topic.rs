@@ -9,7 +9,7 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use super::super::frames::{AskedCloud, BesideWords, channels_beside};
-use super::super::recording::{Overview, Record, RecordingReader, Wanted};
+use super::super::recording::{Overview, ReadFilter, Record, RecordingReader};
 use super::messages::{ClassFormat, ClassMessage};
 use super::{no_classes, seconds};
 use crate::cloud::PointClasses;
@@ -155,8 +155,8 @@ impl ClassTopic {
 
     fn reader(&self) -> Result<RecordingReader> {
         let numbered = self.formats.keys().map(|&id| (id, self.topic.clone())).collect();
-        let wanted = Wanted { numbered, others: false, ..Wanted::default() };
-        RecordingReader::open_wanted(&self.overview, &wanted, &Workers::none())
+        let wanted = ReadFilter { numbered, others: false, ..ReadFilter::default() };
+        Ok(RecordingReader::open_filtered(&self.overview, &wanted, &Workers::none())?)
     }
 
     /// The classes of a message if they are as many as the cloud has points.

@@ -6,6 +6,9 @@ use std::borrow::Cow;
 use foxglove::Encode;
 use serde_json::Value;
 
+use crate::error::Result;
+use crate::io::recording::RecordingWriter;
+
 /// What a recording has to say of a type of messages.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MessageSchema {
@@ -26,6 +29,14 @@ impl MessageSchema {
     pub(super) fn protobuf<M: Encode>(name: &'static str) -> Self {
         let data = M::get_schema().map(|schema| schema.data).unwrap_or_default();
         MessageSchema { name, encoding: "protobuf", data, message_encoding: "protobuf", md5: None }
+    }
+
+    /// Adds the type to a recording as a schema, and returns its id there.
+    ///
+    /// # Errors
+    /// Those of [`RecordingWriter::add_schema`].
+    pub fn add_to(&self, writer: &mut RecordingWriter) -> Result<u16> {
+        Ok(writer.add_schema(self.name, self.encoding, &self.data)?)
     }
 
     /// A type in JSON.

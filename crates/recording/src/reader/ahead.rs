@@ -1,0 +1,270 @@
+//! The records of a file one after the other, whole ones read ahead and chunks of them unpacked by threads.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::iter;
+use std::ops::Range;
+use std::sync::Arc;
+use std::time::Instant;
+
+use mcap::records::op;
+
+use crate::chunk;
+use crate::error::Result;
+use crate::fields::{HEAD_LEN, MAX_RECORD, split_head};
+use crate::names::record_name;
+use crate::part::SourceChunk;
+use crate::plan::{Gap, Plan, UnopenedChunk};
+use crate::source::Source;
+use crate::stopwatch::{Steps, ms_since};
+use crate::workers::{Ticket, Workers};
+
+/// Bytes read ahead for each thread, records of chunks counted as unpacked: a few chunks as recorders make them.
+/// A record that is larger is read ahead alone.
+const AHEAD_PER_THREAD: u64 = 8 << 20;
+/// Bytes read ahead, however many threads there are.
+const MOST_AHEAD: u64 = 32 << 20;
+
+/// The records of a chunk one behind the other, or what is wrong with it.
+pub(super) type Records = std::result::Result<Vec<u8>, String>;
+
+/// Those, and milliseconds.
+pub(super) type Unpacked = (Records, f64);
+
+/// A record of the file.
+pub(super) struct Raw {
+    pub(super) offset: u64,
+    /// Where it ends.
+    pub(super) end: u64,
+    pub(super) opcode: u8,
+    pub(super) head: Vec<u8>,
+    pub(super) body: Arc<Vec<u8>>,
+    /// If it is a chunk.
+    pub(super) unpacked: Option<Ticket<Unpacked>>,
+    /// Bytes that it counts for.
+    size: u64,
+}
+
+/// What comes next in the file.
+pub(super) enum Next {
+    Record(Raw),
+    /// The file ends within a record, `left` bytes behind its head. Of a chunk those are in `body`.
+    Cut {
+        offset: u64,
+        opcode: u8,
+        length: u64,
+        left: u64,
+        body: Vec<u8>,
+    },
+    /// A chunk that is not opened, with the message indexes behind it.
+    Unopened {
+        offset: u64,
+        end: u64,
+        head: Vec<u8>,
+        body: Arc<Vec<u8>>,
+        /// The records behind it.
+        indexes: Arc<Vec<u8>>,
+        /// Nothing if those do not fit the chunk.
+        chunk: Ticket<Option<SourceChunk>>,
+    },
+    /// A stretch of the file was skipped.
+    Skipped {
+        /// Where it ends.
+        end: u64,
+        /// Messages in it by numbered channel.
+        counts: BTreeMap<u16, u64>,
+    },
+    /// The file ends, or nearly, `left` bytes before where a record should be.
+    RunOut {
+        offset: u64,
+        left: u64,
+    },
+}
+
+impl Next {
+    /// Bytes that it counts for.
+    fn size(&self) -> u64 {
+        match self {
+            Next::Record(raw) => raw.size,
+            Next::Unopened { offset, end, .. } => end - offset,
+            _ => 0,
+        }
+    }
+}
+
+/// Reads the records of a file.
+pub(super) struct Ahead {
+    pub(super) source: Source,
+    workers: Workers,
+    /// Stretches that are skipped, in the order of the file.
+    gaps: VecDeque<Gap>,
+    /// Chunks that are not opened, by where they begin.
+    unopened: BTreeMap<u64, UnopenedChunk>,
+    queue: VecDeque<Result<Next>>,
+    size: u64,
+    /// Whether nothing more is to be read ahead: behind the footer, a cut or an error.
+    is_over: bool,
+    /// Reading and hashing.
+    pub(super) steps: Steps,
+}
+
+impl Ahead {
+    pub(super) fn new(mut source: Source, workers: Workers, plan: Plan) -> Self {
+        let (queue, Plan { gaps, unopened, .. }) = (VecDeque::new(), plan);
+        if !gaps.is_empty() {
+            source.expect(between(&gaps, &source));
+        }
+        Ahead {
+            source,
+            workers,
+            gaps,
+            unopened,
+            queue,
+            size: 0,
+            is_over: false,
+            steps: Steps::default(),
+        }
+    }
+
+    /// What comes next. Not to be called behind a footer, a cut or an error.
+    pub(super) fn next(&mut self) -> Result<Next> {
+        self.fill();
+        let next = self.queue.pop_front().unwrap_or_else(|| self.read())?;
+        self.size -= next.size();
+        Ok(next)
+    }
+
+    fn fill(&mut self) {
+        // A stream is not read ahead: what it has given should not have to wait for what it has not.
+        let budget = match self.workers.is_parallel() && self.source.size.is_some() {
+            true => MOST_AHEAD.min(AHEAD_PER_THREAD * self.workers.threads() as u64),
+            false => 0,
+        };
+        while !self.is_over && (self.queue.is_empty() || self.size < budget) {
+            let next = self.read();
+            self.size += next.as_ref().map_or(0, Next::size);
+            self.is_over = match &next {
+                Ok(Next::Record(raw)) => raw.opcode == op::FOOTER,
+                Ok(Next::Skipped { .. } | Next::Unopened { .. }) => false,
+                _ => true,
+            };
+            self.queue.push_back(next);
+        }
+    }
+
+    fn read(&mut self) -> Result<Next> {
+        if let Some(gap) = self.gaps.pop_front_if(|gap| gap.start == self.source.offset) {
+            self.source.skip_to(gap.end)?;
+            return Ok(Next::Skipped { end: gap.end, counts: gap.counts });
+        }
+        let (started, before) = (Instant::now(), self.source.offset);
+        let next = match self.unopened.remove(&before) {
+            Some(unopened) => self.read_unopened(unopened),
+            None => self.read_raw(),
+        };
+        self.steps.take_since(started, self.source.offset - before);
+        let mut next = next?;
+        if let Next::Record(raw) = &mut next
+            && raw.opcode == op::CHUNK
+        {
+            let body = Arc::clone(&raw.body);
+            raw.unpacked = Some(self.workers.run(move || unpack(&body)));
+        }
+        Ok(next)
+    }
+
+    fn read_unopened(&mut self, unopened: UnopenedChunk) -> Result<Next> {
+        let source = &mut self.source;
+        let offset = source.offset;
+        let length = unopened.end - offset;
+        let mut head = Vec::with_capacity(HEAD_LEN);
+        if length <= source.remaining().min(MAX_RECORD) {
+            source.read(HEAD_LEN as u64, &mut head)?;
+        }
+        let body_length = match split_head(&head) {
+            Some((op::CHUNK, body)) if body <= length - HEAD_LEN as u64 => body,
+            _ => {
+                let problem = "the index says that a chunk begins here, and none does";
+                return Err(source.damage(offset, problem));
+            }
+        };
+        let indexes_length = length - HEAD_LEN as u64 - body_length;
+        let [mut body, mut indexes] =
+            [body_length, indexes_length].map(|length| Vec::with_capacity(length as usize));
+        source.read(body_length, &mut body)?;
+        source.read(indexes_length, &mut indexes)?;
+        let (body, indexes) = (Arc::new(body), Arc::new(indexes));
+        let (of_chunk, of_indexes) = (Arc::clone(&body), Arc::clone(&indexes));
+        let chunk = self
+            .workers
+            .run(move || SourceChunk::unopened(&of_chunk, &of_indexes, unopened.channels));
+        Ok(Next::Unopened { offset, end: unopened.end, head, body, indexes, chunk })
+    }
+
+    fn read_raw(&mut self) -> Result<Next> {
+        let source = &mut self.source;
+        let offset = source.offset;
+        let tail = if source.is_complete { mcap::MAGIC.len() as u64 } else { 0 };
+        let left = source.remaining().saturating_sub(tail);
+        if left < HEAD_LEN as u64 {
+            return Ok(Next::RunOut { offset, left });
+        }
+        let mut head = Vec::with_capacity(HEAD_LEN);
+        let there = source.read(HEAD_LEN as u64, &mut head)?;
+        if there < HEAD_LEN as u64 {
+            return Ok(Next::RunOut { offset, left: there });
+        }
+        let (opcode, length) = split_head(&head).unwrap_or_default();
+        let left = left - HEAD_LEN as u64;
+        if length > left && !source.is_complete {
+            let mut body = Vec::new();
+            if opcode == op::CHUNK && left <= MAX_RECORD {
+                source.read(left, &mut body)?;
+            }
+            return Ok(Next::Cut { offset, opcode, length, left, body });
+        }
+        if length > left || length > MAX_RECORD {
+            return Err(source.damage(offset, too_long(opcode, length, left)));
+        }
+        // Of a file so many bytes are there; of a stream they are still to come.
+        let capacity = source.size.map_or(0, |_| length as usize);
+        let mut body = Vec::with_capacity(capacity);
+        let there = source.read(length, &mut body)?;
+        if there < length {
+            return Ok(Next::Cut { offset, opcode, length, left: there, body });
+        }
+        let size = length + chunk_size(opcode, &body);
+        let (end, body) = (source.offset, Arc::new(body));
+        Ok(Next::Record(Raw { offset, end, opcode, head, body, unpacked: None, size }))
+    }
+}
+
+/// What is read of a file of which some is skipped.
+fn between(gaps: &VecDeque<Gap>, source: &Source) -> Vec<Range<u64>> {
+    let starts = iter::once(0).chain(gaps.iter().map(|gap| gap.end));
+    let ends = gaps.iter().map(|gap| gap.start).chain(source.size);
+    starts.zip(ends).map(|(start, end)| start..end).collect()
+}
+
+fn unpack(body: &[u8]) -> Unpacked {
+    let started = Instant::now();
+    let mut records = Vec::new();
+    let unpacked = chunk::unpack(body, &mut records).map(|()| records);
+    (unpacked, ms_since(started))
+}
+
+/// Bytes of a chunk's records, as it claims.
+fn chunk_size(opcode: u8, body: &[u8]) -> u64 {
+    let sizes = (opcode == op::CHUNK).then(|| chunk::sizes(body)).flatten();
+    sizes.map_or(0, |sizes| sizes.uncompressed_size.min(MAX_RECORD))
+}
+
+fn too_long(opcode: u8, length: u64, left: u64) -> String {
+    let left = match left {
+        u64::MAX => String::new(),
+        left => format!("{left} are left in the file, and "),
+    };
+    format!(
+        "{} claims {length} bytes; {left}{MAX_RECORD} are the most that can be read here",
+        record_name(opcode)
+    )
+}

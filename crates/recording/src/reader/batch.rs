@@ -1,0 +1,194 @@
+//! The records of a chunk, or one that is outside of chunks.
+
+use std::borrow::Cow;
+use std::ops::Range;
+use std::sync::Arc;
+
+use mcap::records::{self, AttachmentHeader, MessageHeader, op};
+
+use super::counts::Counts;
+use super::definitions::{Definitions, unknown_schema};
+use crate::fields::{Fields, HEAD_LEN, MESSAGE_HEADER_LEN, split_head};
+use crate::names::{crc_mismatch, record_name, unreadable};
+use crate::parse::parse_record;
+use crate::part::{Item, SharedBytes};
+use crate::record::{Position, Record, Schema};
+
+/// Records that are in memory with their heads: those of a chunk, or one that was outside.
+#[derive(Default)]
+pub(super) struct Batch {
+    pub(super) bytes: Arc<Vec<u8>>,
+    pub(super) next: usize,
+    pub(super) offset: u64,
+    pub(super) in_chunk: bool,
+    pub(super) messages: u32,
+    /// Whether it is a whole chunk, checked.
+    pub(super) is_copyable: bool,
+}
+
+/// A record of the batch; messages and private records stay there.
+pub(super) enum Found {
+    Owned(Record<'static>),
+    Message(MessageHeader, Range<usize>, Position),
+    Private(u8, Range<usize>),
+}
+
+impl Batch {
+    /// A batch of the records in `bytes`, which lie at `offset` in the file and are whole.
+    pub(super) fn new(offset: u64, in_chunk: bool, bytes: Vec<u8>) -> Self {
+        Batch { bytes: Arc::new(bytes), offset, in_chunk, ..Batch::default() }
+    }
+
+    /// Whether records are left.
+    pub(super) fn has_next(&self) -> bool {
+        self.next < self.bytes.len()
+    }
+
+    /// Takes the next record. `None` for a definition that is repeated; what is wrong if something is.
+    pub(super) fn take_next(
+        &mut self,
+        definitions: &mut Definitions,
+        counts: &mut Counts,
+    ) -> Result<Option<Found>, String> {
+        let (opcode, length) = split_head(&self.bytes[self.next..]).unwrap_or_default();
+        let start = self.next + HEAD_LEN;
+        let place = start..start + length as usize;
+        self.next = place.end;
+        let body = &self.bytes[place.clone()];
+        match opcode {
+            op::MESSAGE => {
+                let header = message_header(body).ok_or_else(|| unreadable(opcode))?;
+                self.message(header, place, definitions, counts).map(Some)
+            }
+            op::SCHEMA | op::CHANNEL => definition(opcode, body, definitions),
+            op::ATTACHMENT if !self.in_chunk => {
+                counts.attachments += 1;
+                attachment(body).map(|record| Some(Found::Owned(record)))
+            }
+            op::METADATA if !self.in_chunk => {
+                counts.metadata += 1;
+                match parse_record(opcode, body) {
+                    Some(records::Record::Metadata(metadata)) => {
+                        Ok(Some(Found::Owned(Record::Metadata(metadata))))
+                    }
+                    _ => Err(unreadable(opcode)),
+                }
+            }
+            0x80.. => Ok(Some(Found::Private(opcode, place))),
+            0x10.. => Ok(Some(Found::Owned(Record::Damaged {
+                offset: self.offset,
+                problem: format!(
+                    "a record of {length} bytes with opcode {opcode:#04x}, which this version of \
+                     the format does not know, is left out"
+                ),
+            }))),
+            _ => Err(format!("{} (opcode {opcode:#04x}) inside a chunk", record_name(opcode))),
+        }
+    }
+
+    fn message(
+        &mut self,
+        header: MessageHeader,
+        place: Range<usize>,
+        definitions: &Definitions,
+        counts: &mut Counts,
+    ) -> Result<Found, String> {
+        if !definitions.channels.contains_key(&header.channel_id) {
+            return Err(format!(
+                "a message (sequence {}, log time {} ns) of channel {}, which has not been defined",
+                header.sequence, header.log_time, header.channel_id
+            ));
+        }
+        let position = Position { chunk_offset: self.offset, index_in_chunk: self.messages };
+        self.messages += 1;
+        counts.messages += 1;
+        Ok(Found::Message(header, place.start + MESSAGE_HEADER_LEN..place.end, position))
+    }
+
+    /// What was found as a record that borrows from the batch.
+    pub(super) fn record(&self, found: Found) -> Record<'_> {
+        match found {
+            Found::Owned(record) => record,
+            Found::Message(header, place, position) => {
+                Record::Message { header, data: Cow::Borrowed(&self.bytes[place]), position }
+            }
+            Found::Private(opcode, place) => Record::Private {
+                opcode,
+                data: Cow::Borrowed(&self.bytes[place]),
+                in_chunk: self.in_chunk,
+            },
+        }
+    }
+
+    /// What was found as a record to keep.
+    pub(super) fn item(&self, found: Found) -> Item {
+        match found {
+            Found::Message(header, place, position) => {
+                Item::Message { header, data: SharedBytes::new(&self.bytes, place), position }
+            }
+            found => Item::Record(self.record(found).into_owned()),
+        }
+    }
+}
+
+/// Takes a definition; `None` if it is known already.
+fn definition(
+    opcode: u8,
+    body: &[u8],
+    definitions: &mut Definitions,
+) -> Result<Option<Found>, String> {
+    match parse_record(opcode, body) {
+        Some(records::Record::Schema { header, data }) => {
+            let schema = Schema::new(header, &data);
+            if !definitions.is_new_schema(&schema)? {
+                return Ok(None);
+            }
+            definitions.schemas.insert(schema.id, schema.clone());
+            Ok(Some(Found::Owned(Record::Schema(schema))))
+        }
+        Some(records::Record::Channel(channel)) => {
+            if !definitions.is_new_channel(&channel)? {
+                return Ok(None);
+            }
+            if !definitions.has_schema_of(&channel) {
+                return Err(unknown_schema(&channel));
+            }
+            definitions.channels.insert(channel.id, channel.clone());
+            Ok(Some(Found::Owned(Record::Channel(channel))))
+        }
+        _ => Err(unreadable(opcode)),
+    }
+}
+
+fn message_header(body: &[u8]) -> Option<MessageHeader> {
+    let mut fields = Fields(body);
+    Some(MessageHeader {
+        channel_id: fields.u16()?,
+        sequence: fields.u32()?,
+        log_time: fields.u64()?,
+        publish_time: fields.u64()?,
+    })
+}
+
+fn attachment(body: &[u8]) -> Result<Record<'static>, String> {
+    let mut fields = Fields(body);
+    let mut parse = || {
+        let header = AttachmentHeader {
+            log_time: fields.u64()?,
+            create_time: fields.u64()?,
+            name: fields.str()?.to_owned(),
+            media_type: fields.str()?.to_owned(),
+        };
+        let length = fields.u64()?;
+        let data = fields.bytes(length)?;
+        let covered = body.len() - fields.0.len();
+        Some((header, data, &body[..covered], fields.u32()?))
+    };
+    let (header, data, covered, stored) = parse().ok_or("an attachment record cannot be parsed")?;
+    let computed = crc32fast::hash(covered);
+    if stored != 0 && stored != computed {
+        let what = format!("attachment `{}`:", header.name);
+        return Err(crc_mismatch(&what, stored, computed));
+    }
+    Ok(Record::Attachment { header, data: Cow::Owned(data.to_vec()) })
+}

@@ -1,0 +1,420 @@
+//! The sections of a recording: which records may stand where, and what each adds.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::sync::Arc;
+use std::time::Instant;
+
+use mcap::records::{self, op};
+
+use super::ahead::{Ahead, Next, Raw, Records};
+use super::batch::{Batch, Found};
+use super::counts::Counts;
+use super::definitions::Definitions;
+use super::summary::Summary;
+use super::times::ReadTimes;
+use crate::chunk;
+use crate::error::{Error, Result};
+use crate::fields::MAX_RECORD;
+use crate::names::{crc_mismatch, record_name, unreadable};
+use crate::parse::parse_record;
+use crate::part::SourceChunk;
+use crate::record::Record;
+use crate::summary::topics_of_chunk;
+
+/// Where in the file the next record lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Section {
+    Start,
+    Data,
+    Summary,
+    End,
+}
+
+/// Reads one record of the file after the other, and keeps what came of it until it is given.
+pub(super) struct Sections {
+    pub(super) source: Ahead,
+    /// Where the record of the file ends that was taken last.
+    pub(super) offset: u64,
+    pub(super) section: Section,
+    /// Opcode of the record of the file that was taken last.
+    previous: u8,
+    pub(super) batch: Batch,
+    /// Body of the record of the file that was taken last.
+    pub(super) body: Arc<Vec<u8>>,
+    /// Checksum of the section so far.
+    crc: crc32fast::Hasher,
+    pub(super) definitions: Definitions,
+    summary: Summary,
+    pub(super) counts: Counts,
+    /// Records to be given before the next is read.
+    pub(super) pending: VecDeque<Record<'static>>,
+    /// Chunks by compression.
+    pub(super) compression: BTreeMap<String, u64>,
+    pub(super) times: ReadTimes,
+    /// Definitions that are given first, where some of those in the file may be skipped.
+    pub(super) known: Option<Definitions>,
+    /// Channels whose messages must not be left in chunks that are not opened.
+    pub(super) numbered: BTreeSet<u16>,
+    /// A chunk that was not opened, to be given next, and where it begins.
+    pub(super) unopened: Option<(u64, SourceChunk)>,
+    /// Whether some of the file was skipped.
+    has_skipped: bool,
+}
+
+impl Sections {
+    pub(super) fn new(source: Ahead) -> Self {
+        let mut crc = crc32fast::Hasher::new();
+        crc.update(mcap::MAGIC);
+        Sections {
+            offset: source.source.offset,
+            source,
+            section: Section::Start,
+            previous: 0,
+            batch: Batch::default(),
+            body: Arc::default(),
+            crc,
+            definitions: Definitions::default(),
+            summary: Summary::default(),
+            counts: Counts::default(),
+            pending: VecDeque::new(),
+            compression: BTreeMap::new(),
+            times: ReadTimes::default(),
+            known: None,
+            numbered: BTreeSet::new(),
+            unopened: None,
+            has_skipped: false,
+        }
+    }
+
+    /// Gives nothing more.
+    pub(super) fn end(&mut self) {
+        self.section = Section::End;
+        self.batch.bytes = Arc::default();
+        self.pending.clear();
+    }
+
+    /// Takes the next record of the batch; `None` for a definition that is repeated.
+    pub(super) fn next_of_batch(&mut self) -> Result<Option<Found>> {
+        let found = self.batch.take_next(&mut self.definitions, &mut self.counts);
+        found.map_err(|problem| self.damage(self.batch.offset, problem))
+    }
+
+    /// Reads one record of the file. Damage of the summary ends it and costs no message.
+    pub(super) fn step(&mut self) -> Result<()> {
+        match (self.read_record(), self.section) {
+            (Err(Error::Damaged { offset, problem, .. }), Section::Summary) => {
+                self.give_up_summary(offset, problem);
+                Ok(())
+            }
+            (result, _) => result,
+        }
+    }
+
+    fn read_record(&mut self) -> Result<()> {
+        match self.source.next()? {
+            Next::RunOut { offset, left } => {
+                self.run_out(offset, left, "a record is cut in its length")
+            }
+            Next::Cut { offset, opcode, length, left, body } => {
+                self.cut(offset, opcode, length, left, &body);
+                Ok(())
+            }
+            Next::Unopened { offset, end, head, body, indexes, chunk } => {
+                for bytes in [&head, &*body, &*indexes] {
+                    self.crc.update(bytes);
+                }
+                (self.offset, self.previous) = (end, op::CHUNK);
+                self.count_chunk(&body);
+                match chunk.wait().filter(|chunk| self.may_stay_unopened(chunk)) {
+                    Some(chunk) => {
+                        self.counts.messages += chunk.message_count();
+                        self.unopened = Some((offset, chunk));
+                        Ok(())
+                    }
+                    None => self.open_chunk(offset, &body),
+                }
+            }
+            Next::Skipped { end, counts } => {
+                (self.offset, self.has_skipped, self.previous) = (end, true, op::CHUNK);
+                self.pending.push_back(Record::Skipped { counts });
+                Ok(())
+            }
+            Next::Record(raw) => {
+                self.offset = raw.end;
+                self.take_raw(raw)
+            }
+        }
+    }
+
+    fn count_chunk(&mut self, body: &[u8]) {
+        self.counts.chunks += 1;
+        let compression = chunk::compression(body).unwrap_or_default().to_owned();
+        *self.compression.entry(compression).or_default() += 1;
+    }
+
+    /// Whether the message indexes of a chunk tell of known channels only, and of no numbered one.
+    fn may_stay_unopened(&self, chunk: &SourceChunk) -> bool {
+        chunk.counts().all(|(channel, _)| {
+            self.definitions.channels.contains_key(&channel) && !self.numbered.contains(&channel)
+        })
+    }
+
+    /// Opens a chunk that could have stayed unopened.
+    pub(super) fn open_chunk(&mut self, offset: u64, body: &Arc<Vec<u8>>) -> Result<()> {
+        let mut records = Vec::new();
+        let unpacked = chunk::unpack(body, &mut records).map(|()| records);
+        self.body = Arc::clone(body);
+        self.open_batch(offset, unpacked)
+    }
+
+    fn open_batch(&mut self, offset: u64, records: Records) -> Result<()> {
+        let records =
+            records.map_err(|problem| self.damage(offset, problem + &self.topics_of(offset)))?;
+        self.batch = Batch::new(offset, true, records);
+        self.batch.is_copyable = true;
+        Ok(())
+    }
+
+    fn take_raw(&mut self, raw: Raw) -> Result<()> {
+        let Raw { offset, opcode, head, body, unpacked, .. } = raw;
+        self.body = body;
+        let records = unpacked.map(|unpacked| {
+            let started = Instant::now();
+            let (records, ms) = unpacked.wait();
+            self.times.wait.take_since(started, 0);
+            let bytes = records.as_ref().map_or(0, |records| records.len() as u64);
+            self.times.unpack.take(ms, bytes);
+            records
+        });
+        self.take_record(offset, opcode, &head, records)?;
+        self.previous = opcode;
+        Ok(())
+    }
+
+    fn take_record(
+        &mut self,
+        offset: u64,
+        opcode: u8,
+        head: &[u8],
+        records: Option<Records>,
+    ) -> Result<()> {
+        let section_crc = self.crc.clone();
+        self.crc.update(head);
+        match opcode {
+            op::FOOTER => self.crc.update(self.body.get(..16).unwrap_or_default()),
+            _ => self.crc.update(&self.body),
+        }
+        match (self.section, opcode) {
+            (Section::Data, op::CHUNK) => {
+                self.count_chunk(&Arc::clone(&self.body));
+                self.open_batch(offset, records.unwrap_or_else(|| Ok(Vec::new())))
+            }
+            (Section::Start, op::HEADER) => self.take_header(offset),
+            (Section::Start, _) => Err(self.damage(
+                offset,
+                format!("the file starts with {}, not with its header", record_name(opcode)),
+            )),
+            (Section::Data, op::MESSAGE_INDEX) => self.take_message_index(offset),
+            (Section::Data, op::DATA_END) => self.take_data_end(offset, section_crc),
+            (
+                Section::Data,
+                op::SCHEMA | op::CHANNEL | op::MESSAGE | op::ATTACHMENT | op::METADATA | 0x10..,
+            )
+            | (Section::Summary, 0x10..) => {
+                self.batch = Batch::new(offset, false, [head, &self.body].concat());
+                Ok(())
+            }
+            (
+                Section::Summary,
+                op::SCHEMA
+                | op::CHANNEL
+                | op::STATISTICS
+                | op::CHUNK_INDEX
+                | op::ATTACHMENT_INDEX
+                | op::METADATA_INDEX
+                | op::SUMMARY_OFFSET,
+            ) => self.take_summary(offset, opcode),
+            (Section::Summary, op::FOOTER) => self.take_footer(offset),
+            (Section::End, _) => Ok(()),
+            (section, _) => Err(self.misplaced(offset, section, opcode)),
+        }
+    }
+
+    fn misplaced(&self, offset: u64, section: Section, opcode: u8) -> Error {
+        let section = if section == Section::Summary { "summary" } else { "data" };
+        let name = record_name(opcode);
+        self.damage(
+            offset,
+            format!("{name} (opcode {opcode:#04x}) where none can be, in the {section}"),
+        )
+    }
+
+    fn take_header(&mut self, offset: u64) -> Result<()> {
+        if let records::Record::Header(header) = self.parse(offset, op::HEADER)? {
+            let records::Header { profile, library } = header;
+            self.pending.push_back(Record::Header { profile, library });
+        }
+        self.section = Section::Data;
+        if let Some(known) = self.known.take() {
+            self.pending.extend(known.schemas.values().cloned().map(Record::Schema));
+            self.pending.extend(known.channels.values().cloned().map(Record::Channel));
+            self.definitions = known;
+        }
+        Ok(())
+    }
+
+    /// An index is not needed here, but one without its chunk tells of a chunk that was not seen.
+    fn take_message_index(&mut self, offset: u64) -> Result<()> {
+        self.parse(offset, op::MESSAGE_INDEX)?;
+        if !matches!(self.previous, op::CHUNK | op::MESSAGE_INDEX) {
+            let problem = "an index of messages without the chunk that should be before it; a \
+                           chunk may be missing";
+            let problem = problem.to_owned();
+            self.pending.push_back(Record::Damaged { offset, problem });
+        }
+        Ok(())
+    }
+
+    fn take_data_end(&mut self, offset: u64, crc: crc32fast::Hasher) -> Result<()> {
+        if let records::Record::DataEnd(end) = self.parse(offset, op::DATA_END)? {
+            let (stored, computed) = (end.data_section_crc, crc.finalize());
+            if stored != 0 && stored != computed && !self.has_skipped {
+                return Err(self.damage(offset, crc_mismatch("data section", stored, computed)));
+            }
+        }
+        self.crc = crc32fast::Hasher::new();
+        self.summary.start = self.offset;
+        self.section = Section::Summary;
+        Ok(())
+    }
+
+    fn take_summary(&mut self, offset: u64, opcode: u8) -> Result<()> {
+        let body = Arc::clone(&self.body);
+        let record = parse_record(opcode, &body).ok_or_else(|| unreadable(opcode));
+        let taken = record.and_then(|record| self.summary.take(record, &self.definitions));
+        taken.map_err(|problem| self.damage(offset, problem))
+    }
+
+    fn take_footer(&mut self, offset: u64) -> Result<()> {
+        let records::Record::Footer(footer) = self.parse(offset, op::FOOTER)? else {
+            return Ok(());
+        };
+        let (stored, computed) = (footer.summary_crc, self.crc.clone().finalize());
+        if stored != 0 && stored != computed {
+            return Err(self.damage(offset, crc_mismatch("summary section", stored, computed)));
+        }
+        let checked = self.summary.check_start(&footer);
+        checked.map_err(|problem| self.damage(offset, problem))?;
+        self.give_summary(offset);
+        self.section = Section::End;
+        self.check_end()
+    }
+
+    fn give_summary(&mut self, offset: u64) {
+        let summary = std::mem::take(&mut self.summary);
+        let (known, skipped) = (&mut self.definitions, self.has_skipped);
+        self.pending.extend(summary.finish(offset, known, self.counts, skipped));
+    }
+
+    /// Ends at damage in the summary. What stands only in the summary cannot be trusted and is left
+    /// out.
+    fn give_up_summary(&mut self, offset: u64, problem: String) {
+        let problem = format!(
+            "the summary at the end of the file is damaged ({problem}); the messages are not \
+             affected, but what stands only in the summary is left out"
+        );
+        self.pending.push_back(Record::Damaged { offset, problem });
+        self.batch.bytes = Arc::default();
+        self.section = Section::End;
+    }
+
+    /// Looks at what is behind the footer.
+    fn check_end(&mut self) -> Result<()> {
+        let source = &mut self.source.source;
+        let offset = source.offset;
+        let mut end = Vec::new();
+        let length = source.remaining().min(mcap::MAGIC.len() as u64);
+        source.read(length, &mut end)?;
+        self.offset = source.offset;
+        let more = match source.size {
+            Some(_) => source.remaining(),
+            // Whether there is more is seen by trying.
+            None => source.read(1, &mut Vec::new())?,
+        };
+        let damaged = |offset, problem: &str| {
+            let problem = problem.to_owned();
+            Record::Damaged { offset, problem }
+        };
+        self.pending.push_back(match (end == mcap::MAGIC, more) {
+            (true, 0) => return Ok(()),
+            (true, _) => damaged(self.offset, "there are bytes behind the end of the recording"),
+            (false, 0) if end.len() < mcap::MAGIC.len() => {
+                let problem = "the file is cut off in the eight bytes that close a recording";
+                let problem = problem.to_owned();
+                Record::Truncated { offset, problem }
+            }
+            (false, _) => damaged(offset, "the footer is not followed by the end of the file"),
+        });
+        Ok(())
+    }
+
+    /// No record follows although the footer has not come.
+    fn run_out(&mut self, offset: u64, left: u64, cut: &str) -> Result<()> {
+        if self.source.source.is_complete {
+            return Err(
+                self.damage(offset, "the recording ends without the records that should close it")
+            );
+        }
+        let problem = match left {
+            0 => "the file ends before the records that should close it",
+            _ => cut,
+        };
+        self.truncate(offset, problem.to_owned());
+        Ok(())
+    }
+
+    /// The file ends within a record: what is there of a chunk is given.
+    fn cut(&mut self, offset: u64, opcode: u8, length: u64, left: u64, body: &[u8]) {
+        let mut problem = format!(
+            "the file is cut off in {} of {length} bytes, of which {left} are there",
+            record_name(opcode)
+        );
+        if (self.section, opcode) == (Section::Data, op::CHUNK) && left <= MAX_RECORD {
+            let mut records = Vec::new();
+            chunk::salvage(body, &mut records);
+            self.batch = Batch::new(offset, true, records);
+            problem += "; its messages up to there are kept, unchecked";
+        }
+        self.truncate(offset, problem);
+    }
+
+    fn truncate(&mut self, offset: u64, problem: String) {
+        if self.section == Section::Summary {
+            self.give_summary(offset);
+        }
+        self.pending.push_back(Record::Truncated { offset, problem });
+        self.section = Section::End;
+    }
+
+    /// The record that was taken last.
+    fn parse(&self, offset: u64, opcode: u8) -> Result<records::Record<'_>> {
+        parse_record(opcode, &self.body).ok_or_else(|| self.damage(offset, unreadable(opcode)))
+    }
+
+    /// An error about what is at `offset`.
+    pub(super) fn damage(&self, offset: u64, problem: impl Into<String>) -> Error {
+        self.source.source.damage(offset, problem)
+    }
+
+    /// Topics of the messages in a damaged chunk, if the summary still tells.
+    fn topics_of(&self, chunk_offset: u64) -> String {
+        let source = &self.source.source;
+        let topics = topics_of_chunk(&source.path, source.size.unwrap_or(0), chunk_offset);
+        match topics.map(Vec::from_iter) {
+            Some(topics) if !topics.is_empty() => {
+                format!("; the chunk holds messages of {}", topics.join(", "))
+            }
+            _ => String::new(),
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! The bytes of a recording from front to back.
+
+use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+use crate::address::is_stream;
+use crate::error::{Error, Result};
+use crate::fetched::Fetched;
+use crate::file_kind::not_a_recording;
+use crate::input::Input;
+
+/// Bytes read at a time.
+const PIECE: usize = 1 << 20;
+
+/// The bytes of a file or a stream in order, hashed as they go by unless some are skipped.
+pub(crate) struct Source {
+    pub(crate) path: PathBuf,
+    /// Bytes of the file; of a stream those are not known.
+    pub(crate) size: Option<u64>,
+    pub(crate) offset: u64,
+    /// Whether the file ends as a recording does; of a stream that is not known either, and not taken for granted.
+    pub(crate) is_complete: bool,
+    file: io::BufReader<Counted>,
+    hasher: Option<Sha256>,
+}
+
+/// Where bytes come from, and how many were read.
+struct Counted {
+    from: Input,
+    bytes: u64,
+}
+
+impl Read for Counted {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let read = self.from.read(into)?;
+        self.bytes += read as u64;
+        Ok(read)
+    }
+}
+
+impl Seek for Counted {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.from.seek(to)
+    }
+}
+
+impl Source {
+    /// Opens a recording and reads the magic that it starts with.
+    pub(crate) fn open(path: &Path, hash: bool) -> Result<Self> {
+        let at = |source| Error::Io { path: path.to_owned(), source };
+        let mut from = Input::open(path)?;
+        let (size, is_complete) = match is_stream(path) {
+            true => (None, false),
+            false => {
+                if from.is_folder().map_err(at)? {
+                    return Err(a_folder(path));
+                }
+                let size = from.size().map_err(at)?;
+                let is_complete = ends_with_magic(&mut from, size).map_err(at)?;
+                from.seek(SeekFrom::Start(0)).map_err(at)?;
+                (Some(size), is_complete)
+            }
+        };
+        let mut source = Source {
+            path: path.to_owned(),
+            size,
+            offset: 0,
+            is_complete,
+            file: io::BufReader::with_capacity(64 << 10, Counted { from, bytes: 0 }),
+            hasher: hash.then(Sha256::new),
+        };
+        source.expect_magic()?;
+        Ok(source)
+    }
+
+    /// Bytes that are still to be read, as far as is known.
+    pub(crate) fn remaining(&self) -> u64 {
+        self.size.map_or(u64::MAX, |size| size.saturating_sub(self.offset))
+    }
+
+    /// Appends the next `length` bytes, of a file as many as remain at most, and returns their number: of a stream that
+    /// ends before, fewer. No more memory is taken than bytes come.
+    pub(crate) fn read(&mut self, length: u64, into: &mut Vec<u8>) -> Result<u64> {
+        let start = into.len();
+        let read = (&mut self.file).take(length).read_to_end(into);
+        let read = read.map_err(|error| self.io_error(error))? as u64;
+        if read < length && self.size.is_some() {
+            return Err(self.io_error(io::Error::new(
+                ErrorKind::UnexpectedEof,
+                "the file became shorter while it was read",
+            )));
+        }
+        if let Some(hasher) = &mut self.hasher {
+            hasher.update(&into[start..]);
+        }
+        self.offset += read;
+        Ok(read)
+    }
+
+    /// Goes on at a later place; there is no hash of the file then.
+    pub(crate) fn skip_to(&mut self, offset: u64) -> Result<()> {
+        let sought = self.file.seek(SeekFrom::Start(offset));
+        self.offset = sought.map_err(|error| self.io_error(error))?;
+        self.hasher = None;
+        Ok(())
+    }
+
+    /// Says which stretches of the file will be read, in order ([`Input::expect`]).
+    pub(crate) fn expect(&mut self, stretches: Vec<Range<u64>>) {
+        self.file.get_mut().from.expect(stretches);
+    }
+
+    /// What was fetched of it over the network ([`Input::fetched`]).
+    pub(crate) fn fetched(&self) -> Option<Fetched> {
+        self.file.get_ref().from.fetched()
+    }
+
+    /// A number for this state of a remote object ([`Input::object_id`]).
+    pub(crate) fn object_id(&self) -> Option<u64> {
+        self.file.get_ref().from.object_id()
+    }
+
+    /// Bytes that were read of the file.
+    pub(crate) fn bytes_read(&self) -> u64 {
+        self.file.get_ref().bytes
+    }
+
+    /// Reads what is left and returns the SHA-256 of the file in lowercase hexadecimal; of one that is not hashed,
+    /// nothing.
+    pub(crate) fn finish(&mut self) -> Result<Option<String>> {
+        if self.hasher.is_none() {
+            return Ok(None);
+        }
+        let mut piece = Vec::new();
+        while self.read(self.remaining().min(PIECE as u64), &mut piece)? > 0 {
+            piece.clear();
+        }
+        let digest = self.hasher.take().map(Sha256::finalize);
+        Ok(digest.map(|digest| digest.iter().map(|byte| format!("{byte:02x}")).collect()))
+    }
+
+    /// An error about what is at `offset`.
+    pub(crate) fn damage(&self, offset: u64, problem: impl Into<String>) -> Error {
+        Error::Damaged { path: self.path.clone(), offset, problem: problem.into() }
+    }
+
+    fn io_error(&self, source: io::Error) -> Error {
+        Error::Io { path: self.path.clone(), source }
+    }
+
+    fn expect_magic(&mut self) -> Result<()> {
+        let mut start = Vec::new();
+        self.read(self.remaining().min(mcap::MAGIC.len() as u64), &mut start)?;
+        if start == mcap::MAGIC {
+            return Ok(());
+        }
+        // Only to tell kinds of file apart, so not hashed.
+        let mut more = [0; 8];
+        let length = self.file.read(&mut more).unwrap_or(0);
+        start.extend_from_slice(&more[..length]);
+        Err(self.damage(0, not_a_recording(&start)))
+    }
+}
+
+fn ends_with_magic(file: &mut Input, size: u64) -> io::Result<bool> {
+    let length = mcap::MAGIC.len() as u64;
+    if size < 2 * length {
+        return Ok(false);
+    }
+    let mut end = [0; 8];
+    file.seek(SeekFrom::Start(size - length))?;
+    file.read_exact(&mut end)?;
+    Ok(end == mcap::MAGIC)
+}
+
+fn a_folder(path: &Path) -> Error {
+    let problem = match path.join("metadata.yaml").exists() {
+        true => {
+            "is the folder of a rosbag2 recording; `annotate` takes it as it is, other commands want an .mcap file in it"
+        }
+        false => "is a folder, not an MCAP recording",
+    };
+    Error::Damaged { path: path.to_owned(), offset: 0, problem: problem.to_owned() }
+}

@@ -1,0 +1,5 @@
+//! Recordings of every shape, read, copied, cut, damaged and filtered.
+
+mod copies;
+mod filter;
+mod fixtures;
