@@ -292,7 +292,7 @@ trait Ends {
     fn ends(self) -> Ended;
 }
 
-impl<T> Ends for error::Result<T> {
+impl<T, E: ToString> Ends for Result<T, E> {
     fn ends(self) -> Ended {
         self.map(|_| "read".to_owned()).map_err(|error| error.to_string())
     }

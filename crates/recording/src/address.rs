@@ -1,4 +1,5 @@
-//! What a path can name besides a file: a stream, or an address in an object store or on a web server.
+//! What a path can name besides a file: a stream, or an address in an object store or on a web
+//! server.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,15 +14,15 @@ const BEHIND_SCHEME: &str = "://";
 /// Whole addresses by the names that stand for them.
 static WHOLE: Mutex<BTreeMap<String, String>> = Mutex::new(BTreeMap::new());
 
-/// Whether a path names a stream, which can be read once from front to back: standard input, a pipe, a
-/// device.
+/// Whether a path names a stream, which can be read once from front to back: standard input, a
+/// pipe, a device.
 pub fn is_stream(path: &Path) -> bool {
     let is_other = |metadata: std::fs::Metadata| !metadata.is_file() && !metadata.is_dir();
     path == STANDARD_STREAM || !is_remote(path) && path.metadata().is_ok_and(is_other)
 }
 
-/// Whether a path is an address, as in `s3://bucket/drive.mcap`, and not the name of a file. A file of such a name can be
-/// had with `./` before it.
+/// Whether a path is an address, as in `s3://bucket/drive.mcap`, and not the name of a file. A file
+/// of such a name can be had with `./` before it.
 pub fn is_remote(path: &Path) -> bool {
     path.to_str().is_some_and(|text| scheme(text).is_some())
 }
@@ -34,11 +35,12 @@ pub(crate) fn scheme(text: &str) -> Option<&str> {
     is_scheme.then_some(scheme)
 }
 
-/// Puts what is secret of an http(s) address aside: its query, by which a server lets whoever has it read, and a user's
-/// name and password. What is returned stands for the whole in this process, and may be shown and written; opened, the
-/// whole is sent. Anything else is returned as it is.
+/// Puts what is secret of an http(s) address aside: its query, by which a server lets whoever has
+/// it read, and a user's name and password. What is returned stands for the whole in this process,
+/// and may be shown and written; opened, the whole is sent. Anything else is returned as it is.
 ///
-/// An address with such a part is refused by what opens recordings, since it could come into messages and outputs.
+/// An address with such a part is refused by what opens recordings, since it could come into
+/// messages and outputs.
 pub fn put_secrets_aside(address: &str) -> PathBuf {
     let open = open_part(address);
     if open == address {

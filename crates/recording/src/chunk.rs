@@ -5,11 +5,12 @@ use std::io::{self, Read};
 use crate::fields::{Fields, HEAD_LEN, MAX_RECORD, split_head};
 use crate::names::{crc_mismatch, record_name};
 
-/// Bytes of records that a chunk may hold however few it has in the file: many times a usual chunk, and more than
-/// the largest message that compresses to nothing, such as an empty map.
+/// Bytes of records that a chunk may hold however few it has in the file: many times a usual chunk,
+/// and more than the largest message that compresses to nothing, such as an empty map.
 const ALWAYS: u64 = 256 << 20;
 
-/// How many times smaller than its records a chunk may be beyond that. Points compress to a half, images to a tenth.
+/// How many times smaller than its records a chunk may be beyond that. Points compress to a half,
+/// images to a tenth.
 const MOST_TIMES_SMALLER: u64 = 64;
 
 struct Header<'a> {
@@ -79,7 +80,8 @@ pub(crate) fn unpack(body: &[u8], records: &mut Vec<u8>) -> Result<(), String> {
     let most = most_records(data.len());
     if header.uncompressed_size > most {
         return Err(format!(
-            "the chunk claims {} bytes of records in {} bytes, more than the {most} that are believed",
+            "the chunk claims {} bytes of records in {} bytes, more than the {most} that are \
+             believed",
             header.uncompressed_size,
             data.len()
         ));
@@ -92,8 +94,8 @@ pub(crate) fn unpack(body: &[u8], records: &mut Vec<u8>) -> Result<(), String> {
     })
 }
 
-/// The most bytes of records that are unpacked from so many bytes: a chunk can claim anything, and a small one can
-/// truly hold a thousand times its size of zeros.
+/// The most bytes of records that are unpacked from so many bytes: a chunk can claim anything, and
+/// a small one can truly hold a thousand times its size of zeros.
 fn most_records(compressed: usize) -> u64 {
     (compressed as u64).saturating_mul(MOST_TIMES_SMALLER).clamp(ALWAYS, MAX_RECORD)
 }
@@ -122,9 +124,9 @@ impl Header<'_> {
     }
 }
 
-/// Unpacks a chunk of one Zstandard frame at once, which takes half the time of doing it piece by piece. Whether
-/// that could be done and nothing is wrong; `records` are as they were otherwise. Claims far beyond what points
-/// compress to are not believed.
+/// Unpacks a chunk of one Zstandard frame at once, which takes half the time of doing it piece by
+/// piece. Whether that could be done and nothing is wrong; `records` are as they were otherwise.
+/// Claims far beyond what points compress to are not believed.
 fn quick(header: &Header, data: &[u8], records: &mut Vec<u8>) -> bool {
     let size = header.uncompressed_size;
     if header.compression != "zstd" || size / MOST_TIMES_SMALLER > data.len() as u64 {
@@ -137,8 +139,8 @@ fn quick(header: &Header, data: &[u8], records: &mut Vec<u8>) -> bool {
     true
 }
 
-/// Appends what `data` holds to `records`, a byte beyond what the header says at most. Memory grows with what has
-/// come out, not with what is claimed. What came before an error is there.
+/// Appends what `data` holds to `records`, a byte beyond what the header says at most. Memory grows
+/// with what has come out, not with what is claimed. What came before an error is there.
 fn inflate(header: &Header, data: &[u8], records: &mut Vec<u8>) -> Result<(), String> {
     let most = header.uncompressed_size.saturating_add(1);
     let mut take = |source: &mut dyn Read| source.take(most).read_to_end(records).map(drop);

@@ -29,8 +29,8 @@ pub enum Error {
 
     /// The recording is at an address, and this build reads files only (feature `remote`).
     #[error(
-        "{}: this divmerge was built without object stores. Install it with `cargo install --path . \
-         --features remote`, or download the recording",
+        "{}: this divmerge was built without object stores. Install it with `cargo install \
+         --path . --features remote`, or download the recording",
         path.display()
     )]
     NoRemote {

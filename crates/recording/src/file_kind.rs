@@ -2,14 +2,15 @@
 
 /// What a file that starts with `start` is instead.
 pub(crate) fn not_a_recording(start: &[u8]) -> String {
-    const PACKETS: &str = "a capture of network packets; play it through the sensor's ROS 2 driver (or \
-                           its maker's tools) and record the clouds: `ros2 bag record -s mcap -a`";
+    const PACKETS: &str = "a capture of network packets; play it through the sensor's ROS 2 \
+                           driver (or its maker's tools) and record the clouds: `ros2 bag record \
+                           -s mcap -a`";
     const KINDS: [(&[u8], &str); 12] = [
         (b"#ROSBAG", "a ROS 1 bag; convert it to MCAP first (`mcap convert IN.bag OUT.mcap`)"),
         (
             b"SQLite format 3",
-            "a rosbag2 database (.db3); convert it to MCAP first (`mcap convert IN.db3 OUT.mcap`, or `ros2 \
-             bag convert`)",
+            "a rosbag2 database (.db3); convert it to MCAP first (`mcap convert IN.db3 OUT.mcap`, \
+             or `ros2 bag convert`)",
         ),
         (b"\xd4\xc3\xb2\xa1", PACKETS),
         (b"\xa1\xb2\xc3\xd4", PACKETS),

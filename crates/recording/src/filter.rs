@@ -9,17 +9,17 @@ use crate::index::IndexedChunk;
 /// Numbers of messages on their topic, from 0 in the order of the file.
 pub type MessageRange = (Bound<u64>, Bound<u64>);
 
-/// What to read of a recording. By the index of the file a reader skips chunks without a message that
-/// passes ([`RecordingReader::open_filtered`](crate::RecordingReader::open_filtered)). The other
-/// chunks are read whole, so messages that do not pass can come with those that do.
+/// What to read of a recording. By the index of the file a reader skips chunks without a message
+/// that passes ([`RecordingReader::open_filtered`](crate::RecordingReader::open_filtered)). The
+/// other chunks are read whole, so messages that do not pass can come with those that do.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReadFilter {
     /// Earliest log time in nanoseconds. Default: none.
     pub from_ns: Option<u64>,
     /// Log time in nanoseconds before which a message passes. Default: none.
     pub to_ns: Option<u64>,
-    /// Channels whose messages are numbered, each with its topic. Messages are numbered by topic, and
-    /// counted in chunks that are skipped. Default: none.
+    /// Channels whose messages are numbered, each with its topic. Messages are numbered by topic,
+    /// and counted in chunks that are skipped. Default: none.
     pub numbered: BTreeMap<u16, String>,
     /// Numbers that pass on each of those topics. Default: all.
     pub numbers: MessageRange,
@@ -28,8 +28,8 @@ pub struct ReadFilter {
     /// Whether messages of the other channels pass. Default: yes.
     pub others: bool,
     /// [`RecordingReader::next_part`](crate::RecordingReader::next_part) may give a chunk of this
-    /// compression as it lies in the file, neither opened nor checked, if it has no numbered message.
-    /// Default: none.
+    /// compression as it lies in the file, neither opened nor checked, if it has no numbered
+    /// message. Default: none.
     pub unopened: Option<Compression>,
 }
 

@@ -35,9 +35,10 @@ pub(crate) struct IndexedChunk {
 }
 
 impl Index {
-    /// Reads the index, keeping counts of the messages of some channels. `None` if it cannot be relied on: there is no
-    /// summary or no checksum over it, it does not list as many chunks as it counts, they overlap in the file, or the
-    /// message indexes behind one cannot lie where it says.
+    /// Reads the index, keeping counts of the messages of some channels. `None` if it cannot be
+    /// relied on: there is no summary or no checksum over it, it does not list as many chunks as it
+    /// counts, they overlap in the file, or the message indexes behind one cannot lie where it
+    /// says.
     pub(crate) fn read(path: &Path, size: u64, keep: &dyn Fn(u16) -> bool) -> Option<Self> {
         let (mut chunks, mut counted) = (Vec::new(), None);
         let seen = visit_summary(path, size, |record| match record {
@@ -94,8 +95,8 @@ pub struct ChunkPlace {
 }
 
 impl ChunkPlace {
-    /// The chunks of a recording in the order of the file, and how many messages they have of some channels. `None` if
-    /// there is no index, or none that can be relied on.
+    /// The chunks of a recording in the order of the file, and how many messages they have of some
+    /// channels. `None` if there is no index, or none that can be relied on.
     pub fn all(overview: &Overview, is_counted: &dyn Fn(u16) -> bool) -> Option<Vec<Self>> {
         let index = Index::read(&overview.path, overview.file_size, is_counted)
             .filter(|_| overview.from_summary)?;
@@ -109,8 +110,9 @@ impl ChunkPlace {
     }
 }
 
-/// Messages of each channel, from the lengths of the message indexes that begin at these offsets, one behind the other,
-/// the last of which ends at `end`. `None` if those are no lengths of such records.
+/// Messages of each channel, from the lengths of the message indexes that begin at these offsets,
+/// one behind the other, the last of which ends at `end`. `None` if those are no lengths of such
+/// records.
 fn message_counts(offsets: &BTreeMap<u16, u64>, end: u64) -> Option<Vec<(u16, u64)>> {
     /// Log time and offset of a message.
     const ENTRY_LEN: u64 = 8 + 8;
@@ -126,8 +128,8 @@ fn message_counts(offsets: &BTreeMap<u16, u64>, end: u64) -> Option<Vec<(u16, u6
     places.iter().zip(ends).map(count).collect()
 }
 
-/// Log times, from and to (left out), between which the message of some channels lies that is nearest to a log time,
-/// as far as the index tells; all times where it does not.
+/// Log times, from and to (left out), between which the message of some channels lies that is
+/// nearest to a log time, as far as the index tells; all times where it does not.
 pub fn window_around(
     overview: &Overview,
     channels: &[u16],
@@ -138,8 +140,8 @@ pub fn window_around(
     let Some(index) = index.filter(|_| overview.from_summary) else {
         return (None, None);
     };
-    // Each chunk with such a message has one at most so far away. Chunks that tell of no messages, and messages
-    // outside of chunks, are read whatever the window.
+    // Each chunk with such a message has one at most so far away. Chunks that tell of no messages,
+    // and messages outside of chunks, are read whatever the window.
     let with_one = index.chunks.iter().filter(|chunk| !chunk.counts.is_empty());
     let reach = with_one.map(|chunk| {
         let (first, last) = chunk.times;

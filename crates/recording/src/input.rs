@@ -52,7 +52,8 @@ impl Input {
         }
     }
 
-    /// Says which stretches will be read, in order, so that what is far away can be fetched in fitting pieces.
+    /// Says which stretches will be read, in order, so that what is far away can be fetched in
+    /// fitting pieces.
     pub(crate) fn expect(&mut self, stretches: Vec<Range<u64>>) {
         match self {
             #[cfg(feature = "remote")]
@@ -61,7 +62,8 @@ impl Input {
         }
     }
 
-    /// Says that all from here on to the end will be read more than once, so that what is far away is kept.
+    /// Says that all from here on to the end will be read more than once, so that what is far away
+    /// is kept.
     pub(crate) fn keep_end(&mut self, from: u64) -> io::Result<()> {
         match self {
             #[cfg(feature = "remote")]

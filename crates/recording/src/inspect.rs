@@ -25,17 +25,17 @@ static READ_THROUGH: Mutex<VecDeque<(u64, Overview)>> = Mutex::new(VecDeque::new
 const MAX_KEPT: usize = 8;
 
 impl Overview {
-    /// What is in a recording, from the summary at its end. The file is read through where there is no
-    /// summary or it cannot be trusted: its checksum and its counts of schemas, channels and messages
-    /// must all agree with what it lists.
+    /// What is in a recording, from the summary at its end. The file is read through where there is
+    /// no summary or it cannot be trusted: its checksum and its counts of schemas, channels and
+    /// messages must all agree with what it lists.
     ///
     /// # Errors
     /// [`Error::Io`]; [`Error::Damaged`] if the file is no MCAP, or had to be read through and is
     /// damaged. A file that is cut off is no error.
     pub fn read(path: &Path) -> Result<Self> {
         if is_stream(path) {
-            let problem = "is no file but a stream, which is gone once it is read; `annotate` alone \
-                           reads from one";
+            let problem = "is no file but a stream, which is gone once it is read; `annotate` \
+                           alone reads from one";
             let (path, problem) = (path.to_owned(), problem.to_owned());
             return Err(Error::Damaged { path, offset: 0, problem });
         }

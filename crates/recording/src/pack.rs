@@ -35,8 +35,8 @@ impl MessagePlaces {
         entries.push(MessageIndexEntry { log_time, offset });
     }
 
-    /// The places that the records of message indexes in `bytes` tell. `None` if anything else is there, or a channel
-    /// twice or without a message.
+    /// The places that the records of message indexes in `bytes` tell. `None` if anything else is
+    /// there, or a channel twice or without a message.
     pub(crate) fn read(mut bytes: &[u8]) -> Option<Self> {
         let mut places = MessagePlaces::default();
         while !bytes.is_empty() {
@@ -138,8 +138,8 @@ impl OpenChunk {
     }
 }
 
-/// One frame without checksums of blocks or content: the chunk has its own, and some readers of MCAP stumble
-/// over those of blocks.
+/// One frame without checksums of blocks or content: the chunk has its own, and some readers of
+/// MCAP stumble over those of blocks.
 fn lz4(records: &[u8]) -> io::Result<Vec<u8>> {
     let mut encoder = lz4::EncoderBuilder::new()
         .level(0)

@@ -1,7 +1,7 @@
 //! Records taken apart by the format's own library, once their lengths have been seen to fit.
 //!
-//! The library makes room for as many bytes as a length claims before it reads them: four gigabytes for a name in a
-//! record of twenty bytes.
+//! The library makes room for as many bytes as a length claims before it reads them: four gigabytes
+//! for a name in a record of twenty bytes.
 
 use mcap::records::{Record, op};
 
@@ -84,8 +84,8 @@ mod tests {
         let whole = [vec![0; 32], 10_u32.to_le_bytes().to_vec(), vec![1; 10]].concat();
         let rest = [vec![0; 8], vec![0; 4], vec![0; 16]].concat();
         assert!(parse_record(op::CHUNK_INDEX, &[whole.clone(), rest].concat()).is_some());
-        // Two bytes more: what is behind them would be read as part of an entry, and the words behind that as the
-        // length of a name, 4 GB.
+        // Two bytes more: what is behind them would be read as part of an entry, and the words
+        // behind that as the length of a name, 4 GB.
         let mut lying = whole;
         lying[32] = 12;
         lying.extend([1; 2]);

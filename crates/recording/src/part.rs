@@ -63,8 +63,8 @@ pub enum Part {
     Items(Vec<Item>),
 }
 
-/// A chunk as it lies in its file, and what is in it. Its checksum, the times in its header and its records have
-/// been checked, unless it was not opened.
+/// A chunk as it lies in its file, and what is in it. Its checksum, the times in its header and its
+/// records have been checked, unless it was not opened.
 #[derive(Debug, Clone)]
 pub struct SourceChunk {
     /// Its records, those left out that repeat a definition; none if it was not opened.
@@ -94,8 +94,8 @@ impl SourceChunk {
         }
     }
 
-    /// The chunk unopened, its messages where the records of message indexes say that they are. `None` if those, or the
-    /// chunk's header, cannot be, or there are not so many channels.
+    /// The chunk unopened, its messages where the records of message indexes say that they are.
+    /// `None` if those, or the chunk's header, cannot be, or there are not so many channels.
     pub(crate) fn unopened(body: &Arc<Vec<u8>>, indexes: &[u8], channels: usize) -> Option<Self> {
         let places = MessagePlaces::read(indexes)?;
         let header = chunk::sizes(body)?;

@@ -12,8 +12,9 @@ use tempfile::TempPath;
 use crate::address::is_remote;
 use crate::error::{Error, Result};
 
-/// A file under a temporary name in the folder of its final one (`.NAME.partial`); it is removed if it is never put
-/// there. What an earlier run left under that name is replaced, unless that run still goes on.
+/// A file under a temporary name in the folder of its final one (`.NAME.partial`); it is removed if
+/// it is never put there. What an earlier run left under that name is replaced, unless that run
+/// still goes on.
 pub struct PartialFile {
     partial: TempPath,
     output: PathBuf,
@@ -36,8 +37,8 @@ fn unfinished() -> MutexGuard<'static, Unfinished> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Removes the partial files of this process but for those of some outputs. None can come to its place afterwards, so
-/// this is for a process that is about to end, as on a signal.
+/// Removes the partial files of this process but for those of some outputs. None can come to its
+/// place afterwards, so this is for a process that is about to end, as on a signal.
 pub fn abandon_partial_files(but: &[PathBuf]) {
     let mut unfinished = unfinished();
     unfinished.is_over = true;
@@ -81,8 +82,8 @@ impl PartialFile {
     /// Makes a file that will be `output`; with `force` it may replace one.
     ///
     /// # Errors
-    /// [`Error::Io`] if the folder cannot be written to, if the output exists and may not be replaced, or if it is being
-    /// written by somebody else.
+    /// [`Error::Io`] if the folder cannot be written to, if the output exists and may not be
+    /// replaced, or if it is being written by somebody else.
     pub fn create(output: &Path, force: bool) -> Result<(File, Self)> {
         if is_remote(output) {
             let problem = "is an address; outputs are files";
@@ -153,7 +154,8 @@ fn remove_stale(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Locks a file for as long as it is open. Some file systems have no locks; then nothing is known of other runs.
+/// Locks a file for as long as it is open. Some file systems have no locks; then nothing is known
+/// of other runs.
 fn lock(file: &File) -> io::Result<()> {
     match file.try_lock() {
         Err(TryLockError::WouldBlock) => {

@@ -27,12 +27,12 @@ use crate::record::Record;
 use crate::source::Source;
 use crate::workers::Workers;
 
-/// Reads a recording record by record, from any file that the format allows: chunked or not, with or
-/// without an index.
+/// Reads a recording record by record, from any file that the format allows: chunked or not, with
+/// or without an index.
 ///
-/// Every checksum that the file has is checked, those of a chunk before any of its records is given.
-/// A length is not believed before the bytes have been seen. One chunk is held at a time, or, where
-/// threads unpack them, a few for each thread.
+/// Every checksum that the file has is checked, those of a chunk before any of its records is
+/// given. A length is not believed before the bytes have been seen. One chunk is held at a time,
+/// or, where threads unpack them, a few for each thread.
 pub struct RecordingReader {
     sections: Sections,
     /// Bytes that were read of the index beforehand.
@@ -43,14 +43,14 @@ impl RecordingReader {
     /// Opens a recording.
     ///
     /// # Errors
-    /// [`Error::Io`](crate::Error::Io), or [`Error::Damaged`](crate::Error::Damaged) saying what the
-    /// file is if it is no MCAP.
+    /// [`Error::Io`](crate::Error::Io), or [`Error::Damaged`](crate::Error::Damaged) saying what
+    /// the file is if it is no MCAP.
     pub fn open(path: &Path) -> Result<Self> {
         Self::open_with(path, true, Workers::none(), Plan::default())
     }
 
-    /// Opens a recording that is read ahead, its chunks unpacked by these threads. What is read is the
-    /// same.
+    /// Opens a recording that is read ahead, its chunks unpacked by these threads. What is read is
+    /// the same.
     ///
     /// # Errors
     /// Those of [`RecordingReader::open`].
@@ -59,9 +59,9 @@ impl RecordingReader {
     }
 
     /// Opens a recording to read only some of it. Where its index is sound, chunks in which nothing
-    /// passes the filter are skipped ([`Record::Skipped`]), all definitions of the summary come first,
-    /// and private records in chunks that are skipped are not given. Whatever is outside of those
-    /// chunks is read as ever.
+    /// passes the filter are skipped ([`Record::Skipped`]), all definitions of the summary come
+    /// first, and private records in chunks that are skipped are not given. Whatever is outside of
+    /// those chunks is read as ever.
     ///
     /// # Errors
     /// Those of [`RecordingReader::open`].
@@ -158,8 +158,8 @@ impl RecordingReader {
     }
 
     /// The next chunk, or the next record outside of chunks, or `None` at the end; as
-    /// [`RecordingReader::next_record`] otherwise. Records of a chunk that were given one by one are
-    /// not given again.
+    /// [`RecordingReader::next_record`] otherwise. Records of a chunk that were given one by one
+    /// are not given again.
     ///
     /// # Errors
     /// Those of [`RecordingReader::next_record`], before anything of the damaged chunk is given.

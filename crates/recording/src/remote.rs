@@ -1,4 +1,5 @@
-//! An object in a store, read like a file: in large pieces, some of which are under way while one is read.
+//! An object in a store, read like a file: in large pieces, some of which are under way while one
+//! is read.
 
 mod object;
 mod store;
@@ -14,7 +15,8 @@ use std::sync::Arc;
 use self::object::{Bytes, Object, UnderWay};
 use crate::fetched::Fetched;
 
-/// Bytes of a piece. With these a request's delay is a small part of the time that its bytes take at a gigabit a second.
+/// Bytes of a piece. With these a request's delay is a small part of the time that its bytes take
+/// at a gigabit a second.
 const PIECE: u64 = 8 << 20;
 /// Pieces in memory, the one that is being read included.
 const PIECES: usize = 4;
@@ -170,7 +172,8 @@ impl RemoteFile {
         self.under_way.push_back(self.object.ask(range));
     }
 
-    /// The rest of what will be read in one go, at a place or behind it; nothing from the end on that is kept.
+    /// The rest of what will be read in one go, at a place or behind it; nothing from the end on
+    /// that is kept.
     fn expected_from(&self, place: u64) -> Range<u64> {
         let end = self.object.start_of_end();
         match &self.stretches {

@@ -21,7 +21,8 @@ pub(crate) struct Source {
     /// Bytes of the file; of a stream those are not known.
     pub(crate) size: Option<u64>,
     pub(crate) offset: u64,
-    /// Whether the file ends as a recording does; of a stream that is not known either, and not taken for granted.
+    /// Whether the file ends as a recording does; of a stream that is not known either, and not
+    /// taken for granted.
     pub(crate) is_complete: bool,
     file: io::BufReader<Counted>,
     hasher: Option<Sha256>,
@@ -81,8 +82,8 @@ impl Source {
         self.size.map_or(u64::MAX, |size| size.saturating_sub(self.offset))
     }
 
-    /// Appends the next `length` bytes, of a file as many as remain at most, and returns their number: of a stream that
-    /// ends before, fewer. No more memory is taken than bytes come.
+    /// Appends the next `length` bytes, of a file as many as remain at most, and returns their
+    /// number: of a stream that ends before, fewer. No more memory is taken than bytes come.
     pub(crate) fn read(&mut self, length: u64, into: &mut Vec<u8>) -> Result<u64> {
         let start = into.len();
         let read = (&mut self.file).take(length).read_to_end(into);
@@ -128,8 +129,8 @@ impl Source {
         self.file.get_ref().bytes
     }
 
-    /// Reads what is left and returns the SHA-256 of the file in lowercase hexadecimal; of one that is not hashed,
-    /// nothing.
+    /// Reads what is left and returns the SHA-256 of the file in lowercase hexadecimal; of one that
+    /// is not hashed, nothing.
     pub(crate) fn finish(&mut self) -> Result<Option<String>> {
         if self.hasher.is_none() {
             return Ok(None);
@@ -179,7 +180,8 @@ fn ends_with_magic(file: &mut Input, size: u64) -> io::Result<bool> {
 fn a_folder(path: &Path) -> Error {
     let problem = match path.join("metadata.yaml").exists() {
         true => {
-            "is the folder of a rosbag2 recording; `annotate` takes it as it is, other commands want an .mcap file in it"
+            "is the folder of a rosbag2 recording; `annotate` takes it as it is, other commands \
+             want an .mcap file in it"
         }
         false => "is a folder, not an MCAP recording",
     };

@@ -30,8 +30,8 @@ impl Summary {
         self.bounds = Some((start.min(first), end.max(last)));
     }
 
-    /// The records from the end of the data, which lies at `offset` bytes of the file and has the checksum
-    /// `data_section_crc`, to the end of the file.
+    /// The records from the end of the data, which lies at `offset` bytes of the file and has the
+    /// checksum `data_section_crc`, to the end of the file.
     pub(crate) fn close(self, offset: u64, data_section_crc: u32) -> Vec<u8> {
         let mut end = encode::record(op::DATA_END, &DataEnd { data_section_crc });
         let start = end.len();

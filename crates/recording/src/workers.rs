@@ -8,12 +8,12 @@ use std::thread::{self, JoinHandle};
 
 type Job = Box<dyn FnOnce() + Send>;
 
-/// A number of threads that take jobs in the order in which they are given. With one thread there is none
-/// besides the caller's: a job is done where it is given, before [`Workers::run`] returns, so that everything
-/// happens one thing after the other.
+/// A number of threads that take jobs in the order in which they are given. With one thread there
+/// is none besides the caller's: a job is done where it is given, before [`Workers::run`] returns,
+/// so that everything happens one thing after the other.
 ///
-/// A clone gives jobs to the same threads. They end when the last clone is gone and its jobs are done; who drops
-/// the last clone waits for that.
+/// A clone gives jobs to the same threads. They end when the last clone is gone and its jobs are
+/// done; who drops the last clone waits for that.
 #[derive(Clone)]
 pub struct Workers {
     pool: Option<Arc<Pool>>,
@@ -73,8 +73,8 @@ impl Workers {
         }
     }
 
-    /// Gives a job and returns the ticket for its result. A ticket that is dropped gives up the result, and the
-    /// job itself if no thread has begun it.
+    /// Gives a job and returns the ticket for its result. A ticket that is dropped gives up the
+    /// result, and the job itself if no thread has begun it.
     pub fn run<R: Send + 'static>(&self, job: impl FnOnce() -> R + Send + 'static) -> Ticket<R> {
         let Some(jobs) = self.pool.as_ref().and_then(|pool| pool.jobs.as_ref()) else {
             return Ticket(Progress::Done(job()));

@@ -61,9 +61,9 @@ pub struct WriteTimes {
 /// A recording being written. Until [`RecordingWriter::finish`] it has a temporary name in the
 /// output's folder (`.NAME.partial`), and is removed if it is never finished.
 ///
-/// Records go into chunks as they come; a chunk that is full is compressed by the [`Workers`], and placed in
-/// the file when its turn has come. Which records share a chunk depends on their bytes and order alone, so the
-/// file does too, however many threads there are.
+/// Records go into chunks as they come; a chunk that is full is compressed by the [`Workers`], and
+/// placed in the file when its turn has come. Which records share a chunk depends on their bytes
+/// and order alone, so the file does too, however many threads there are.
 pub struct RecordingWriter {
     sink: Sink,
     output: PathBuf,
@@ -83,7 +83,8 @@ pub struct RecordingWriter {
     declared: BTreeMap<u16, Channel>,
     /// Chunks that others made of the messages that are being written, in their order.
     offered: VecDeque<Arc<SourceChunk>>,
-    /// Whether new ids are the highest that are free, else the one behind the highest that is taken.
+    /// Whether new ids are the highest that are free, else the one behind the highest that is
+    /// taken.
     ids_from_the_top: bool,
     times: WriteTimes,
 }
@@ -200,14 +201,15 @@ impl RecordingWriter {
         self.channel_ids.extend(overview.channels.keys());
     }
 
-    /// Hands out the highest ids, which the recording to be copied is not likely to have: for one whose ids are not
-    /// known beforehand. Should it have one of them after all, that is an error when its turn comes.
+    /// Hands out the highest ids, which the recording to be copied is not likely to have: for one
+    /// whose ids are not known beforehand. Should it have one of them after all, that is an error
+    /// when its turn comes.
     pub fn reserve_all_but_the_highest(&mut self) {
         self.ids_from_the_top = true;
     }
 
-    /// Writes a record of another recording as it is, ids and times included. Its header, what tells of damage, and what
-    /// was passed over are left out.
+    /// Writes a record of another recording as it is, ids and times included. Its header, what
+    /// tells of damage, and what was passed over are left out.
     ///
     /// # Errors
     /// [`Error::ConflictingSchemas`], [`Error::ConflictingChannels`], [`Error::UnknownSchema`],
@@ -237,8 +239,8 @@ impl RecordingWriter {
         }
     }
 
-    /// Places a chunk of another recording as it lies there, with indexes of its messages behind it. What it
-    /// defines is taken as copied. This closes the current chunk.
+    /// Places a chunk of another recording as it lies there, with indexes of its messages behind
+    /// it. What it defines is taken as copied. This closes the current chunk.
     ///
     /// # Errors
     /// As [`RecordingWriter::copy`] for the records in it.
@@ -310,8 +312,9 @@ impl RecordingWriter {
         Ok(channel.id)
     }
 
-    /// Adds a schema (name, encoding and definition) and a channel of it as [`RecordingWriter::add_channel`] does, but
-    /// leaves both to be written before the channel's first message, or by [`RecordingWriter::write_declared`].
+    /// Adds a schema (name, encoding and definition) and a channel of it as
+    /// [`RecordingWriter::add_channel`] does, but leaves both to be written before the channel's
+    /// first message, or by [`RecordingWriter::write_declared`].
     ///
     /// # Errors
     /// [`Error::TooManySchemas`], [`Error::TooManyChannels`].
@@ -329,8 +332,8 @@ impl RecordingWriter {
         Ok(id)
     }
 
-    /// Leaves a channel of a recording whose ids are kept ([`RecordingWriter::reserve`]) to be written before its first
-    /// message, if it has one.
+    /// Leaves a channel of a recording whose ids are kept ([`RecordingWriter::reserve`]) to be
+    /// written before its first message, if it has one.
     pub fn declare(&mut self, channel: Channel) {
         self.channel_ids.insert(channel.id);
         self.declared.insert(channel.id, channel);
@@ -383,8 +386,8 @@ impl RecordingWriter {
         self.close_chunk()
     }
 
-    /// Offers a chunk that holds the next message that is written: if the chunk that comes to be has the same records,
-    /// it is taken as it is instead of being compressed once more.
+    /// Offers a chunk that holds the next message that is written: if the chunk that comes to be
+    /// has the same records, it is taken as it is instead of being compressed once more.
     pub fn offer(&mut self, chunk: &Arc<SourceChunk>) {
         if !self.offered.back().is_some_and(|last| Arc::ptr_eq(last, chunk)) {
             self.offered.push_back(Arc::clone(chunk));
@@ -422,7 +425,8 @@ impl RecordingWriter {
         self.queue_behind_chunk(Placement::Metadata(record, metadata.name))
     }
 
-    /// Attaches a file, logged and created at a time in nanoseconds since 1970. This closes the current chunk.
+    /// Attaches a file, logged and created at a time in nanoseconds since 1970. This closes the
+    /// current chunk.
     ///
     /// # Errors
     /// [`Error::Io`].
@@ -436,7 +440,8 @@ impl RecordingWriter {
         self.copy(&Record::Attachment { header, data: data.into() })
     }
 
-    /// Leaves the half written file under its temporary name, which is returned, without what is not placed yet.
+    /// Leaves the half written file under its temporary name, which is returned, without what is
+    /// not placed yet.
     pub fn leave(self) -> PathBuf {
         match self.sink {
             Sink::File(_, partial) => partial.leave(),
@@ -548,8 +553,8 @@ impl RecordingWriter {
         }
     }
 
-    /// The chunk with these records, if it was offered. Those before it are of no use any more; nor are all but the last
-    /// where there is none, from which messages may still come.
+    /// The chunk with these records, if it was offered. Those before it are of no use any more; nor
+    /// are all but the last where there is none, from which messages may still come.
     fn take_offered(&mut self, chunk: &OpenChunk) -> Option<PackedChunk> {
         let name = self.compression.name();
         let is_same = |offered: &Arc<SourceChunk>| {
@@ -566,8 +571,8 @@ impl RecordingWriter {
         self.enqueue(placement)
     }
 
-    /// Queues something, and places what is ready. Where more is waiting than keeps the threads busy, this waits
-    /// for the front of it.
+    /// Queues something, and places what is ready. Where more is waiting than keeps the threads
+    /// busy, this waits for the front of it.
     fn enqueue(&mut self, placement: Placement) -> Result<()> {
         self.queue.push_back(placement);
         let most = if self.workers.is_parallel() { self.workers.threads() + 2 } else { 0 };

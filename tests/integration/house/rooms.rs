@@ -16,7 +16,8 @@ const ROOMS: &[&[&str]] = &[
     &["crates/core/src/pipeline"],
     &["crates/core/src/lib.rs"],
     &["crates/simulate/src"],
-    &["src/palette.rs", "src/stopwatch.rs", "src/text.rs", "src/workers.rs"],
+    &["crates/recording/src"],
+    &["src/palette.rs", "src/text.rs"],
     &["src/error.rs"],
     &["src/evaluate", "src/explain", "src/taxonomy_file.rs"],
     &["src/network"],
@@ -32,37 +33,37 @@ const ROOMS: &[&[&str]] = &[
 /// Dependencies, and the rooms or files that may name them. Others may be named anywhere.
 const DEPENDENCIES: &[(&str, &[&str])] = &[
     ("anyhow", &["src/bin"]),
-    ("base64", &["src/io"]),
-    ("binrw", &["src/io"]),
+    ("base64", &["crates/recording/src/remote", "src/io"]),
+    ("binrw", &["crates/recording"]),
     ("clap", &["src/bin"]),
     ("clap_complete", &["src/bin"]),
-    ("crc32fast", &["src/io"]),
+    ("crc32fast", &["crates/recording"]),
     ("ctrlc", &["src/bin"]),
     ("foxglove", &["src/io"]),
     ("indicatif", &["src/bin"]),
     ("kiddo", &["crates/core/src/geometry"]),
-    ("lz4", &["src/io"]),
-    ("mcap", &["src/error.rs", "src/io"]),
+    ("lz4", &["crates/recording"]),
+    ("mcap", &["crates/recording"]),
     ("numpy", &["python/src"]),
-    ("object_store", &["src/io"]),
+    ("object_store", &["crates/recording/src/remote"]),
     ("ort", &["src/network"]),
     ("png", &["src/view"]),
     ("pyo3", &["python/src"]),
     ("rand_pcg", &["crates/simulate", "src/comparison"]),
     ("rerun", &["src/view/rerun_stream.rs"]),
-    ("rustls", &["src/io"]),
+    ("rustls", &["crates/recording/src/remote"]),
     ("serde_saphyr", &["src/io", "src/network", "src/taxonomy_file.rs"]),
-    ("sha2", &["src/io", "src/network"]),
-    ("tempfile", &["src/io"]),
+    ("sha2", &["crates/recording", "src/network"]),
+    ("tempfile", &["crates/recording"]),
     ("tiny_skia", &["src/view"]),
-    ("tokio", &["src/io"]),
+    ("tokio", &["crates/recording/src/remote"]),
     ("tract_onnx", &["src/network"]),
     ("ttf_parser", &["src/view"]),
-    ("zstd", &["src/io"]),
+    ("zstd", &["crates/recording"]),
 ];
 
 /// Rooms that may read records one after the other.
-const RECORD_READERS: &[&str] = &["crates/recording", "src/annotate", "src/io/recording"];
+const RECORD_READERS: &[&str] = &["crates/recording", "src/annotate"];
 
 /// Files elsewhere that still do, with the reason. The list may only shrink.
 const KNOWN_RECORD_READERS: &[(&str, &str)] = &[

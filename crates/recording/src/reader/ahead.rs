@@ -1,4 +1,5 @@
-//! The records of a file one after the other, whole ones read ahead and chunks of them unpacked by threads.
+//! The records of a file one after the other, whole ones read ahead and chunks of them unpacked by
+//! threads.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::iter;
@@ -18,8 +19,8 @@ use crate::source::Source;
 use crate::stopwatch::{Steps, ms_since};
 use crate::workers::{Ticket, Workers};
 
-/// Bytes read ahead for each thread, records of chunks counted as unpacked: a few chunks as recorders make them.
-/// A record that is larger is read ahead alone.
+/// Bytes read ahead for each thread, records of chunks counted as unpacked: a few chunks as
+/// recorders make them. A record that is larger is read ahead alone.
 const AHEAD_PER_THREAD: u64 = 8 << 20;
 /// Bytes read ahead, however many threads there are.
 const MOST_AHEAD: u64 = 32 << 20;
@@ -134,7 +135,8 @@ impl Ahead {
     }
 
     fn fill(&mut self) {
-        // A stream is not read ahead: what it has given should not have to wait for what it has not.
+        // A stream is not read ahead: what it has given should not have to wait for what it has
+        // not.
         let budget = match self.workers.is_parallel() && self.source.size.is_some() {
             true => MOST_AHEAD.min(AHEAD_PER_THREAD * self.workers.threads() as u64),
             false => 0,

@@ -44,7 +44,8 @@ impl Batch {
         self.next < self.bytes.len()
     }
 
-    /// Takes the next record. `None` for a definition that is repeated; what is wrong if something is.
+    /// Takes the next record. `None` for a definition that is repeated; what is wrong if something
+    /// is.
     pub(super) fn take_next(
         &mut self,
         definitions: &mut Definitions,

@@ -53,8 +53,8 @@ impl Summary {
         }
     }
 
-    /// The definitions that stand only in the summary, and where its counts differ from what was read.
-    /// Nothing is known of the number of messages if some were skipped.
+    /// The definitions that stand only in the summary, and where its counts differ from what was
+    /// read. Nothing is known of the number of messages if some were skipped.
     pub(super) fn finish(
         self,
         offset: u64,

@@ -1,5 +1,5 @@
-//! An object as the process knows it: its size, what tells whether it is still the same, and the bytes that are read
-//! again and again.
+//! An object as the process knows it: its size, what tells whether it is still the same, and the
+//! bytes that are read again and again.
 
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind};
@@ -22,7 +22,8 @@ const END: u64 = 256 << 10;
 const START: u64 = 64 << 10;
 /// Most bytes of an end that are kept.
 const MOST_KEPT: u64 = 16 << 20;
-/// Most bytes that are kept of what was taken last: a window by frames is looked for first, and then read.
+/// Most bytes that are kept of what was taken last: a window by frames is looked for first, and
+/// then read.
 const LAST: usize = 16 << 20;
 /// Objects that are kept, so that opening them again takes no request.
 const OBJECTS: usize = 8;

@@ -26,13 +26,14 @@ const RETRIES: usize = 6;
 const RETRIES_TIMEOUT: Duration = Duration::from_secs(60);
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 
-/// How long nothing may come, and how long a piece may take, unless the environment says otherwise: one of 8 MiB at a
-/// quarter of a megabit a second.
+/// How long nothing may come, and how long a piece may take, unless the environment says otherwise:
+/// one of 8 MiB at a quarter of a megabit a second.
 const SILENCE: (ClientConfigKey, &str, &str) =
     (ClientConfigKey::ReadTimeout, "READ_TIMEOUT", "20 seconds");
 const WHOLE: (ClientConfigKey, &str, &str) = (ClientConfigKey::Timeout, "TIMEOUT", "300 seconds");
 
-const S3_CREDENTIALS: &str = "set AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, or AWS_SKIP_SIGNATURE=true for what is public";
+const S3_CREDENTIALS: &str = "set AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, or \
+                              AWS_SKIP_SIGNATURE=true for what is public";
 const GOOGLE_CREDENTIALS: &str =
     "set GOOGLE_SERVICE_ACCOUNT, or GOOGLE_SKIP_SIGNATURE=true for what is public";
 const AZURE_CREDENTIALS: &str = "set AZURE_STORAGE_ACCOUNT_NAME and AZURE_STORAGE_ACCOUNT_KEY, or \
@@ -125,7 +126,8 @@ fn web_server(address: &str) -> io::Result<Place> {
     use_ring();
     if open_part(address) != address && whole(address) == address {
         return Err(wrong(
-            "has a query or a password, which `divmerge::io::address::put_secrets_aside` is to put aside first",
+            "has a query or a password, which `divmerge::io::address::put_secrets_aside` is to put \
+             aside first",
         ));
     }
     let exact = Exact::of(&whole(address));
@@ -262,8 +264,8 @@ pub(super) fn words(place: &Place, error: &Error) -> io::Error {
         Error::Precondition { .. } => return changed(),
         _ if gives_no_part(error) => (
             ErrorKind::Unsupported,
-            "the server gives no parts of it (it answers no range requests); download it, or pipe it: `curl ADDRESS | \
-             divmerge annotate - -o OUT.mcap`"
+            "the server gives no parts of it (it answers no range requests); download it, or pipe \
+             it: `curl ADDRESS | divmerge annotate - -o OUT.mcap`"
                 .to_owned(),
         ),
         _ if asks_machine(error) => (
@@ -324,7 +326,9 @@ fn innermost(error: &Error) -> String {
     let said = chain(error).last().unwrap_or_default();
     match said.lines().next().unwrap_or_default() {
         "URL scheme is not allowed" => {
-            "http without TLS; AWS_ALLOW_HTTP=true, GOOGLE_ALLOW_HTTP=true or AZURE_ALLOW_HTTP=true permits it".to_owned()
+            "http without TLS; AWS_ALLOW_HTTP=true, GOOGLE_ALLOW_HTTP=true or \
+             AZURE_ALLOW_HTTP=true permits it"
+                .to_owned()
         }
         line => line.to_owned(),
     }

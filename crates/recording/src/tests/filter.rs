@@ -104,7 +104,8 @@ fn without_a_checksum_over_the_index_everything_is_read() {
     assert!(Plan::new(&overview, &filter).gaps.is_empty());
 }
 
-/// A long recording of small messages that look like clouds, in chunks of four, every tenth message out of its turn.
+/// A long recording of small messages that look like clouds, in chunks of four, every tenth message
+/// out of its turn.
 fn long() -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());
     let mut writer =
