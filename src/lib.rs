@@ -31,7 +31,6 @@ pub mod comparison;
 pub mod diagnose;
 pub mod error;
 pub mod evaluate;
-pub mod explain;
 pub mod io;
 pub mod network;
 pub mod palette;
@@ -51,7 +50,7 @@ pub use divmerge_core::{cluster, pipeline, range_image, semantics};
 pub use divmerge_simulate as simulate;
 
 pub use cloud::PointCloud;
-pub use diagnose::{failures, triage};
+pub use diagnose::{explain, failures, triage};
 pub use divmerge_recording::{stopwatch, workers};
 pub use error::{Error, Result};
 pub use grid::Grid;

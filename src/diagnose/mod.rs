@@ -1,4 +1,6 @@
-//! Where a run went wrong: [`failures`] with the truth at hand, [`triage`] without it.
+//! Where a run went wrong: [`failures`] with the truth at hand, [`triage`] without it; [`explain`]
+//! says why two points are one instance or are not.
 
+pub mod explain;
 pub mod failures;
 pub mod triage;

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use divmerge::cluster::{Evidence, Join};
 use divmerge::explain::{
-    Answer, BorderPair, Choice, DecidedBy, Explanation, Flip, GroupFacts, LaterStage, Link, Number,
-    Place, PointFacts, Rule, SizeTest, VoteEvidence, WhatIf,
+    Answer, BorderPair, Choice, DecidedBy, Explanation, Flip, GroupFacts, Link, Number, Place,
+    PointFacts, PostMergeStage, Rule, SizeTest, VoteEvidence, WhatIf,
 };
 use divmerge::instances::Reason;
 use serde::Serialize;
@@ -66,9 +66,9 @@ impl Text<'_> {
             say!(out);
             self.votes(out, votes);
         }
-        for stage in &explanation.later {
+        for stage in &explanation.post_merge {
             say!(out);
-            later(out, stage);
+            post_merge(out, stage);
         }
         if let Some(what_if) = &self.report.what_if {
             say!(out);
@@ -125,11 +125,11 @@ impl Text<'_> {
 
     /// The stage on the plane after the votes, in words.
     fn last_stage(&self) -> &'static str {
-        let later = &self.report.explanation.later;
-        match later.iter().find(|stage| !matches!(stage, LaterStage::BackProjection { .. })) {
-            Some(LaterStage::Fragments { .. }) => "the merge of fragments by size",
-            Some(LaterStage::BirdsEye { .. }) => "the bird's-eye merge",
-            Some(LaterStage::Gaps { .. }) => "the merge by gaps",
+        let stages = &self.report.explanation.post_merge;
+        match stages.iter().find(|stage| !matches!(stage, PostMergeStage::BackProjection { .. })) {
+            Some(PostMergeStage::Fragments { .. }) => "the merge of fragments by size",
+            Some(PostMergeStage::BirdsEye { .. }) => "the bird's-eye merge",
+            Some(PostMergeStage::Gaps { .. }) => "the merge by gaps",
             _ => "a later stage",
         }
     }
@@ -479,10 +479,10 @@ fn judged(pair: &BorderPair) -> String {
     }
 }
 
-fn later(out: &mut String, stage: &LaterStage) {
+fn post_merge(out: &mut String, stage: &PostMergeStage) {
     match stage {
-        LaterStage::BirdsEye { region: None, .. } => say!(out, "Bird's-eye merge: off."),
-        LaterStage::BirdsEye { joined, region, margin, groups, gaps, classes_differ } => {
+        PostMergeStage::BirdsEye { region: None, .. } => say!(out, "Bird's-eye merge: off."),
+        PostMergeStage::BirdsEye { joined, region, margin, groups, gaps, classes_differ } => {
             let region =
                 region.map_or(String::new(), |region| format!("{region:?}").to_lowercase());
             if *classes_differ {
@@ -506,16 +506,16 @@ fn later(out: &mut String, stage: &LaterStage) {
                 );
             }
         }
-        LaterStage::Fragments { joined: true, joins, .. } => {
+        PostMergeStage::Fragments { joined: true, joins, .. } => {
             say!(out, "Merge of fragments by size: joined them.");
             joins.iter().for_each(|one| join(out, one));
         }
-        LaterStage::Gaps { joined: true, joins, .. } => {
+        PostMergeStage::Gaps { joined: true, joins, .. } => {
             say!(out, "Merge by gaps: joined them.");
             joins.iter().for_each(|one| join(out, one));
         }
-        LaterStage::Gaps { test: None, .. } => say!(out, "Merge by gaps: left them apart."),
-        LaterStage::Gaps { test: Some(test), .. } => say!(
+        PostMergeStage::Gaps { test: None, .. } => say!(out, "Merge by gaps: left them apart."),
+        PostMergeStage::Gaps { test: Some(test), .. } => say!(
             out,
             "Merge by gaps: left them apart, {:.2} m from one another, which is {:.2} of the reach of \
              touching; the smaller has {}, and under {} up to {:.2} would do.",
@@ -525,25 +525,25 @@ fn later(out: &mut String, stage: &LaterStage) {
             test.leftover,
             test.leftover_reach
         ),
-        LaterStage::Fragments { classes_differ: true, .. } => {
+        PostMergeStage::Fragments { classes_differ: true, .. } => {
             say!(out, "Merge of fragments by size: only within a class, and theirs differ.");
         }
-        LaterStage::Fragments { test: None, .. } => {
+        PostMergeStage::Fragments { test: None, .. } => {
             say!(
                 out,
                 "Merge of fragments by size: left them apart, their class is of no known size."
             );
         }
-        LaterStage::Fragments { test: Some(test), .. } => {
+        PostMergeStage::Fragments { test: Some(test), .. } => {
             say!(out, "Merge of fragments by size: left them apart, {}.", size_test(test));
         }
-        LaterStage::MinimumSize { point, pixels, minimum } => say!(
+        PostMergeStage::MinimumSize { point, pixels, minimum } => say!(
             out,
             "Minimum size: the instance of {} had {}, and {minimum} are asked for.",
             NAMES[*point],
             counted(*pixels, "pixel")
         ),
-        LaterStage::BackProjection { point, from, distance } => say!(
+        PostMergeStage::BackProjection { point, from, distance } => say!(
             out,
             "Back-projection: {} is hidden in its pixel and took the label of {}, {distance:.2} m away.",
             NAMES[*point],

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::cluster::Join;
-use crate::explain::{LaterStage, Link};
+use crate::explain::{Link, PostMergeStage};
 
 /// The step that lost an object, with its numbers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -101,9 +101,9 @@ pub enum PostMergeCause {
     /// One join, by size or by gaps, put most of it together with something else.
     Joined(Join),
     /// The bird's-eye merge put it together with something else.
-    Overlapped(LaterStage),
+    Overlapped(PostMergeStage),
     /// The merge by size or by gaps left two parts apart.
-    Apart(LaterStage),
+    Apart(PostMergeStage),
     /// Its instance had too few pixels.
     TooSmall {
         /// Pixels of the object that were dropped.

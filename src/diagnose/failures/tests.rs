@@ -10,7 +10,7 @@ use crate::cloud::PointCloud;
 use crate::cluster::Evidence;
 use crate::cluster::params::{BirdsEye, ClusterParams, Leftovers, Region};
 use crate::evaluate::verdict::Verdict;
-use crate::explain::{Frame, LaterStage};
+use crate::explain::{Frame, PostMergeStage};
 use crate::pipeline::{self, Config};
 use crate::range_image::Wrap;
 use crate::semantics::MaskSource;
@@ -228,7 +228,8 @@ fn the_merge_by_size_joins_or_leaves_apart() {
     let truth = &["AAAAAAAA"];
     let apart = Scene::new(&["aaaadddd"], truth, truth, by_size).of('A');
     let Cause::Post(posted) = &apart.cause else { panic!("{:?}", apart.cause) };
-    let PostMergeCause::Apart(LaterStage::Fragments { test: Some(test), .. }) = &**posted else {
+    let PostMergeCause::Apart(PostMergeStage::Fragments { test: Some(test), .. }) = &**posted
+    else {
         panic!("{posted:?}");
     };
     assert!(test.gap >= test.too_far);
@@ -247,7 +248,7 @@ fn the_birds_eye_merge_joins() {
     let Cause::Post(posted) = &joined.cause else { panic!("{:?}", joined.cause) };
     assert!(matches!(
         &**posted,
-        PostMergeCause::Overlapped(LaterStage::BirdsEye { joined: true, .. })
+        PostMergeCause::Overlapped(PostMergeStage::BirdsEye { joined: true, .. })
     ));
     assert_eq!(joined.show, [3, 4]);
 }

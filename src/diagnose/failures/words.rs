@@ -2,7 +2,7 @@
 
 use super::cause::{Cause, DivideCause, MergeCause, PostMergeCause};
 use crate::cluster::{Evidence, Join};
-use crate::explain::LaterStage;
+use crate::explain::PostMergeStage;
 
 impl Cause {
     /// A sentence that describes the cause, with its numbers.
@@ -98,12 +98,12 @@ fn joined(Join { target, query, gap, evidence }: &Join) -> String {
     format!("group {query} joined group {target} across {gap:.2} m, {why}")
 }
 
-fn apart(stage: &LaterStage) -> String {
+fn apart(stage: &PostMergeStage) -> String {
     match stage {
-        LaterStage::Fragments { classes_differ: true, .. } => {
+        PostMergeStage::Fragments { classes_differ: true, .. } => {
             "the merge by size left two parts apart: their classes differ".into()
         }
-        LaterStage::Fragments { test: Some(test), .. } => {
+        PostMergeStage::Fragments { test: Some(test), .. } => {
             let gap = test.gap;
             let union = sides(test.union);
             let why = if gap >= test.too_far {
@@ -115,7 +115,7 @@ fn apart(stage: &LaterStage) -> String {
             };
             format!("the merge by size left two parts apart: {why}")
         }
-        LaterStage::Gaps { test: Some(test), .. } => format!(
+        PostMergeStage::Gaps { test: Some(test), .. } => format!(
             "the merge by gaps left two parts apart: {:.2} m, {:.2} times the join distance",
             test.gap, test.separation
         ),

@@ -19,7 +19,7 @@ const ROOMS: &[&[&str]] = &[
     &["crates/recording/src"],
     &["src/palette.rs", "src/text.rs"],
     &["src/error.rs"],
-    &["src/evaluate", "src/explain", "src/taxonomy_file.rs"],
+    &["src/evaluate", "src/diagnose/explain", "src/taxonomy_file.rs"],
     &["src/network"],
     &["src/io"],
     &["src/annotate"],

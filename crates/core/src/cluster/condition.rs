@@ -5,7 +5,7 @@ use crate::cloud::taxonomy::ClassSize;
 
 /// The condition with what it needs of the image and of its own parameters worked out beforehand.
 #[derive(Debug, Clone, Copy)]
-pub struct Judge<'a> {
+pub struct NeighbourTest<'a> {
     condition: &'a Condition,
     /// tan(theta).
     tangent: f64,
@@ -22,16 +22,16 @@ pub enum Along {
     Column,
 }
 
-impl<'a> Judge<'a> {
+impl<'a> NeighbourTest<'a> {
     /// The condition on an image whose columns are so many radians apart.
     pub fn new(condition: &'a Condition, column_step: f64) -> Self {
-        Judge { condition, tangent: condition.angle.tan(), column_step }
+        NeighbourTest { condition, tangent: condition.angle.tan(), column_step }
     }
 
     /// The same on an image whose columns are so many radians apart.
     #[inline]
     pub fn with_columns(self, column_step: f64) -> Self {
-        Judge { column_step, ..self }
+        NeighbourTest { column_step, ..self }
     }
 
     /// Whether two points belong together. Symmetric in them.
@@ -119,8 +119,8 @@ mod tests {
     fn paper(d1: f64, d2: f64, degrees: f64) -> bool {
         let (p, q) = pair(d1, d2, degrees);
         let condition = ClusterParams::paper().condition;
-        let judge = Judge::new(&condition, TAU / 1800.0);
-        let both = [(p, q), (q, p)].map(|(p, q)| judge.is_connected(p, q, 1, Along::Row, None));
+        let test = NeighbourTest::new(&condition, TAU / 1800.0);
+        let both = [(p, q), (q, p)].map(|(p, q)| test.is_connected(p, q, 1, Along::Row, None));
         assert_eq!(both[0], both[1], "not symmetric");
         both[0]
     }
@@ -147,8 +147,8 @@ mod tests {
             let mut nominal = ClusterParams::paper().condition;
             nominal.rays = Rays::Nominal { row_step: 0.3_f64.to_radians() };
             for (columns, along) in [(1200, Along::Row), (7, Along::Column)] {
-                let holds =
-                    Judge::new(&nominal, TAU / columns as f64).is_connected(p, q, 1, along, None);
+                let holds = NeighbourTest::new(&nominal, TAU / columns as f64)
+                    .is_connected(p, q, 1, along, None);
                 assert_eq!(holds, paper(d1, 10.0, 0.3));
             }
         }
@@ -160,7 +160,13 @@ mod tests {
         let holds = |d1: f64, d2: f64, degrees: f64, apart: usize| {
             let (p, q) = pair(d1, d2, degrees);
             let columns = (360.0 * apart as f64 / degrees).round() as usize;
-            Judge::new(&condition, TAU / columns as f64).is_connected(p, q, apart, Along::Row, None)
+            NeighbourTest::new(&condition, TAU / columns as f64).is_connected(
+                p,
+                q,
+                apart,
+                Along::Row,
+                None,
+            )
         };
         assert!(holds(20.0, 20.0, 0.5, 3));
         assert!(!holds(20.0, 20.0, 0.5, 4), "beyond 15 m at most 3 pixels");

@@ -29,45 +29,7 @@ use super::fragments::{Evidence, Join};
 use super::merge::Merge;
 use super::objects::ObjectPixels;
 use super::params::GapMerge;
-use crate::cloud::point_cloud::PointCloud;
 use crate::geometry::disjoint_sets::DisjointSets;
-use crate::range_image::RangeImage;
-
-/// M x 2: up to how far across the ground and in height each object pixel touches others, metres.
-pub fn reaches(
-    objects: &ObjectPixels,
-    cloud: &PointCloud,
-    image: &RangeImage,
-    params: &GapMerge,
-) -> Vec<[f32; 2]> {
-    let columns = image.columns();
-    let row_steps = image.row_steps(cloud);
-    let reach = |(&pixel, position): (&u32, &[f32; 3])| {
-        let band = image.band_of(pixel as usize);
-        let from_sensor = band.from_sensor(position.map(f64::from));
-        let range = from_sensor.iter().map(|x| x.powi(2)).sum::<f64>().sqrt();
-        let within = |step: f64, least: f64| {
-            (params.steps * step * range).min(params.at_most).max(least) as f32
-        };
-        let row_step = row_steps[pixel as usize / columns];
-        [within(band.column_step, params.across), within(row_step, params.upright)]
-    };
-    objects.pixel.iter().zip(&objects.position).map(reach).collect()
-}
-
-/// How far apart two pixels are, as a share of the reach of touching: they touch up to 1.
-pub fn separation(objects: &ObjectPixels, a: usize, b: usize) -> f64 {
-    f64::from(squared_separation(objects, a, b)).sqrt()
-}
-
-#[inline]
-fn squared_separation(objects: &ObjectPixels, a: usize, b: usize) -> f32 {
-    let ([ax, ay, az], [bx, by, bz]) = (objects.position[a], objects.position[b]);
-    let ([across_a, upright_a], [across_b, upright_b]) = (objects.reach[a], objects.reach[b]);
-    let (x, y, z) = (ax - bx, ay - by, az - bz);
-    let (across, upright) = (across_a.max(across_b), upright_a.max(upright_b));
-    (x * x + y * y) / (across * across) + z * z / (upright * upright)
-}
 
 /// For each instance of the merge step (instance k at k - 1) the group it belongs to, groups numbered from 1 in
 /// the order of their first pieces, and the joins in the order in which they were made; pieces are
@@ -99,7 +61,7 @@ fn join_touching(objects: &ObjectPixels, space: &Space, groups: &mut Groups) {
         }
         let mut pairs = own.iter().flat_map(|&a| others.iter().map(move |&b| (a, b)));
         let touch =
-            |&(a, b): &(u32, u32)| squared_separation(objects, a as usize, b as usize) <= 1.0;
+            |&(a, b): &(u32, u32)| objects.squared_separation(a as usize, b as usize) <= 1.0;
         if let Some((a, b)) = pairs.find(touch) {
             groups.join_pixels(objects, a, b, None);
         }
@@ -150,7 +112,7 @@ fn order(a: &(f64, u32, u32), b: &(f64, u32, u32)) -> Ordering {
 
 /// The separation of two pixels if it is at most that.
 fn within(objects: &ObjectPixels, a: u32, b: u32, at_most: f64) -> Option<f64> {
-    let squared = f64::from(squared_separation(objects, a as usize, b as usize));
+    let squared = f64::from(objects.squared_separation(a as usize, b as usize));
     (squared <= at_most * at_most).then(|| squared.sqrt())
 }
 
@@ -466,7 +428,7 @@ mod tests {
             let mut expected: Vec<usize> = (0..points.len()).collect();
             for a in 0..points.len() {
                 for b in 0..a {
-                    if separation(&objects, a, b) <= 1.0 {
+                    if objects.separation(a, b) <= 1.0 {
                         let (from, to) = (expected[a], expected[b]);
                         expected.iter_mut().filter(|e| **e == from).for_each(|e| *e = to);
                     }

@@ -25,6 +25,7 @@ pub mod merge;
 pub mod objects;
 pub mod params;
 pub mod seeds;
+pub mod touching;
 pub mod votes;
 
 pub use birds_eye::{birds_eye, fragments};

@@ -1,10 +1,10 @@
 //! Object pixels as a dense list: what the divide step walks on.
 
+use super::condition::{Along, NeighbourTest};
+use super::params::ClusterParams;
+use super::touching;
 use crate::cloud::point_cloud::{PointCloud, wide};
 use crate::cloud::taxonomy::ClassSize;
-use crate::cluster::condition::{Along, Judge};
-use crate::cluster::gaps;
-use crate::cluster::params::ClusterParams;
 use crate::range_image::{NEIGHBOURS, NO_NEIGHBOUR, PixelSet, RangeImage, Reach, neighbours};
 use crate::semantics::ObjectMask;
 
@@ -30,7 +30,7 @@ pub struct ObjectPixels {
     /// M x 4: whether the condition holds towards each neighbour; false where there is none.
     pub connected: Vec<[bool; NEIGHBOURS]>,
     /// M x 2: up to how far across the ground and in height each touches others, metres
-    /// ([`gaps`]); empty where classes or the angle decide.
+    /// ([`touching`]); empty where classes or the angle decide.
     pub reach: Vec<[f32; 2]>,
 }
 
@@ -66,7 +66,8 @@ impl ObjectPixels {
         let group = groups(&objects, image, mask, params.same_class_neighbours);
         objects.neighbours = neighbours(&objects.set, &objects.pixel, &group, reach);
         if let Some(gaps) = params.gaps.filter(|_| !mask.has_classes()) {
-            objects.reach = gaps::reaches(&objects, cloud, image, &gaps);
+            objects.reach =
+                touching::reaches(&objects.pixel, &objects.position, cloud, image, &gaps);
         }
         objects.connected = connected(&objects, image, &mask.sizes, params);
         objects
@@ -76,6 +77,18 @@ impl ObjectPixels {
     #[inline]
     pub fn at(&self, pixel: usize) -> Option<usize> {
         self.set.number(pixel).map(|number| number as usize)
+    }
+
+    /// How far apart two pixels are, as a share of the reach of touching: they touch up to 1. Only
+    /// where there are reaches.
+    pub fn separation(&self, a: usize, b: usize) -> f64 {
+        f64::from(self.squared_separation(a, b)).sqrt()
+    }
+
+    #[inline]
+    pub(super) fn squared_separation(&self, a: usize, b: usize) -> f32 {
+        let [p, q] = [a, b].map(|object| self.position[object]);
+        touching::squared_separation(p, q, self.reach[a], self.reach[b])
     }
 
     /// Number of object pixels M.
@@ -118,11 +131,11 @@ fn connected(
 ) -> Vec<[bool; NEIGHBOURS]> {
     const FORWARD: [(usize, usize, Along); 2] = [(1, 0, Along::Row), (3, 2, Along::Column)];
     let columns = image.columns();
-    let judge = Judge::new(&params.condition, image.bands[0].column_step);
+    let test = NeighbourTest::new(&params.condition, image.bands[0].column_step);
     let mut connected = vec![[false; NEIGHBOURS]; objects.len()];
     for from in 0..objects.len() {
         let band = image.band_of(objects.pixel[from] as usize);
-        let judge = judge.with_columns(band.column_step);
+        let test = test.with_columns(band.column_step);
         for (forward, backward, along) in FORWARD {
             let to = objects.neighbours[from][forward];
             if to == NO_NEIGHBOUR {
@@ -134,8 +147,8 @@ fn connected(
             let class = |object: usize| sizes[usize::from(objects.class[object])];
             let size = narrower(class(from), class(to));
             let holds = match objects.reach.is_empty() {
-                true => judge.is_connected(p, q, apart, along, size),
-                false => gaps::separation(objects, from, to) <= 1.0,
+                true => test.is_connected(p, q, apart, along, size),
+                false => objects.separation(from, to) <= 1.0,
             };
             connected[from][forward] = holds;
             connected[to][backward] = holds;

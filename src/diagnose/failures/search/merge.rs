@@ -4,7 +4,7 @@ use super::context::{Found, Search, edges, most_frequent_group};
 use crate::diagnose::failures::case::Side;
 use crate::diagnose::failures::cause::{Cause, MergeCause, PostMergeCause};
 use crate::evaluate::verdict::Segment;
-use crate::explain::{Explanation, LaterStage, Subject, VoteEvidence, explain};
+use crate::explain::{Explanation, PostMergeStage, Subject, VoteEvidence, explain};
 
 impl Search<'_> {
     /// Two parts of an object that are apart: the two largest of a true object, or a found piece
@@ -66,10 +66,10 @@ fn kept_apart(explanation: Explanation) -> Option<Cause> {
         Some(VoteEvidence::DifferentClasses { distance, .. }) => (0, distance),
         _ => return None,
     };
-    let joins_parts = |stage: &LaterStage| {
-        matches!(stage, LaterStage::Fragments { .. } | LaterStage::Gaps { .. })
+    let joins_parts = |stage: &PostMergeStage| {
+        matches!(stage, PostMergeStage::Fragments { .. } | PostMergeStage::Gaps { .. })
     };
-    Some(match explanation.later.into_iter().find(joins_parts) {
+    Some(match explanation.post_merge.into_iter().find(joins_parts) {
         Some(stage) => Cause::Post(Box::new(PostMergeCause::Apart(stage))),
         None => Cause::Merge(MergeCause::Unlinked { border, distance }),
     })

@@ -4,7 +4,7 @@ use super::context::{Found, Search, edges, most_frequent_group};
 use crate::cluster::Join;
 use crate::diagnose::failures::cause::{Cause, DivideCause, PostMergeCause};
 use crate::evaluate::verdict::Segment;
-use crate::explain::{LaterStage, Subject, explain};
+use crate::explain::{PostMergeStage, Subject, explain};
 use crate::instances::Reason;
 
 impl Search<'_> {
@@ -46,10 +46,10 @@ impl Search<'_> {
             return Some((Cause::Post(Box::new(PostMergeCause::Joined(*joins[cut.edge]))), show));
         }
         let [a, b] = self.overlapping(&own, groups.len(), part_of)?;
-        let later = explain(&self.run.frame, Subject::Pair(a, b)).later;
+        let stages = explain(&self.run.frame, Subject::Pair(a, b)).post_merge;
         let overlap =
-            |stage: &LaterStage| matches!(stage, LaterStage::BirdsEye { joined: true, .. });
-        let stage = later.into_iter().find(overlap)?;
+            |stage: &PostMergeStage| matches!(stage, PostMergeStage::BirdsEye { joined: true, .. });
+        let stage = stages.into_iter().find(overlap)?;
         Some((Cause::Post(Box::new(PostMergeCause::Overlapped(stage))), vec![a, b]))
     }
 

@@ -3,23 +3,13 @@
 use serde::Serialize;
 
 use super::border::{BorderPair, pair};
-use super::{Frame, distance};
+use super::frame::Frame;
+use super::places::{Place, place_of_object};
 use crate::cluster::back_projection::label_source;
 use crate::instances::Reason;
 use crate::pipeline::Stages;
 use crate::range_image::{NEIGHBOURS, NO_NEIGHBOUR};
 use crate::semantics::MaskSource;
-
-/// A pixel of the range image and the point seen in it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Place {
-    /// Row from 0.
-    pub row: usize,
-    /// Column from 0.
-    pub column: usize,
-    /// The point seen there, metres.
-    pub position: [f32; 3],
-}
 
 /// A component of the divide step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -136,12 +126,6 @@ fn place(frame: &Frame, pixel: usize) -> Place {
     }
 }
 
-pub(super) fn place_of_object(stages: &Stages, object: usize) -> Place {
-    let (pixel, columns) = (stages.objects.pixel[object] as usize, stages.image.columns());
-    let position = stages.objects.position[object];
-    Place { row: pixel / columns, column: pixel % columns, position }
-}
-
 /// The group of a component.
 pub(super) fn group_of(stages: &Stages, label: u32) -> u32 {
     stages.merge.instance_of_component[label as usize - 1]
@@ -174,24 +158,4 @@ fn neighbours(frame: &Frame, object: usize) -> Vec<BorderPair> {
     let neighbours = frame.stages.objects.neighbours[object];
     let present = (0..NEIGHBOURS).filter(|&direction| neighbours[direction] != NO_NEIGHBOUR);
     present.map(|direction| pair(frame, object, direction)).collect()
-}
-
-/// The two elements, one of each list, that are nearest to each other, and their distance.
-pub(super) fn nearest_pair<T: Copy>(
-    a: &[T],
-    b: &[T],
-    position: impl Fn(&T) -> [f64; 3],
-) -> Option<(T, T, f64)> {
-    let b: Vec<(T, [f64; 3])> = b.iter().map(|other| (*other, position(other))).collect();
-    let mut best: Option<(T, T, f64)> = None;
-    for one in a {
-        let from = position(one);
-        for &(other, to) in &b {
-            let apart = distance(from, to);
-            if best.is_none_or(|(_, _, least)| apart < least) {
-                best = Some((*one, other, apart));
-            }
-        }
-    }
-    best
 }

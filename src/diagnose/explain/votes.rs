@@ -10,11 +10,10 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 
-use super::Frame;
 use super::border::{BorderPair, border};
-use super::facts::{
-    GroupFacts, Place, PointFacts, group, group_of, nearest_pair, pixels_of_group, place_of_object,
-};
+use super::facts::{GroupFacts, PointFacts, group, group_of, pixels_of_group};
+use super::frame::Frame;
+use super::places::{Place, nearest_pair, place_of_object};
 use crate::cluster::params::Accumulation;
 use crate::pipeline::Stages;
 

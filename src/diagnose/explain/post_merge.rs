@@ -7,10 +7,10 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use serde::Serialize;
 
-use super::Frame;
-use super::facts::{GroupFacts, Place, PointFacts, group, pixels_of_group};
+use super::facts::{GroupFacts, PointFacts, group, pixels_of_group};
+use super::frame::Frame;
+use super::places::{self, Place};
 use crate::cluster::Join;
-use crate::cluster::gaps::separation;
 use crate::cluster::params::{BirdsEye, FragmentMerge, GapMerge, Region};
 use crate::footprint::{PlanePoint, convex_hull, distance, minimum_area_rectangle};
 use crate::instances::Reason;
@@ -19,7 +19,7 @@ use crate::pipeline::Stages;
 /// Something that a stage after the vote merge did, or left undone.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "stage", rename_all = "snake_case")]
-pub enum LaterStage {
+pub enum PostMergeStage {
     /// The groups of the two points on the bird's-eye plane.
     BirdsEye {
         /// Whether the stages after the vote merge made them one.
@@ -111,7 +111,7 @@ pub struct GapTest {
 }
 
 /// What the later stages did with the points.
-pub(super) fn evidence(frame: &Frame, points: &[PointFacts]) -> Vec<LaterStage> {
+pub(super) fn evidence(frame: &Frame, points: &[PointFacts]) -> Vec<PostMergeStage> {
     let on_the_plane = match points {
         [a, b] => on_the_plane(frame, a, b),
         _ => None,
@@ -122,13 +122,13 @@ pub(super) fn evidence(frame: &Frame, points: &[PointFacts]) -> Vec<LaterStage> 
     on_the_plane.into_iter().chain(too_small).chain(taken).collect()
 }
 
-fn back_projection(point: usize, facts: &PointFacts) -> Option<LaterStage> {
+fn back_projection(point: usize, facts: &PointFacts) -> Option<PostMergeStage> {
     let from = facts.label_from?;
     let [p, q] = [facts.position, from.position].map(|position| position.map(f64::from));
-    Some(LaterStage::BackProjection { point, from, distance: super::distance(p, q) })
+    Some(PostMergeStage::BackProjection { point, from, distance: places::distance(p, q) })
 }
 
-fn minimum_size(frame: &Frame, point: usize, facts: &PointFacts) -> Option<LaterStage> {
+fn minimum_size(frame: &Frame, point: usize, facts: &PointFacts) -> Option<PostMergeStage> {
     if facts.reason != Reason::TooSmall {
         return None;
     }
@@ -140,7 +140,7 @@ fn minimum_size(frame: &Frame, point: usize, facts: &PointFacts) -> Option<Later
         group != 0 && last(group) == own
     });
     let minimum = frame.config.cluster.min_pixels;
-    Some(LaterStage::MinimumSize { point, pixels: pixels.count(), minimum })
+    Some(PostMergeStage::MinimumSize { point, pixels: pixels.count(), minimum })
 }
 
 /// The most frequent class of a group's pixels; ties go to the lower class.
@@ -153,7 +153,7 @@ fn class_of_group(stages: &Stages, number: u32) -> u16 {
     most.map_or(0, |(&class, _)| class)
 }
 
-fn on_the_plane(frame: &Frame, a: &PointFacts, b: &PointFacts) -> Option<LaterStage> {
+fn on_the_plane(frame: &Frame, a: &PointFacts, b: &PointFacts) -> Option<PostMergeStage> {
     let (from, to) = (a.group?.number, b.group?.number);
     if from == to {
         return None;
@@ -162,7 +162,7 @@ fn on_the_plane(frame: &Frame, a: &PointFacts, b: &PointFacts) -> Option<LaterSt
     let joined = last[from as usize - 1] == last[to as usize - 1];
     let gaps = frame.config.cluster.gaps.filter(|_| !frame.stages.mask.has_classes());
     if let Some(params) = gaps {
-        return Some(LaterStage::Gaps {
+        return Some(PostMergeStage::Gaps {
             joined,
             joins: if joined { joins(&frame.stages.joins, from, to) } else { Vec::new() },
             test: if joined { None } else { gap_test(frame, from, to, params) },
@@ -179,7 +179,7 @@ fn on_the_plane(frame: &Frame, a: &PointFacts, b: &PointFacts) -> Option<LaterSt
             None => of_a != of_b,
         };
     Some(match frame.config.cluster.fragments {
-        Some(params) => LaterStage::Fragments {
+        Some(params) => PostMergeStage::Fragments {
             joined,
             joins: if joined { joins(&frame.stages.joins, from, to) } else { Vec::new() },
             test: if joined || differ { None } else { size_test(frame, from, to, params) },
@@ -222,11 +222,11 @@ fn gap_test(frame: &Frame, from: u32, to: u32, params: GapMerge) -> Option<GapTe
     };
     let (one, other) = (members(from), members(to));
     let pairs = one.iter().flat_map(|&a| other.iter().map(move |&b| (a, b)));
-    let apart = pairs.map(|(a, b)| (separation(&stages.objects, a, b), a, b));
+    let apart = pairs.map(|(a, b)| (stages.objects.separation(a, b), a, b));
     let (separation, a, b) = apart.min_by(|x, y| x.0.total_cmp(&y.0))?;
     let [p, q] = [a, b].map(|object| stages.objects.position[object].map(f64::from));
     Some(GapTest {
-        gap: super::distance(p, q),
+        gap: places::distance(p, q),
         separation,
         pixels: one.len().min(other.len()),
         leftover: params.leftover,
@@ -266,12 +266,12 @@ fn size_test(frame: &Frame, from: u32, to: u32, params: FragmentMerge) -> Option
     })
 }
 
-fn birds_eye(frame: &Frame, from: u32, to: u32, joined: bool, differ: bool) -> LaterStage {
+fn birds_eye(frame: &Frame, from: u32, to: u32, joined: bool, differ: bool) -> PostMergeStage {
     let last = &frame.stages.birds_eye;
     let Some(params) = frame.config.cluster.birds_eye else {
         let (groups, gaps) = (Vec::new(), Vec::new());
         let (region, margin, classes_differ) = (None, 0.0, false);
-        return LaterStage::BirdsEye { joined, region, margin, groups, gaps, classes_differ };
+        return PostMergeStage::BirdsEye { joined, region, margin, groups, gaps, classes_differ };
     };
     let beside = |group: u32| -> Vec<(u32, Outline)> {
         let members = (1..).zip(last).filter(|&(_, &end)| end == last[group as usize - 1]);
@@ -284,7 +284,7 @@ fn birds_eye(frame: &Frame, from: u32, to: u32, joined: bool, differ: bool) -> L
     } else {
         nearest(&beside(from), &beside(to)).unwrap_or_default()
     };
-    LaterStage::BirdsEye {
+    PostMergeStage::BirdsEye {
         joined,
         region: Some(params.region),
         margin: params.margin,

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde::Serialize;
 
-use super::{Answer, Frame, Subject, answer};
+use super::frame::{Answer, Frame, Subject, answer};
 use crate::cluster::params::{BirdsEye, ClusterParams, Region};
 use crate::pipeline::{self, Config};
 

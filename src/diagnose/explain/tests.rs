@@ -6,7 +6,10 @@
 //! world: a seed for each side of the axes.
 
 use super::*;
+use crate::PointCloud;
 use crate::cluster::params::ClusterParams;
+use crate::pipeline::{Config, Stages};
+use crate::semantics::MaskSource;
 use crate::taxonomy::Taxonomy;
 
 struct Scene {
@@ -127,8 +130,8 @@ fn a_tie_fails_by_one_vote() {
     assert_eq!([against[0].a.column, against[0].b.column], [1, 2]);
     assert!((against[0].beta_degrees - 6.6).abs() < 0.1, "{}", against[0].beta_degrees);
     assert_eq!(
-        found.later,
-        [LaterStage::BirdsEye {
+        found.post_merge,
+        [PostMergeStage::BirdsEye {
             joined: false,
             region: None,
             margin: 0.0,
@@ -200,8 +203,8 @@ fn points_without_an_instance_say_why() {
     assert!(what_if(&scene.frame(), Subject::Point(scene.at((1, 2)))).is_empty());
     let small = scene.point((0, 0));
     assert_eq!(small.points[0].reason, Reason::TooSmall);
-    let size = LaterStage::MinimumSize { point: 0, pixels: 4, minimum: 5 };
-    assert_eq!(small.later, [size]);
+    let size = PostMergeStage::MinimumSize { point: 0, pixels: 4, minimum: 5 };
+    assert_eq!(small.post_merge, [size]);
     let pair = scene.pair((0, 0), (0, 1));
     assert_eq!((pair.answer, pair.decided_by), (Answer::Apart, DecidedBy::NoInstance));
 }
@@ -227,10 +230,13 @@ fn boxes_that_overlap_join_what_the_votes_left_apart() {
     let apart = with_margin(0.0).pair((0, 0), (0, 3));
     assert_eq!(apart.answer, Answer::Apart);
     let joined = with_margin(0.1).pair((0, 0), (0, 3));
-    assert_eq!((joined.answer, joined.decided_by), (Answer::OneInstance, DecidedBy::LaterStage));
+    assert_eq!(
+        (joined.answer, joined.decided_by),
+        (Answer::OneInstance, DecidedBy::PostMergeStage)
+    );
     for (found, joins) in [(apart, false), (joined, true)] {
-        let [LaterStage::BirdsEye { joined, groups, gaps, .. }] = &found.later[..] else {
-            panic!("{:?}", found.later);
+        let [PostMergeStage::BirdsEye { joined, groups, gaps, .. }] = &found.post_merge[..] else {
+            panic!("{:?}", found.post_merge);
         };
         assert_eq!(*joined, joins);
         assert_eq!(groups.iter().map(|group| group.number).collect::<Vec<_>>(), [1, 2]);

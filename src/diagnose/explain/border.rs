@@ -2,9 +2,8 @@
 
 use serde::Serialize;
 
-use super::facts::{Place, place_of_object};
-use super::{Frame, distance};
-use crate::cluster::gaps;
+use super::frame::Frame;
+use super::places::{Place, distance, place_of_object};
 use crate::cluster::params::Rays;
 use crate::range_image::NO_NEIGHBOUR;
 
@@ -115,7 +114,7 @@ fn nearness(frame: &Frame, from: usize, to: usize, direction: usize) -> Option<R
     let Frame { stages, config, .. } = frame;
     let objects = &stages.objects;
     if let (Some(a), Some(b)) = (objects.reach.get(from), objects.reach.get(to)) {
-        let separation = gaps::separation(objects, from, to);
+        let separation = objects.separation(from, to);
         return Some(Rule::Gap { separation, reach: [0, 1].map(|i| f64::from(a[i].max(b[i]))) });
     }
     let first = if direction % 2 == 1 { from } else { to };
