@@ -49,7 +49,8 @@ pub enum Rule {
     },
     /// Nearness in space, there being no classes (preset `best`).
     Gap {
-        /// How far apart they are, as a share of the reach of touching: they belong together up to 1.
+        /// How far apart they are, as a share of the reach of touching: they belong together up to
+        /// 1.
         separation: f64,
         /// That reach across the ground and in height, metres.
         reach: [f64; 2],
@@ -108,8 +109,8 @@ pub(super) fn pair(frame: &Frame, from: usize, direction: usize) -> BorderPair {
     }
 }
 
-/// The rule of nearness, if it is in force: in space without classes, else by the size of the class where
-/// that is known, the left or upper pixel's.
+/// The rule of nearness, if it is in force: in space without classes, else by the size of the class
+/// where that is known, the left or upper pixel's.
 fn nearness(frame: &Frame, from: usize, to: usize, direction: usize) -> Option<Rule> {
     let Frame { stages, config, .. } = frame;
     let objects = &stages.objects;
@@ -127,8 +128,8 @@ fn nearness(frame: &Frame, from: usize, to: usize, direction: usize) -> Option<R
     })
 }
 
-/// All pairs with one pixel in a component that `is_left` accepts and the other in one that `is_right`
-/// accepts, those nearest to the other verdict first.
+/// All pairs with one pixel in a component that `is_left` accepts and the other in one that
+/// `is_right` accepts, those nearest to the other verdict first.
 pub(super) fn border(
     frame: &Frame,
     is_left: impl Fn(u32) -> bool,

@@ -103,7 +103,8 @@ impl PointFacts {
     }
 }
 
-/// The object pixel whose label a point has: its own, or if it is shadowed the nearest of its class.
+/// The object pixel whose label a point has: its own, or if it is shadowed the nearest of its
+/// class.
 fn object_of(frame: &Frame, point: usize) -> Option<usize> {
     let Frame { cloud, stages, config, .. } = frame;
     let window = config.cluster.back_projection;

@@ -8,8 +8,8 @@
 //! | what comes after the votes: bird's-eye merge, minimum size, back-projection | [`post_merge`] |
 //! | which change of one parameter gives the other answer | [`what_if`](mod@what_if) |
 //!
-//! A *group* is an instance of the merge step (Alg. 2), before any later stage; groups are numbered in the
-//! order in which they were opened. Instances are numbered as in [`PointLabels`].
+//! A *group* is an instance of the merge step (Alg. 2), before any later stage; groups are numbered
+//! in the order in which they were opened. Instances are numbered as in [`PointLabels`].
 //!
 //! ```
 //! use divmerge::explain::{Answer, Frame, Subject, explain};
@@ -92,13 +92,14 @@ pub struct Explanation {
     pub angle_degrees: f64,
     /// Two components merge where V+ / (V+ + V-) exceeds this.
     pub merge_ratio: f64,
-    /// Whether pixels may have changed hands during the growth (preset `authors`): border pairs are then
-    /// those of the final labels, and need not add up to the votes that were cast.
+    /// Whether pixels may have changed hands during the growth (preset `authors`): border pairs are
+    /// then those of the final labels, and need not add up to the votes that were cast.
     pub pixels_change_hands: bool,
 }
 
 impl Explanation {
-    /// The pairs of border pixels on which the votes were cast, each once, in the order of the image.
+    /// The pairs of border pixels on which the votes were cast, each once, in the order of the
+    /// image.
     pub fn pairs(&self) -> Vec<BorderPair> {
         let (border, links): (&[BorderPair], &[Link]) = match &self.votes {
             Some(VoteEvidence::Chain { links } | VoteEvidence::Failed { links, .. }) => {

@@ -36,8 +36,8 @@ pub fn return_at(cloud: &PointCloud, at: [f64; 3], within: f64) -> Result<usize>
     }
 }
 
-/// A point of each of two instances: the two that are nearest to each other, so that an explanation of
-/// them is one of the instances' border.
+/// A point of each of two instances: the two that are nearest to each other, so that an explanation
+/// of them is one of the instances' border.
 ///
 /// # Errors
 /// [`Error::NoInstance`] if one of them does not exist.

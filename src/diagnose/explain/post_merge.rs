@@ -1,7 +1,7 @@
 //! What the stages after the vote merge did: bird's-eye merge, minimum size, back-projection.
 //!
-//! Whether these stages joined two groups is read off the run; how near the groups' regions are on the
-//! bird's-eye plane is measured here again where the run does not keep it.
+//! Whether these stages joined two groups is read off the run; how near the groups' regions are on
+//! the bird's-eye plane is measured here again where the run does not keep it.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -28,8 +28,8 @@ pub enum PostMergeStage {
         region: Option<Region>,
         /// Regions count as overlapping up to this far apart, metres.
         margin: f64,
-        /// Joined: the groups that led from one to the other, each overlapping the next, if such a chain
-        /// is found. Apart: the two nearest groups of the two.
+        /// Joined: the groups that led from one to the other, each overlapping the next, if such a
+        /// chain is found. Apart: the two nearest groups of the two.
         groups: Vec<GroupFacts>,
         /// Metres between the regions of each two groups that follow each other.
         gaps: Vec<f64>,
@@ -40,20 +40,21 @@ pub enum PostMergeStage {
     Fragments {
         /// Whether the stages after the vote merge made them one.
         joined: bool,
-        /// Joined: the joins that led to the one which brought the two points together, it being the last;
-        /// pieces are groups.
+        /// Joined: the joins that led to the one which brought the two points together, it being
+        /// the last; pieces are groups.
         joins: Vec<Join>,
         /// Apart: how their last outlines compare; none where their class is of no known size.
         test: Option<SizeTest>,
         /// Apart: whether their classes differ and are not easily taken for each other.
         classes_differ: bool,
     },
-    /// The groups of the two points by the gaps between pieces, there being no classes (preset `best`).
+    /// The groups of the two points by the gaps between pieces, there being no classes (preset
+    /// `best`).
     Gaps {
         /// Whether the stages after the vote merge made them one.
         joined: bool,
-        /// Joined: the joins that led to the one which brought the two points together, it being the last;
-        /// pieces are groups.
+        /// Joined: the joins that led to the one which brought the two points together, it being
+        /// the last; pieces are groups.
         joins: Vec<Join>,
         /// Apart: how near their instances come to one another.
         test: Option<GapTest>,
@@ -189,7 +190,8 @@ fn on_the_plane(frame: &Frame, a: &PointFacts, b: &PointFacts) -> Option<PostMer
     })
 }
 
-/// The joins up to the one that brought two pieces together, less those that had nothing to do with it.
+/// The joins up to the one that brought two pieces together, less those that had nothing to do with
+/// it.
 fn joins(joins: &[Join], from: u32, to: u32) -> Vec<Join> {
     let mut sets: Vec<(BTreeSet<u32>, Vec<Join>)> = Vec::new();
     for join in joins {

@@ -1,9 +1,9 @@
 //! Scenes drawn as little grids, where components, votes and chains are known by hand.
 //!
-//! A letter is a point: `a` at 10 m, `b` at 10.3 m, `c` at 12 m, `r` road at 10 m; `.` is no return. Columns
-//! are 0.2 degrees apart around straight ahead, rows 0.4 degrees, so that beta between `a` and `b` is 6.6
-//! degrees along a row (against) and 13 degrees along a column (in favour). A voxel is as large as the
-//! world: a seed for each side of the axes.
+//! A letter is a point: `a` at 10 m, `b` at 10.3 m, `c` at 12 m, `r` road at 10 m; `.` is no
+//! return. Columns are 0.2 degrees apart around straight ahead, rows 0.4 degrees, so that beta
+//! between `a` and `b` is 6.6 degrees along a row (against) and 13 degrees along a column (in
+//! favour). A voxel is as large as the world: a seed for each side of the axes.
 
 use super::*;
 use crate::PointCloud;

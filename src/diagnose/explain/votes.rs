@@ -1,9 +1,9 @@
 //! The chain of merges between two components, or where the votes on the way failed (Alg. 2).
 //!
-//! Everything is read off the votes and the recorded merges. What a component had inherited when it asked
-//! another follows from them: with [`Accumulation::IntoQuery`] the votes of all components above it in
-//! the tree of merges; with [`Accumulation::IntoOpener`] the opener has those of the components that it
-//! had taken in before, and all others have their own alone.
+//! Everything is read off the votes and the recorded merges. What a component had inherited when it
+//! asked another follows from them: with [`Accumulation::IntoQuery`] the votes of all components
+//! above it in the tree of merges; with [`Accumulation::IntoOpener`] the opener has those of the
+//! components that it had taken in before, and all others have their own alone.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -55,8 +55,8 @@ impl Link {
         share(self.positive, self.negative)
     }
 
-    /// The least number of further votes in favour with which V+ / (V+ + V-) exceeds the ratio: 0 if it
-    /// does already, none if no number would do.
+    /// The least number of further votes in favour with which V+ / (V+ + V-) exceeds the ratio: 0
+    /// if it does already, none if no number would do.
     pub fn short_by(&self, ratio: f64) -> Option<u64> {
         if self.positive > 0 && self.share() > ratio {
             return Some(0);
@@ -85,8 +85,8 @@ pub enum VoteEvidence {
         /// A path in the tree of merges.
         links: Vec<Link>,
     },
-    /// The best way from one group to the other, all of whose links failed: best is where the least share
-    /// of votes in favour on the way is greatest, then the fewest links.
+    /// The best way from one group to the other, all of whose links failed: best is where the least
+    /// share of votes in favour on the way is greatest, then the fewest links.
     Failed {
         /// The groups on the way, the first point's first.
         groups: Vec<GroupFacts>,

@@ -1,9 +1,9 @@
-//! The counterfactual: the smallest change of each parameter alone that gives the other answer, found by
-//! running it.
+//! The counterfactual: the smallest change of each parameter alone that gives the other answer,
+//! found by running it.
 //!
-//! The answer is not monotone in most parameters, so a coarse scan from the present value outwards finds
-//! the first value with the other answer, and a bisection between it and the value before narrows it down.
-//! A narrower island between two values of the scan may be missed.
+//! The answer is not monotone in most parameters, so a coarse scan from the present value outwards
+//! finds the first value with the other answer, and a bisection between it and the value before
+//! narrows it down. A narrower island between two values of the scan may be missed.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -170,8 +170,9 @@ const DIALS: [Dial; 8] = [
     },
 ];
 
-/// For each parameter of the clustering the smallest change, all others as they are, that gives the other
-/// answer. Points that are no objects have no instance whatever the parameters: nothing is run then.
+/// For each parameter of the clustering the smallest change, all others as they are, that gives the
+/// other answer. Points that are no objects have no instance whatever the parameters: nothing is
+/// run then.
 ///
 /// Runs the pipeline on the frame some hundred times, on as many threads as there are cores.
 ///
@@ -254,7 +255,8 @@ impl Search<'_> {
         let place = scan.iter().position(|&value| flips(value))?;
         let before = if place == 0 { now } else { scan[place - 1] };
         let steps = |value: f64| value * dial.per_unit;
-        // In whole steps, so that the values found are those that people write: 12.35, not 12.349999.
+        // In whole steps, so that the values found are those that people write: 12.35, not
+        // 12.349999.
         let mut flipped = steps(scan[place]).round() as i64;
         let up = scan[place] > now;
         let nearest = if up { steps(before) + 1e-6 } else { steps(before) - 1e-6 };

@@ -1,4 +1,5 @@
-//! Back from pixels to points: what a shadowed point takes from the pixels around it (ALGORITHM section 6).
+//! Back from pixels to points: what a shadowed point takes from the pixels around it (ALGORITHM
+//! section 6).
 
 use super::objects::ObjectPixels;
 use super::params::{BackProjection, Nearest};
@@ -6,12 +7,14 @@ use crate::cloud::point_cloud::{PointCloud, wide};
 use crate::range_image::RangeImage;
 use crate::semantics::ObjectMask;
 
-/// A shadowed point farther than this many lengths of its class from the nearest pixel belongs to another object.
+/// A shadowed point farther than this many lengths of its class from the nearest pixel belongs to
+/// another object.
 const BEYOND: f64 = 1.5;
 
-/// The object pixel whose label a point of an object takes: its own, or if it is shadowed the nearest of its
-/// class, with [`Nearest::Space`] else of its family. `None` for points that are no objects, and for shadowed ones
-/// without a match: with [`Nearest::Space`] also for those far beyond the length of their class.
+/// The object pixel whose label a point of an object takes: its own, or if it is shadowed the
+/// nearest of its class, with [`Nearest::Space`] else of its family. `None` for points that are no
+/// objects, and for shadowed ones without a match: with [`Nearest::Space`] also for those far
+/// beyond the length of their class.
 pub fn label_source(
     cloud: &PointCloud,
     image: &RangeImage,
@@ -45,8 +48,9 @@ pub fn label_source(
     }
 }
 
-/// The object pixel of a class nearest to a point in the window around the point's own pixel, and its
-/// [`distance`]. Columns wrap where the image does. Ties go to the nearer column, then to the left, then upwards.
+/// The object pixel of a class nearest to a point in the window around the point's own pixel, and
+/// its [`distance`]. Columns wrap where the image does. Ties go to the nearer column, then to the
+/// left, then upwards.
 fn nearest_object(
     cloud: &PointCloud,
     image: &RangeImage,
@@ -85,7 +89,8 @@ fn nearest_object(
     best.map(|(distance, object)| (object, distance))
 }
 
-/// The columns `offset` to the left and to the right of a column; 0 to the left is the column itself.
+/// The columns `offset` to the left and to the right of a column; 0 to the left is the column
+/// itself.
 fn sides(column: usize, offset: usize, columns: usize, wraps: bool) -> [Option<usize>; 2] {
     let left = column.checked_sub(offset);
     let right = Some(column + offset).filter(|&right| right < columns);
@@ -99,8 +104,8 @@ fn sides(column: usize, offset: usize, columns: usize, wraps: bool) -> [Option<u
     }
 }
 
-/// No point so many columns away, or farther, is nearer than this: its ray leaves in another direction
-/// than that of the point `seen` from where the sensor stands.
+/// No point so many columns away, or farther, is nearer than this: its ray leaves in another
+/// direction than that of the point `seen` from where the sensor stands.
 fn least_distance(seen: [f64; 3], offset: usize, columns: usize, nearest: Nearest) -> f64 {
     if nearest == Nearest::Range {
         return 0.0;

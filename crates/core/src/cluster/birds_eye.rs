@@ -1,5 +1,5 @@
-//! The bird's-eye merge: instances whose regions overlap on the plane become one (paper, section III.E;
-//! ALGORITHM section 6).
+//! The bird's-eye merge: instances whose regions overlap on the plane become one (paper, section
+//! III.E; ALGORITHM section 6).
 
 use std::cell::OnceCell;
 
@@ -15,8 +15,9 @@ use crate::semantics::ObjectMask;
 /// For each instance of the merge step (instance k at k - 1) the instance it belongs to after the
 /// bird's-eye merge, numbered from 1 in the order of their first members.
 ///
-/// Regions are taken from the instances' pixels; the class of an instance is the most frequent among
-/// them. Time O(k log k) in the instances and linear in the pairs whose spans along x overlap.
+/// Regions are taken from the instances' pixels; the class of an instance is the most frequent
+/// among them. Time O(k log k) in the instances and linear in the pairs whose spans along x
+/// overlap.
 pub fn birds_eye(
     objects: &ObjectPixels,
     components: &Components,
@@ -62,7 +63,8 @@ pub fn fragments(
     classes.into_iter().zip(points).map(fragment).collect()
 }
 
-/// A region on the plane: the axis-aligned box around its points, and its outline once that is asked for.
+/// A region on the plane: the axis-aligned box around its points, and its outline once that is
+/// asked for.
 #[derive(Debug, Clone)]
 struct Outline {
     region: Region,

@@ -1,4 +1,5 @@
-//! Boxes on the bird's-eye plane by the cells they cover, to find those near a box without trying all.
+//! Boxes on the bird's-eye plane by the cells they cover, to find those near a box without trying
+//! all.
 
 use rustc_hash::FxHashMap;
 

@@ -69,7 +69,8 @@ impl<'a> NeighbourTest<'a> {
     }
 }
 
-/// beta > theta without trigonometry per pair: |p x q| > tan(theta) (p.p - p.q), p the farther point.
+/// beta > theta without trigonometry per pair: |p x q| > tan(theta) (p.p - p.q), p the farther
+/// point.
 #[inline]
 fn measured_angle_exceeds(p: [f64; 3], q: [f64; 3], tangent: f64) -> bool {
     let (pp, qq, pq) = (dot(p, p), dot(q, q), dot(p, q));

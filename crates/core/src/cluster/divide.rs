@@ -12,20 +12,21 @@ pub struct Components {
     pub label: Vec<u32>,
     /// Number of labels: one per seed, then one per reseeded leftover.
     pub count: u32,
-    /// Object pixels that the growth added, in order, with the label they were added to; a pixel that
-    /// changed hands is there twice. Seeds are not in it.
+    /// Object pixels that the growth added, in order, with the label they were added to; a pixel
+    /// that changed hands is there twice. Seeds are not in it.
     pub grown: Vec<(u32, u32)>,
 }
 
 /// Grows all seeds round by round.
 ///
-/// In every round each non-empty queue, in seed order, pops one pixel and visits its neighbours left,
-/// right, up and down. Time O(M); memory O(M) and one entry per pair of border pixels.
+/// In every round each non-empty queue, in seed order, pops one pixel and visits its neighbours
+/// left, right, up and down. Time O(M); memory O(M) and one entry per pair of border pixels.
 ///
-/// Where seeds are labelled at once a pixel keeps the label it gets, and every pixel with a label visits all its
-/// neighbours, so that the votes of Alg. 1 are known from the labels alone: two for each pair of neighbours with
-/// different labels, in favour where the condition holds (one that holds is visited from both sides when both have
-/// their labels; one that does not is on the undecided list if it comes too early). They are counted afterwards.
+/// Where seeds are labelled at once a pixel keeps the label it gets, and every pixel with a label
+/// visits all its neighbours, so that the votes of Alg. 1 are known from the labels alone: two for
+/// each pair of neighbours with different labels, in favour where the condition holds (one that
+/// holds is visited from both sides when both have their labels; one that does not is on the
+/// undecided list if it comes too early). They are counted afterwards.
 pub fn divide(
     objects: &ObjectPixels,
     seeds: &[u32],
@@ -50,11 +51,11 @@ pub fn divide(
     (components, votes)
 }
 
-/// Alg. 1 without its votes, for seeds that are labelled at once: the label of each object pixel, and the pixels that
-/// were added with their labels, in order.
+/// Alg. 1 without its votes, for seeds that are labelled at once: the label of each object pixel,
+/// and the pixels that were added with their labels, in order.
 ///
-/// A pixel is in one queue only, so queues are linked lists through the pixels. Queues take turns, and each turn is
-/// elsewhere in the image: what a turn reads of a pixel lies together.
+/// A pixel is in one queue only, so queues are linked lists through the pixels. Queues take turns,
+/// and each turn is elsewhere in the image: what a turn reads of a pixel lies together.
 fn grow(objects: &ObjectPixels, seeds: &[u32]) -> (Vec<u32>, Vec<(u32, u32)>) {
     let connected = connected_neighbours(objects);
     // The last one stands for what is not connected.
@@ -73,7 +74,8 @@ fn grow(objects: &ObjectPixels, seeds: &[u32]) -> (Vec<u32>, Vec<(u32, u32)>) {
         for place in 0..queues.len() {
             let [first, mut last] = queues[place];
             let label = pixels[first as usize].label;
-            // Which neighbours are free cannot be foreseen, so each is written down as if it were, without a branch.
+            // Which neighbours are free cannot be foreseen, so each is written down as if it were,
+            // without a branch.
             for neighbour in connected[first as usize] {
                 let found = pixels[neighbour as usize].label;
                 let is_free = found == 0;
@@ -101,7 +103,8 @@ struct Pixel {
     next: u32,
 }
 
-/// M x 4: the neighbours towards which the condition holds, left, right, up and down; M where there is none.
+/// M x 4: the neighbours towards which the condition holds, left, right, up and down; M where there
+/// is none.
 fn connected_neighbours(objects: &ObjectPixels) -> Vec<[u32; NEIGHBOURS]> {
     let none = objects.len() as u32;
     let pixels = objects.neighbours.iter().zip(&objects.connected);
@@ -128,8 +131,8 @@ fn border_votes(objects: &ObjectPixels, label: &[u32]) -> Ballot {
 /// Right and down: each pair of neighbours from one side.
 const FORWARD: [usize; 2] = [1, 3];
 
-/// The state of Alg. 1 where seeds are labelled at the pop. Queues are linked lists in one arena, because a pixel that
-/// changes hands is in several.
+/// The state of Alg. 1 where seeds are labelled at the pop. Queues are linked lists in one arena,
+/// because a pixel that changes hands is in several.
 struct Growth<'a> {
     objects: &'a ObjectPixels,
     label: Vec<u32>,
@@ -189,7 +192,8 @@ impl<'a> Growth<'a> {
         self
     }
 
-    /// ExpandCluster of Alg. 1: pops one pixel and visits its neighbours. Every pop writes its own label again.
+    /// ExpandCluster of Alg. 1: pops one pixel and visits its neighbours. Every pop writes its own
+    /// label again.
     fn expand(&mut self, queue: &mut Queue) {
         let object = self.pop(queue);
         let own = queue.label;
@@ -229,8 +233,8 @@ impl<'a> Growth<'a> {
     }
 }
 
-/// Gives each connected leftover a label of its own, in row-major order of its first pixel. A leftover
-/// has no true condition towards any component, so it brings no vote in favour.
+/// Gives each connected leftover a label of its own, in row-major order of its first pixel. A
+/// leftover has no true condition towards any component, so it brings no vote in favour.
 fn reseed(objects: &ObjectPixels, components: &mut Components) {
     let mut stack = Vec::new();
     for first in 0..objects.len() {

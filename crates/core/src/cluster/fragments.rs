@@ -1,11 +1,12 @@
-//! Fragments of one object found together by size: the merge that preset `best` makes on the bird's-eye
-//! plane in place of the paper's overlap test (section III.E).
+//! Fragments of one object found together by size: the merge that preset `best` makes on the
+//! bird's-eye plane in place of the paper's overlap test (section III.E).
 //!
-//! An occluded or dark object comes out of the votes in pieces. Two pieces of one class, or of two that are
-//! easily taken for each other, belong together when they all but touch, or when the rectangle around both
-//! still fits an object of that class; a wide gap between them asks for a tight fit. The pair with the least
-//! evidence against it goes first, and outlines grow as pieces join. Classes that only look alike, a person and a
-//! rider, are cut apart, since the two do meet: pieces of them must touch, and fit what the larger is. The outline of a few pixels says little:
+//! An occluded or dark object comes out of the votes in pieces. Two pieces of one class, or of two
+//! that are easily taken for each other, belong together when they all but touch, or when the
+//! rectangle around both still fits an object of that class; a wide gap between them asks for a
+//! tight fit. The pair with the least evidence against it goes first, and outlines grow as pieces
+//! join. Classes that only look alike, a person and a rider, are cut apart, since the two do meet:
+//! pieces of them must touch, and fit what the larger is. The outline of a few pixels says little:
 //! they wait until the larger pieces around them have become what they are.
 
 use std::cmp::Ordering;
@@ -21,15 +22,16 @@ use crate::geometry::footprint::{
     PlanePoint, Rectangle, area, convex_hull, distance, minimum_area_rectangle,
 };
 
-/// One piece: its class, that class's family and usual size, and its outline on the bird's-eye plane.
+/// One piece: its class, that class's family and usual size, and its outline on the bird's-eye
+/// plane.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fragment {
     /// Class number.
     pub class: u16,
     /// Number of the family of classes that may be one object.
     pub family: u16,
-    /// A bit for each group of look-alikes that the class is in; classes that share one may be one object where
-    /// they touch.
+    /// A bit for each group of look-alikes that the class is in; classes that share one may be one
+    /// object where they touch.
     pub lookalikes: u8,
     /// Usual size of the class; pieces of a class without one are left alone.
     pub size: Option<ClassSize>,
@@ -46,8 +48,8 @@ pub struct Join {
     pub target: u32,
     /// First piece (from 1) of the group that joined it.
     pub query: u32,
-    /// Distance between their outlines in metres; without classes that of the two pixels which joined
-    /// them.
+    /// Distance between their outlines in metres; without classes that of the two pixels which
+    /// joined them.
     pub gap: f64,
     /// Why they became one.
     pub evidence: Evidence,
@@ -73,13 +75,13 @@ pub enum Evidence {
     },
 }
 
-/// For each piece (from 0) the group it belongs to, groups numbered from 1 in the order of their first
-/// pieces, and the joins in the order in which they were made.
+/// For each piece (from 0) the group it belongs to, groups numbered from 1 in the order of their
+/// first pieces, and the joins in the order in which they were made.
 ///
 /// Steps: pieces that touch join, in any order; then of all pairs that belong together the one with
-/// the least evidence against it joins, and what that group has become is compared with its neighbours anew.
-/// Time grows with the pairs of pieces nearer than their class is wide; of these only the ones that come
-/// up before either has joined another are measured.
+/// the least evidence against it joins, and what that group has become is compared with its
+/// neighbours anew. Time grows with the pairs of pieces nearer than their class is wide; of these
+/// only the ones that come up before either has joined another are measured.
 pub fn assemble(fragments: &[Fragment], params: &FragmentMerge) -> (Vec<u32>, Vec<Join>) {
     let mut assembly = Assembly::new(fragments, params);
     assembly.join_touching();
@@ -246,8 +248,8 @@ impl<'a> Assembly<'a> {
         self.groups[group].kind.size.filter(|_| can_join)
     }
 
-    /// Where the groups of a family lie by their place. All of a family share cells of one side, whatever
-    /// their class.
+    /// Where the groups of a family lie by their place. All of a family share cells of one side,
+    /// whatever their class.
     fn layer(&self, number: usize) -> Layer {
         let side = if self.has_grown { 2.0 } else { 2.0 * self.params.touching };
         let piece = &self.fragments[number];
@@ -262,7 +264,8 @@ impl<'a> Assembly<'a> {
         }
     }
 
-    /// Queues the pairs of a group with the groups of its class in reach, as far as they have been entered.
+    /// Queues the pairs of a group with the groups of its class in reach, as far as they have been
+    /// entered.
     fn propose(&mut self, number: usize) {
         let Some(size) = self.size(number) else {
             return;
@@ -298,8 +301,8 @@ impl<'a> Assembly<'a> {
         self.groups[larger].kind
     }
 
-    /// Whether no rectangle of an accepted size can hold two groups that do not touch: they reach farther
-    /// than its diagonal, or cover more than its area.
+    /// Whether no rectangle of an accepted size can hold two groups that do not touch: they reach
+    /// farther than its diagonal, or cover more than its area.
     fn is_too_large(&self, a: usize, b: usize, size: ClassSize) -> bool {
         let (one, two) = (&self.groups[a], &self.groups[b]);
         let [length, width] = self.params.longest_sides(size, 0.0);
@@ -396,8 +399,8 @@ impl Group {
     }
 }
 
-/// The cheapest candidate is the greatest; at the same cost one that is not measured yet, then that of the
-/// earlier groups.
+/// The cheapest candidate is the greatest; at the same cost one that is not measured yet, then that
+/// of the earlier groups.
 impl Ord for Candidate {
     fn cmp(&self, other: &Self) -> Ordering {
         let by_cost = other.cost.total_cmp(&self.cost);
@@ -527,8 +530,8 @@ mod tests {
         assert_eq!(groups(&cars), [1, 2]);
     }
 
-    /// The front and the rear of a car, and behind it single pixels of a wall that are called car: each could
-    /// join a part, and what is left would be too large.
+    /// The front and the rear of a car, and behind it single pixels of a wall that are called car:
+    /// each could join a part, and what is left would be too large.
     #[test]
     fn single_pixels_wait_for_the_parts_of_an_object() {
         let mut pieces = vec![piece([0.0, 0.0], [1.5, 1.8]), piece([3.0, 0.0], [4.5, 1.8])];

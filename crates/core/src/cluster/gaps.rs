@@ -4,19 +4,20 @@
 //! No size is known, so only gaps count, and how densely the sensor samples:
 //!
 //! 1. Two pixels *touch* if they are near in space: across the ground nearer than
-//!    [`GapMerge::across`], in height nearer than [`GapMerge::upright`] (both together as an ellipsoid), and
-//!    both a little more where the sensor's own columns and rows lie farther apart. Height may be bridged
-//!    farther because objects stand beside one another, seldom on one another, while windows, shadows
-//!    of a railing and dark paint cut objects level.
+//!    [`GapMerge::across`], in height nearer than [`GapMerge::upright`] (both together as an
+//!    ellipsoid), and both a little more where the sensor's own columns and rows lie farther apart.
+//!    Height may be bridged farther because objects stand beside one another, seldom on one
+//!    another, while windows, shadows of a railing and dark paint cut objects level.
 //! 2. Pieces with pixels that touch are one.
-//! 3. A leftover, a piece of fewer than [`GapMerge::leftover`] pixels, shows too little of itself to be
-//!    told from a splinter of what stands next to it: it joins the piece nearest to it within
+//! 3. A leftover, a piece of fewer than [`GapMerge::leftover`] pixels, shows too little of itself
+//!    to be told from a splinter of what stands next to it: it joins the piece nearest to it within
 //!    [`GapMerge::leftover_reach`] times the reach of touching. The nearest pair goes first.
 //!
 //! What touches nothing stays as it is, however small.
 //!
-//! In the same frame of mind neighbouring pixels are connected where they touch, not by the angle: at
-//! range d and a step a between beams the angle joins across a depth of d sin(a) / tan(theta), 2 m at 50 m.
+//! In the same frame of mind neighbouring pixels are connected where they touch, not by the angle:
+//! at range d and a step a between beams the angle joins across a depth of d sin(a) / tan(theta), 2
+//! m at 50 m.
 //!
 //! Time O(M log M) in the object pixels for a bounded number of pixels per cubic metre.
 
@@ -31,9 +32,9 @@ use super::objects::ObjectPixels;
 use super::params::GapMerge;
 use crate::geometry::disjoint_sets::DisjointSets;
 
-/// For each instance of the merge step (instance k at k - 1) the group it belongs to, groups numbered from 1 in
-/// the order of their first pieces, and the joins in the order in which they were made; pieces are
-/// instances.
+/// For each instance of the merge step (instance k at k - 1) the group it belongs to, groups
+/// numbered from 1 in the order of their first pieces, and the joins in the order in which they
+/// were made; pieces are instances.
 pub fn join_by_gaps(
     objects: &ObjectPixels,
     components: &Components,
@@ -148,8 +149,8 @@ impl Groups {
         self.sets.root(self.piece[object as usize] as usize)
     }
 
-    /// The groups of two pixels become one: because they touch, or because one was a leftover of so many
-    /// pixels.
+    /// The groups of two pixels become one: because they touch, or because one was a leftover of so
+    /// many pixels.
     fn join_pixels(&mut self, objects: &ObjectPixels, p: u32, q: u32, leftover: Option<usize>) {
         let (a, b) = (self.of(p), self.of(q));
         if a == b {
@@ -246,7 +247,8 @@ impl Space {
         &self.sorted[cell.start as usize..cell.end as usize]
     }
 
-    /// Numbers of the columns whose place is so many cells or fewer from a column's, itself among them.
+    /// Numbers of the columns whose place is so many cells or fewer from a column's, itself among
+    /// them.
     fn around(&self, column: &Column, steps: i32) -> impl Iterator<Item = usize> {
         let [x, y] = column.place;
         let strip = (x - self.least_x) as usize;

@@ -22,8 +22,8 @@ pub struct MergeStep {
 /// The instances of the merge step.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Merge {
-    /// m: instance of each component from 1, in the order in which instances were opened; component k is
-    /// at k - 1.
+    /// m: instance of each component from 1, in the order in which instances were opened; component
+    /// k is at k - 1.
     pub instance_of_component: Vec<u32>,
     /// Number of instances.
     pub count: u32,
@@ -57,10 +57,11 @@ impl Entry {
 
 /// Merges components.
 ///
-/// Unassigned labels in ascending order; the first opens an instance and a queue; a popped target t asks
-/// every unassigned query q, ascending; where V+\[t\]\[q\] outweighs V-\[t\]\[q\], q joins the instance
-/// and the queue, and rows are added up. A label assigned once is never asked again, so a row keeps only
-/// entries towards unassigned labels. Time and memory grow with the borders, not with m squared.
+/// Unassigned labels in ascending order; the first opens an instance and a queue; a popped target t
+/// asks every unassigned query q, ascending; where V+\[t\]\[q\] outweighs V-\[t\]\[q\], q joins the
+/// instance and the queue, and rows are added up. A label assigned once is never asked again, so a
+/// row keeps only entries towards unassigned labels. Time and memory grow with the borders, not
+/// with m squared.
 pub fn merge(votes: &Votes, params: &ClusterParams) -> Merge {
     let rows = Rows::new(votes);
     let merge =
@@ -127,10 +128,10 @@ struct Assigner<'a> {
 impl Assigner<'_> {
     /// The row of a target is added to the rows of the queries that join.
     ///
-    /// All queries that join one target have inherited the same when their turn comes: its entries towards labels that
-    /// are still unassigned, which are those that it asked in vain. A component without votes of its own on such a
-    /// label would ask it in vain as well, so an entry is handed on only while some that have votes on it have yet to
-    /// ask.
+    /// All queries that join one target have inherited the same when their turn comes: its entries
+    /// towards labels that are still unassigned, which are those that it asked in vain. A component
+    /// without votes of its own on such a label would ask it in vain as well, so an entry is handed
+    /// on only while some that have votes on it have yet to ask.
     fn merge_into_queries(&mut self) {
         let components = self.merge.instance_of_component.len() as u32;
         let mut askers: Vec<u32> =
@@ -153,7 +154,8 @@ impl Assigner<'_> {
         }
     }
 
-    /// A target asks the labels in its row; `askers` tells how many components with votes on a label have yet to.
+    /// A target asks the labels in its row; `askers` tells how many components with votes on a
+    /// label have yet to.
     fn ask(
         &mut self,
         target: &Target,
@@ -199,7 +201,8 @@ impl Assigner<'_> {
         }
     }
 
-    /// The rows of those who join are added to the row of the opener while it asks; all others ask with their own.
+    /// The rows of those who join are added to the row of the opener while it asks; all others ask
+    /// with their own.
     fn merge_into_openers(&mut self) {
         let mut queue = VecDeque::new();
         for opener in 1..=self.merge.instance_of_component.len() as u32 {
@@ -220,8 +223,8 @@ impl Assigner<'_> {
         }
     }
 
-    /// The row of those who join is added to the row being scanned; labels that were passed are not asked
-    /// again.
+    /// The row of those who join is added to the row being scanned; labels that were passed are not
+    /// asked again.
     fn ask_growing(&mut self, opener: u32, queue: &mut VecDeque<u32>) {
         let mut row = self.rows.of(opener).to_vec();
         let mut next = 0;
@@ -294,7 +297,8 @@ mod tests {
 
     #[test]
     fn inherited_votes_carry_a_merge() {
-        // 3 asks 4 with its own 2:3 and loses; with the 4:2 that 1 has towards 4 ... 1 asks 4 first.
+        // 3 asks 4 with its own 2:3 and loses; with the 4:2 that 1 has towards 4 ... 1 asks 4
+        // first.
         let own = votes(3, &[(1, 2, 4, 0), (2, 3, 2, 3), (1, 3, 4, 5)]);
         assert_eq!(merge(&own, &ClusterParams::paper()).instance_of_component, [1, 1, 2]);
         // 2 inherits 1's 3:2 towards 3, so that 2:3 becomes 5:5, a tie, which is no majority.
@@ -353,7 +357,8 @@ mod tests {
     }
 
     proptest::proptest! {
-        /// Dense enough that rows are handed on over many merges, and close enough that they decide.
+        /// Dense enough that rows are handed on over many merges, and close enough that they
+        /// decide.
         #[test]
         fn agrees_with_matrices(
             m in 2..24_u32,

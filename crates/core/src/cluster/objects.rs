@@ -8,8 +8,8 @@ use crate::cloud::taxonomy::ClassSize;
 use crate::range_image::{NEIGHBOURS, NO_NEIGHBOUR, PixelSet, RangeImage, Reach, neighbours};
 use crate::semantics::ObjectMask;
 
-/// The M object pixels of an image in row-major order, with their neighbours and the condition towards
-/// each.
+/// The M object pixels of an image in row-major order, with their neighbours and the condition
+/// towards each.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ObjectPixels {
     /// Points of objects, ascending; shadowed ones, which have no pixel of their own, included.
@@ -102,8 +102,8 @@ impl ObjectPixels {
     }
 }
 
-/// Of which group each object pixel is: only pixels of one sensor and, where classes matter, of one family are
-/// neighbours.
+/// Of which group each object pixel is: only pixels of one sensor and, where classes matter, of one
+/// family are neighbours.
 fn groups(
     objects: &ObjectPixels,
     image: &RangeImage,
@@ -121,8 +121,8 @@ fn groups(
     }
 }
 
-/// The condition is symmetric, and so are neighbours: judged towards the right and downwards, copied to
-/// the left and upwards.
+/// The condition is symmetric, and so are neighbours: judged towards the right and downwards,
+/// copied to the left and upwards.
 fn connected(
     objects: &ObjectPixels,
     image: &RangeImage,

@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use crate::cloud::taxonomy::ClassSize;
 
-/// Parameters of the divide step, the merge step and what follows. The presets are values of this one
-/// struct; none has code of its own.
+/// Parameters of the divide step, the merge step and what follows. The presets are values of this
+/// one struct; none has code of its own.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ClusterParams {
     /// Side of a voxel in metres (the paper's l). Default 0.5.
@@ -32,8 +32,8 @@ pub struct ClusterParams {
     pub birds_eye: Option<BirdsEye>,
     /// Merge of fragments by the size of their class. `paper`: none.
     pub fragments: Option<FragmentMerge>,
-    /// Condition and merge by gaps in space where objects have no classes, in place of the angle and of
-    /// the two merges before. `paper`: none.
+    /// Condition and merge by gaps in space where objects have no classes, in place of the angle
+    /// and of the two merges before. `paper`: none.
     pub gaps: Option<GapMerge>,
     /// Instances with fewer pixels become "too small". `paper`: 0, off.
     pub min_pixels: usize,
@@ -61,7 +61,8 @@ pub struct Condition {
     pub rays: Rays,
     /// Distance gates. `paper`: none.
     pub gate: Option<Gate>,
-    /// In place of the angle, for classes of known size: nearness on the bird's-eye plane. `paper`: none.
+    /// In place of the angle, for classes of known size: nearness on the bird's-eye plane. `paper`:
+    /// none.
     pub nearness: Option<Nearness>,
 }
 
@@ -96,8 +97,8 @@ pub struct Gate {
     pub touching: f64,
     /// ... if both ranges are below this, metres.
     pub touching_range: f64,
-    /// (range, pixels): where the nearer range exceeds `range` metres, the angle counts only up to so
-    /// many pixels apart.
+    /// (range, pixels): where the nearer range exceeds `range` metres, the angle counts only up to
+    /// so many pixels apart.
     pub reach_by_range: Vec<(f64, usize)>,
 }
 
@@ -107,8 +108,8 @@ pub struct Gate {
 pub enum Seeding {
     /// Before the growth begins.
     AtOnce,
-    /// When it is popped; until then another component may take it, and every pop writes its own label
-    /// again, so that a pixel can change hands.
+    /// When it is popped; until then another component may take it, and every pop writes its own
+    /// label again, so that a pixel can change hands.
     AtPop,
 }
 
@@ -128,8 +129,8 @@ pub enum Leftovers {
 pub enum Accumulation {
     /// The target's row is added to the row of the query that joins.
     IntoQuery,
-    /// The row of a query that joins is added to the opening label's row while that is scanned; later
-    /// targets use their own rows.
+    /// The row of a query that joins is added to the opening label's row while that is scanned;
+    /// later targets use their own rows.
     IntoOpener,
 }
 
@@ -140,13 +141,14 @@ pub struct BirdsEye {
     pub region: Region,
     /// Regions count as overlapping up to this far apart, metres (boxes: along each axis).
     pub margin: f64,
-    /// Whether only instances of one class merge. An instance without a class merges with none then.
+    /// Whether only instances of one class merge. An instance without a class merges with none
+    /// then.
     pub same_class: bool,
-    /// Whether a chain of overlaps is one instance. Else one pass over all pairs i < j, in which j takes
-    /// i's label and the union of their boxes: the last writer wins; [`Region::Box`] only.
+    /// Whether a chain of overlaps is one instance. Else one pass over all pairs i < j, in which j
+    /// takes i's label and the union of their boxes: the last writer wins; [`Region::Box`] only.
     pub transitive: bool,
-    /// Whether the region holds only pixels that the growth added, not the seeds (the released C++);
-    /// [`Region::Box`] only.
+    /// Whether the region holds only pixels that the growth added, not the seeds (the released
+    /// C++); [`Region::Box`] only.
     pub grown_pixels_only: bool,
 }
 
@@ -181,8 +183,8 @@ pub struct FragmentMerge {
     pub perimeter_weight: f64,
     /// Metres of gap that a metre beyond the usual size weighs in the order of merging.
     pub excess_weight: f64,
-    /// Metres of gap that a fragment of one pixel waits in the order of merging; one of n pixels waits an
-    /// n-th of that.
+    /// Metres of gap that a fragment of one pixel waits in the order of merging; one of n pixels
+    /// waits an n-th of that.
     pub wait: f64,
 }
 
@@ -211,8 +213,8 @@ impl FragmentMerge {
 
 /// Objects without a class by the gaps between pixels ([`gaps`](super::gaps)).
 ///
-/// Defaults were chosen on labelled drives and simulated ones by `examples/06_entropy.rs`, by the things
-/// found whole first.
+/// Defaults were chosen on labelled drives and simulated ones by `examples/06_entropy.rs`, by the
+/// things found whole first.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct GapMerge {
     /// Pixels touch up to this far apart across the ground, metres ... Default 0.4: parked cars and
@@ -220,8 +222,8 @@ pub struct GapMerge {
     pub across: f64,
     /// ... and this far in height. Default 0.8: the height of a row of windows.
     pub upright: f64,
-    /// Where the sensor's columns or rows lie farther apart, pixels touch up to this many of its steps ...
-    /// Default 1.5: the next beam, never the one after it.
+    /// Where the sensor's columns or rows lie farther apart, pixels touch up to this many of its
+    /// steps ... Default 1.5: the next beam, never the one after it.
     pub steps: f64,
     /// ... but never farther than this, metres. Default 1.
     pub at_most: f64,

@@ -6,8 +6,8 @@ use super::objects::ObjectPixels;
 use super::params::{ClusterParams, Rounding};
 use crate::cloud::point_cloud::wide;
 
-/// The seeds in row-major order, as object pixel numbers: seed k carries label k + 1. Where neighbours
-/// must be of one class, so must the pixels of a voxel.
+/// The seeds in row-major order, as object pixel numbers: seed k carries label k + 1. Where
+/// neighbours must be of one class, so must the pixels of a voxel.
 pub fn seeds(objects: &ObjectPixels, params: &ClusterParams) -> Vec<u32> {
     let mut taken = Voxels::with_capacity(objects.len() / 8);
     let mut seeds = Vec::new();
@@ -61,7 +61,8 @@ fn voxel(position: [f32; 3], params: &ClusterParams) -> [i64; 3] {
     }
 }
 
-/// The largest integer not above a number, without a call; numbers beyond the integers give the last of them.
+/// The largest integer not above a number, without a call; numbers beyond the integers give the
+/// last of them.
 #[inline]
 fn floor(x: f64) -> i64 {
     let truncated = x as i64;

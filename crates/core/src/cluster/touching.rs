@@ -6,9 +6,9 @@ use crate::range_image::RangeImage;
 
 /// How far from each of M pixels another may be to touch it.
 ///
-/// A pixel reaches [`GapMerge::across`] metres across the ground and [`GapMerge::upright`] metres in
-/// height, or [`GapMerge::steps`] steps between the sensor's columns and rows where those are wider,
-/// but never farther than [`GapMerge::at_most`].
+/// A pixel reaches [`GapMerge::across`] metres across the ground and [`GapMerge::upright`] metres
+/// in height, or [`GapMerge::steps`] steps between the sensor's columns and rows where those are
+/// wider, but never farther than [`GapMerge::at_most`].
 ///
 /// `pixel` (M) are pixels of the image and `position` (M) the points seen in them, metres, sensor
 /// frame. Returns M x 2: the reach across the ground and in height, metres. Time O(M).

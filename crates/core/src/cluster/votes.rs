@@ -1,7 +1,7 @@
 //! Votes on the borders of components: V+ and V- of Alg. 1, sparse.
 
-/// V+ and V- between two components, each counted as Alg. 1 counts it: once per visit of a pixel to its
-/// neighbour, so that a pair of border pixels counts twice.
+/// V+ and V- between two components, each counted as Alg. 1 counts it: once per visit of a pixel to
+/// its neighbour, so that a pair of border pixels counts twice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Vote {
     /// The lower label.
@@ -23,8 +23,8 @@ pub struct Votes {
     pub pairs: Vec<Vote>,
 }
 
-/// Votes as they come in: (lower label, twice the higher label and, in the lowest bit, whether in favour). Labels are
-/// below 2^31, which is more pixels than any memory holds.
+/// Votes as they come in: (lower label, twice the higher label and, in the lowest bit, whether in
+/// favour). Labels are below 2^31, which is more pixels than any memory holds.
 #[derive(Debug, Default)]
 pub(super) struct Ballot {
     cast: Vec<(u32, u32)>,
@@ -46,9 +46,9 @@ impl Ballot {
         self.cast_if(true, own, other, in_favour);
     }
 
-    /// A vote between two components, if it counts, for which there must be a place. Votes within one component decide
-    /// nothing and are not kept. Which those are cannot be foreseen, so each is written down and some are written over,
-    /// without a branch.
+    /// A vote between two components, if it counts, for which there must be a place. Votes within
+    /// one component decide nothing and are not kept. Which those are cannot be foreseen, so each
+    /// is written down and some are written over, without a branch.
     #[inline]
     pub(super) fn cast_if(&mut self, counts: bool, own: u32, other: u32, in_favour: bool) {
         let (a, b) = (own.min(other), own.max(other));
@@ -56,8 +56,9 @@ impl Ballot {
         self.count += usize::from(counts & (own != other));
     }
 
-    /// Counts the votes between `components` components, each as `weight` votes: a counting sort by the lower label,
-    /// then a sum for each of its neighbours. O(m + v + p log p) in v votes and the p neighbours of one component.
+    /// Counts the votes between `components` components, each as `weight` votes: a counting sort by
+    /// the lower label, then a sum for each of its neighbours. O(m + v + p log p) in v votes and
+    /// the p neighbours of one component.
     pub(super) fn count(self, components: u32, weight: u32) -> Votes {
         let (sorted, start) = self.by_lower_label(components);
         let mut pairs: Vec<Vote> = Vec::new();
@@ -83,7 +84,8 @@ impl Ballot {
         Votes { components, pairs }
     }
 
-    /// The votes of each lower label one after the other; those of label a from start\[a\] to start\[a + 1\].
+    /// The votes of each lower label one after the other; those of label a from start\[a\] to
+    /// start\[a + 1\].
     fn by_lower_label(self, components: u32) -> (Vec<u32>, Vec<u32>) {
         let cast = &self.cast[..self.count];
         let mut start = vec![0_u32; components as usize + 2];

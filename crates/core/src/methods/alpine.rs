@@ -7,24 +7,25 @@ use crate::geometry::disjoint_sets::DisjointSets;
 use crate::geometry::footprint::{PlanePoint, convex_hull, minimum_area_rectangle};
 use crate::geometry::kd_tree::KdTree;
 
-/// The points of a class on the bird's-eye plane, each linked with its k nearest as far as they are nearer
-/// than the class is wide; connected components; components larger than the class's objects split.
+/// The points of a class on the bird's-eye plane, each linked with its k nearest as far as they are
+/// nearer than the class is wide; connected components; components larger than the class's objects
+/// split.
 ///
-/// A component is split if the rectangle of least area around it is longer or wider than the class's box
-/// times a margin: the longest link that still counts is lowered by bisection until the component falls
-/// into two, and both are looked at again. Where the paper is silent we do as the released code does (MIT):
-/// the bisection begins at half the length at which the component arose, in steps that halve from a quarter
-/// of it; it gives up, and leaves the component whole, below a millimetre; neighbours are looked for anew
-/// among the component's points.
+/// A component is split if the rectangle of least area around it is longer or wider than the
+/// class's box times a margin: the longest link that still counts is lowered by bisection until the
+/// component falls into two, and both are looked at again. Where the paper is silent we do as the
+/// released code does (MIT): the bisection begins at half the length at which the component arose,
+/// in steps that halve from a quarter of it; it gives up, and leaves the component whole, below a
+/// millimetre; neighbours are looked for anew among the component's points.
 ///
-/// One departure from the released code: in its version of March 2025 a loop overwrites k by the number of
-/// the last class. Here k is 32, as the paper has it.
+/// One departure from the released code: in its version of March 2025 a loop overwrites k by the
+/// number of the last class. Here k is 32, as the paper has it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Alpine {
     /// Neighbours of a point. Default 32 (the paper's).
     pub neighbours: usize,
-    /// How much longer and wider than its class's box a component may be. Default 1.3 (the paper's);
-    /// infinite: nothing is split.
+    /// How much longer and wider than its class's box a component may be. Default 1.3 (the
+    /// paper's); infinite: nothing is split.
     pub margin: f64,
     /// Box by class number; classes without one are left without instances.
     pub boxes: Vec<Option<ClassSize>>,
@@ -67,7 +68,8 @@ impl Alpine {
         cluster
     }
 
-    /// Calls `keep` with each part of a component, which arose from links shorter than `link` metres.
+    /// Calls `keep` with each part of a component, which arose from links shorter than `link`
+    /// metres.
     fn split(
         &self,
         points: &[PlanePoint],
@@ -133,8 +135,8 @@ fn members(component: &[u32]) -> Vec<Vec<usize>> {
     members
 }
 
-/// The links of a k-nearest-neighbour graph that a spanning forest needs: what hangs together by links
-/// shorter than any length is the same with these alone (Kruskal 1956).
+/// The links of a k-nearest-neighbour graph that a spanning forest needs: what hangs together by
+/// links shorter than any length is the same with these alone (Kruskal 1956).
 struct Graph {
     /// Squared length and the two points, ascending.
     links: Vec<(f64, u32, u32)>,

@@ -1,5 +1,6 @@
 //! Instances cut out of the mask by 3-D detection boxes: what the paper calls hybrids of semantic
-//! segmentation and 3-D object detection, made as in Behley, Milioto and Stachniss 2020 (arXiv 2003.02371).
+//! segmentation and 3-D object detection, made as in Behley, Milioto and Stachniss 2020 (arXiv
+//! 2003.02371).
 
 use serde::Serialize;
 
@@ -7,12 +8,13 @@ use super::{Baseline, View};
 use crate::cloud::point_cloud::wide;
 use crate::cloud::{Detection, UprightBox};
 
-/// An object point belongs to the detection of its class in whose box it lies, of several to the one in which
-/// it lies deepest by the boxes' sizes, and of those to the surer one. Points in no box have no instance. Where
-/// the points have no classes every detection may have them.
+/// An object point belongs to the detection of its class in whose box it lies, of several to the
+/// one in which it lies deepest by the boxes' sizes, and of those to the surer one. Points in no
+/// box have no instance. Where the points have no classes every detection may have them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Boxes {
-    /// How far outside a box a point may lie, metres: boxes are drawn closely, and detectors err. Default 0.1.
+    /// How far outside a box a point may lie, metres: boxes are drawn closely, and detectors err.
+    /// Default 0.1.
     pub margin: f64,
     /// Detections less sure than this are left out. Default 0: none.
     pub least_score: f64,
@@ -47,8 +49,8 @@ impl Baseline for Boxes {
     }
 }
 
-/// How far from the centre a place lies towards the side that is nearest by the box's size: 0 in the centre, 1 on
-/// a side, more outside.
+/// How far from the centre a place lies towards the side that is nearest by the box's size: 0 in
+/// the centre, 1 on a side, more outside.
 fn share_of_box(bounds: &UprightBox, at: [f64; 3], margin: f64) -> f64 {
     let away: [f64; 3] = std::array::from_fn(|axis| at[axis] - bounds.centre[axis]);
     let (sin, cos) = bounds.yaw.sin_cos();

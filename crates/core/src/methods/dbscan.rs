@@ -7,10 +7,10 @@ use super::{Baseline, View, per_class};
 
 /// DBSCAN in space, class by class.
 ///
-/// A point with at least `min_points` points, itself among them, no farther than `reach` is a core point.
-/// Core points no farther apart than that are one cluster; other points join the nearest core point within
-/// reach (the original: the first that comes, so that the order of the points matters), or are noise and
-/// get no instance.
+/// A point with at least `min_points` points, itself among them, no farther than `reach` is a core
+/// point. Core points no farther apart than that are one cluster; other points join the nearest
+/// core point within reach (the original: the first that comes, so that the order of the points
+/// matters), or are noise and get no instance.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Dbscan {
     /// Epsilon, metres. Default 0.5.
@@ -33,8 +33,8 @@ impl Baseline for Dbscan {
 
 /// For each point its cluster from 1, or 0 for noise.
 ///
-/// In cells whose diagonal is the reach (Gunawan 2013) all points of a cell are within reach of each other,
-/// so that a full cell needs no search, and a pair of cells none after the first link.
+/// In cells whose diagonal is the reach (Gunawan 2013) all points of a cell are within reach of
+/// each other, so that a full cell needs no search, and a pair of cells none after the first link.
 pub(super) fn dbscan(points: &[[f64; 3]], params: Dbscan) -> Vec<u32> {
     let cells = Cells::new(points, params.reach);
     let is_core = core_points(&cells, params.min_points);
@@ -161,7 +161,8 @@ mod tests {
 
     #[test]
     fn core_border_and_noise() {
-        // 0 to 0.4: five within reach of the middle one; 0.7 reaches core points only; 2.0 is alone.
+        // 0 to 0.4: five within reach of the middle one; 0.7 reaches core points only; 2.0 is
+        // alone.
         let points = on_a_line(&[0.0, 0.1, 0.2, 0.3, 0.4, 0.85, 2.0]);
         assert_eq!(dbscan(&points, Dbscan::default()), [1, 1, 1, 1, 1, 1, 0]);
         // Four points are not dense.
@@ -181,8 +182,8 @@ mod tests {
                 (0..3).map(|i| (points[a][i] - points[b][i]).powi(2)).sum::<f64>() <= 0.25
             };
             let all = 0..points.len();
-            let is_core: Vec<bool> =
-                all.clone().map(|a| all.clone().filter(|&b| near(a, b)).count() >= min_points).collect();
+            let near_to = |a: usize| all.clone().filter(|&b| near(a, b)).count();
+            let is_core: Vec<bool> = all.clone().map(|a| near_to(a) >= min_points).collect();
             let mut sets = DisjointSets::new(points.len());
             for a in all.clone() {
                 for b in all.clone().filter(|&b| is_core[a] && is_core[b] && near(a, b)) {

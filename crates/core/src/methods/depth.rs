@@ -8,12 +8,12 @@ use crate::range_image::NO_NEIGHBOUR;
 
 /// Connected components of the 4-connected range image under the angle condition beta > theta.
 ///
-/// Theirs works on all that is not ground; here on the pixels of one class after the other. Theirs fills
-/// holes in the depth image first; this does not.
+/// Theirs works on all that is not ground; here on the pixels of one class after the other. Theirs
+/// fills holes in the depth image first; this does not.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct DepthClustering {
-    /// Least angle beta between neighbours of one object, radians. Default 0.15 (Zhao, Zhang and Huang's
-    /// survey, arXiv 2108.09522; the paper's examples have 10 degrees).
+    /// Least angle beta between neighbours of one object, radians. Default 0.15 (Zhao, Zhang and
+    /// Huang's survey, arXiv 2108.09522; the paper's examples have 10 degrees).
     pub angle: f64,
 }
 

@@ -1,5 +1,5 @@
-//! The other methods, from their papers, for comparison with ours: points, classes and the range image
-//! in, an instance for each point out.
+//! The other methods, from their papers, for comparison with ours: points, classes and the range
+//! image in, an instance for each point out.
 //!
 //! | method | source |
 //! | --- | --- |
@@ -12,8 +12,9 @@
 //! | [`Boxes`] | cut out by 3-D detection boxes, as in Behley et al. 2020 |
 //! | [`Alpine`] | Sautier et al. 2025 |
 //!
-//! Each clusters the points of one class apart from those of all others. To have a method see all objects
-//! alike, as the released pipelines of 2021 do, give it a mask [without classes](without_classes).
+//! Each clusters the points of one class apart from those of all others. To have a method see all
+//! objects alike, as the released pipelines of 2021 do, give it a mask [without
+//! classes](without_classes).
 
 mod alpine;
 mod boxes;
@@ -145,8 +146,8 @@ pub fn without_classes(mask: &ObjectMask) -> ObjectMask {
     ObjectMask { class: vec![0; mask.class.len()], sizes: vec![None], ..mask.clone() }
 }
 
-/// N: the class of each point, which is the most frequent one among its instance's points and its own
-/// where it has no instance. Ties go to the lower number.
+/// N: the class of each point, which is the most frequent one among its instance's points and its
+/// own where it has no instance. Ties go to the lower number.
 pub fn majority_class(instance: &[u32], class: &[u16]) -> Vec<u16> {
     let mut votes: FxHashMap<u32, Vec<u16>> = FxHashMap::default();
     for (&instance, &class) in instance.iter().zip(class).filter(|&(&instance, _)| instance != 0) {
@@ -160,8 +161,8 @@ pub fn majority_class(instance: &[u32], class: &[u16]) -> Vec<u16> {
     instance.iter().zip(class).map(class_of).collect()
 }
 
-/// Clusters the object points class by class. `cluster` gets a class number and n positions in metres,
-/// sensor frame, and returns n cluster numbers from 1, or 0 for what is in none.
+/// Clusters the object points class by class. `cluster` gets a class number and n positions in
+/// metres, sensor frame, and returns n cluster numbers from 1, or 0 for what is in none.
 fn per_class(view: View, cluster: impl Fn(u16, &[[f64; 3]]) -> Vec<u32>) -> Vec<u32> {
     let mask = view.mask;
     let mut objects: Vec<usize> = (0..view.cloud.len()).filter(|&p| mask.is_object[p]).collect();
@@ -179,16 +180,16 @@ fn per_class(view: View, cluster: impl Fn(u16, &[[f64; 3]]) -> Vec<u32>) -> Vec<
     instance
 }
 
-/// The object pixels of a range image, their neighbours of the same class, and the angle condition of the
-/// paper between them, for an angle in radians.
+/// The object pixels of a range image, their neighbours of the same class, and the angle condition
+/// of the paper between them, for an angle in radians.
 fn object_pixels(view: View, angle: f64) -> ObjectPixels {
     let mut params = ClusterParams { same_class_neighbours: true, ..ClusterParams::paper() };
     params.condition.angle = angle;
     ObjectPixels::new(view.cloud, view.image, view.mask, &params)
 }
 
-/// From the instances of the M object pixels to those of the N points: a shadowed point takes that of the
-/// nearest pixel of its class in the view's window.
+/// From the instances of the M object pixels to those of the N points: a shadowed point takes that
+/// of the nearest pixel of its class in the view's window.
 fn to_points(view: View, objects: &ObjectPixels, instance: &[u32]) -> Vec<u32> {
     let View { cloud, image, mask, back_projection, .. } = view;
     let of_point = |point| {

@@ -7,13 +7,14 @@ use crate::cluster::ObjectPixels;
 use crate::geometry::disjoint_sets::DisjointSets;
 use crate::range_image::RangeImage;
 
-/// Each beam is cut into runs of neighbouring points, and a run takes over what its points are near to in
-/// the beam above.
+/// Each beam is cut into runs of neighbouring points, and a run takes over what its points are near
+/// to in the beam above.
 ///
-/// Two points that follow each other in a beam, pixels of other classes and of none stepped over, are one
-/// run if they are nearer than `within`; a point joins the nearest one in the beam above if that is nearer
-/// than `between`. The paper finds that one by its place in the list or by a k-d tree; here all columns in
-/// which it can lie are looked at. As in the paper a beam sees the one above it only.
+/// Two points that follow each other in a beam, pixels of other classes and of none stepped over,
+/// are one run if they are nearer than `within`; a point joins the nearest one in the beam above if
+/// that is nearer than `between`. The paper finds that one by its place in the list or by a k-d
+/// tree; here all columns in which it can lie are looked at. As in the paper a beam sees the one
+/// above it only.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ScanLineRun {
     /// Between points of a run, metres. Default 0.5 (the paper's th_run).

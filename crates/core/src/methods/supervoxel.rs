@@ -1,4 +1,5 @@
-//! Supervoxels: voxel cloud connectivity segmentation (Papon, Abramov, Schoeler and Woergoetter 2013).
+//! Supervoxels: voxel cloud connectivity segmentation (Papon, Abramov, Schoeler and Woergoetter
+//! 2013).
 
 use nalgebra::{Matrix3, Vector3};
 use rustc_hash::FxHashMap;
@@ -6,16 +7,18 @@ use serde::Serialize;
 
 use super::{Baseline, View, per_class};
 
-/// Seeds on a coarse grid of voxels grow over occupied neighbours, ring by ring; a voxel belongs to the
-/// supervoxel that is nearest by position and normal. Class by class.
+/// Seeds on a coarse grid of voxels grow over occupied neighbours, ring by ring; a voxel belongs to
+/// the supervoxel that is nearest by position and normal. Class by class.
 ///
-/// The distance of a voxel from a supervoxel is sqrt(w_s d^2 / (3 R^2) + w_n (1 - |n . n'|)^2) with the distance
-/// d of their centroids and the seeds' grid R (eq. 3 of the paper, of whose features colour is absent in a LiDAR
-/// and the histogram of normals is the normal itself). Seeds with less around them than half a plane would leave are
-/// left out, as in the paper; what no seed reaches has no instance.
+/// The distance of a voxel from a supervoxel is sqrt(w_s d^2 / (3 R^2) + w_n (1 - |n . n'|)^2) with
+/// the distance d of their centroids and the seeds' grid R (eq. 3 of the paper, of whose features
+/// colour is absent in a LiDAR and the histogram of normals is the normal itself). Seeds with less
+/// around them than half a plane would leave are left out, as in the paper; what no seed reaches
+/// has no instance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Supervoxel {
-    /// Side of a voxel, metres. Default 0.5 (Zhao, Zhang and Huang's survey, arXiv 2108.09522, as the next ones).
+    /// Side of a voxel, metres. Default 0.5 (Zhao, Zhang and Huang's survey, arXiv 2108.09522, as
+    /// the next ones).
     pub voxel: f64,
     /// Grid of the seeds, metres. Default 8.
     pub seeds: f64,
@@ -42,7 +45,8 @@ impl Baseline for Supervoxel {
 }
 
 impl Supervoxel {
-    /// In each cell of the seeds' grid, which begins at the lowest corner, the voxel nearest to its centre, if enough voxels are around it.
+    /// In each cell of the seeds' grid, which begins at the lowest corner, the voxel nearest to its
+    /// centre, if enough voxels are around it.
     fn seed(&self, voxels: &Voxels) -> Vec<usize> {
         let Some(corner) = voxels.centroid.iter().copied().reduce(|a, b| a.inf(&b)) else {
             return Vec::new();
@@ -69,8 +73,9 @@ impl Supervoxel {
         seeds
     }
 
-    /// The supervoxel of each voxel from 1, or 0. Ring by ring each supervoxel offers itself to the neighbours of
-    /// its voxels, which take the nearest; then its centroid and normal are those of its voxels.
+    /// The supervoxel of each voxel from 1, or 0. Ring by ring each supervoxel offers itself to the
+    /// neighbours of its voxels, which take the nearest; then its centroid and normal are those of
+    /// its voxels.
     fn grow(&self, voxels: &Voxels, seeds: &[usize]) -> Vec<u32> {
         let mut owner = vec![0_u32; voxels.centroid.len()];
         let mut distance = vec![f64::INFINITY; owner.len()];
@@ -112,13 +117,15 @@ impl Supervoxel {
     }
 }
 
-/// Share of a full disc of voxels that must be around a seed (that of the reference implementation in PCL).
+/// Share of a full disc of voxels that must be around a seed (that of the reference implementation
+/// in PCL).
 const PLANE_SHARE: f64 = 0.05;
 
 /// How many grids a supervoxel may reach from its seed (PCL's).
 const REACH: f64 = 1.8;
 
-/// Mean position and normal of each supervoxel's voxels; one that has lost all of them stays where it was.
+/// Mean position and normal of each supervoxel's voxels; one that has lost all of them stays where
+/// it was.
 fn centres(
     voxels: &Voxels,
     owner: &[u32],

@@ -48,8 +48,8 @@ impl Appearance {
     }
 }
 
-/// By how much the range of an object pixel departs from the mean of those to its left and right, metres,
-/// if both are of its instance and as many columns away.
+/// By how much the range of an object pixel departs from the mean of those to its left and right,
+/// metres, if both are of its instance and as many columns away.
 fn departure(
     image: &RangeImage,
     objects: &ObjectPixels,

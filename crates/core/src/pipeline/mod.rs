@@ -31,8 +31,8 @@ pub struct Config {
     pub smoothing: Option<Smoothing>,
     /// Divide, merge and what follows.
     pub cluster: ClusterParams,
-    /// Another method in place of divide, merge and what follows. Projection, mask, back-projection and minimum
-    /// size stay.
+    /// Another method in place of divide, merge and what follows. Projection, mask, back-projection
+    /// and minimum size stay.
     pub baseline: Option<AnyBaseline>,
 }
 
@@ -71,7 +71,8 @@ impl Config {
         self.baseline.as_ref().map_or("divide-and-merge", AnyBaseline::name)
     }
 
-    /// The parameters in a few words, as in `preset best` or `euclidean in place of divide and merge, preset best`.
+    /// The parameters in a few words, as in `preset best` or `euclidean in place of divide and
+    /// merge, preset best`.
     pub fn describe(&self) -> String {
         match &self.baseline {
             None => format!("preset {}", self.preset),
@@ -101,8 +102,8 @@ impl Default for Config {
 
 /// Every intermediate of a run, owned. N points, H x W pixels, M object pixels, m components.
 ///
-/// With another method than divide and merge each of its instances stands as a component of its own, and there
-/// are neither seeds nor votes, merges and joins.
+/// With another method than divide and merge each of its instances stands as a component of its
+/// own, and there are neither seeds nor votes, merges and joins.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stages {
     /// The range image.
@@ -121,7 +122,8 @@ pub struct Stages {
     pub merge: Merge,
     /// For each instance of the merge step its instance after the bird's-eye merge.
     pub birds_eye: Vec<u32>,
-    /// Joins of fragments by size, or of pieces by gaps, in their order (preset `best`); pieces are the merge step's instances.
+    /// Joins of fragments by size, or of pieces by gaps, in their order (preset `best`); pieces are
+    /// the merge step's instances.
     pub joins: Vec<Join>,
     /// Instance, component, class and reason of every point.
     pub labels: PointLabels,
@@ -233,7 +235,8 @@ struct Cut {
     merge: Merge,
     birds_eye: Vec<u32>,
     joins: Vec<Join>,
-    /// N: the component of each point, where a method says it of points; else that of its pixel counts.
+    /// N: the component of each point, where a method says it of points; else that of its pixel
+    /// counts.
     of_point: Option<Vec<u32>>,
     divide_ms: f64,
     merge_ms: f64,
@@ -267,7 +270,8 @@ fn divide_and_merge(
     Cut { seeds, components, votes, merge, birds_eye, joins, of_point, divide_ms, merge_ms }
 }
 
-/// Another method's instances of N points, which become components and instances of the merge step one by one.
+/// Another method's instances of N points, which become components and instances of the merge step
+/// one by one.
 fn one_component_each(of_point: Vec<u32>, image: &RangeImage, objects: &ObjectPixels) -> Cut {
     let count = of_point.iter().copied().max().unwrap_or(0);
     let point_of = |&pixel: &u32| image.point_of_pixel.values()[pixel as usize] as usize;
@@ -318,8 +322,8 @@ impl InstancePixels {
     }
 }
 
-/// Instances with fewer pixels than the minimum are dropped and the others numbered from 1, in the order
-/// of the merge.
+/// Instances with fewer pixels than the minimum are dropped and the others numbered from 1, in the
+/// order of the merge.
 fn instance_pixels(cut: &Cut, params: &ClusterParams) -> InstancePixels {
     let (birds_eye, components) = (&cut.birds_eye, &cut.components);
     let of_merge = cut.merge.instance_of_component.iter();
@@ -352,8 +356,8 @@ fn instance_pixels(cut: &Cut, params: &ClusterParams) -> InstancePixels {
     }
 }
 
-/// Every point gets the instance of its pixel; a shadowed one that of a pixel of its class nearby; all
-/// others a reason.
+/// Every point gets the instance of its pixel; a shadowed one that of a pixel of its class nearby;
+/// all others a reason.
 fn label_points(
     cloud: &PointCloud,
     image: &RangeImage,
@@ -493,8 +497,9 @@ fn component_counts(components: &Components, pixels: &InstancePixels) -> Vec<u32
     counts
 }
 
-/// What each of N points counts in the vote on the class of its instance: the probability of its class, so what is left
-/// of that of its first one where neighbours corrected it. `None`: all count alike.
+/// What each of N points counts in the vote on the class of its instance: the probability of its
+/// class, so what is left of that of its first one where neighbours corrected it. `None`: all count
+/// alike.
 fn class_weights(cloud: &PointCloud, mask: &ObjectMask) -> Option<Vec<f32>> {
     let mut weights = cloud.confidence.clone()?;
     for &(point, _) in &mask.corrected {
@@ -504,8 +509,8 @@ fn class_weights(cloud: &PointCloud, mask: &ObjectMask) -> Option<Vec<f32>> {
     Some(weights)
 }
 
-/// The class of some points with most votes, and within it the raw id with most. Ties go to the lower number, and where
-/// no point has any weight, all count alike.
+/// The class of some points with most votes, and within it the raw id with most. Ties go to the
+/// lower number, and where no point has any weight, all count alike.
 fn majority(points: &[u32], class: &[u16], raw: &[u16], weights: Option<&[f32]>) -> (u16, u16) {
     let ids = |&p: &u32| (class[p as usize], raw[p as usize]);
     if let [first, rest @ ..] = points
