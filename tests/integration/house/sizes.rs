@@ -99,3 +99,17 @@ fn files_functions_and_lines_stay_small() {
     let flaws = files.iter().flat_map(|(file, text)| too_large(file, text)).collect();
     fail_beyond(&["file", "function", "wide"], flaws);
 }
+
+#[test]
+fn a_module_with_files_of_its_own_is_a_folder() {
+    let files = rust_files();
+    let mut flaws = Vec::new();
+    for file in files.keys() {
+        let folder = format!("{}/", file.trim_end_matches(".rs"));
+        if files.range(folder.clone()..).next().is_some_and(|(file, _)| file.starts_with(&folder)) {
+            let complaint = format!("{file} stands beside its folder: make it {folder}mod.rs");
+            flaws.push(flaw(format!("beside {file}"), 1, complaint));
+        }
+    }
+    fail_beyond(&["beside"], flaws);
+}
