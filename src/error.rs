@@ -165,8 +165,8 @@ pub enum Error {
 
     /// The caller broke off, and what was done so far can be used by a run that goes on.
     #[error(
-        "interrupted; what was done so far is left in {} and {}: the same command with --resume \
-         goes on from there, one without begins anew",
+        "interrupted; the work so far is kept in {} and {}: run the same command with --resume to \
+         continue, or without it to start again",
         partial.display(),
         journal.display()
     )]

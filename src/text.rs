@@ -13,9 +13,9 @@ pub fn grouped(number: u64) -> String {
     grouped
 }
 
-/// `1 pixel`, `2 pixels`.
+/// A number and its noun: `1 pixel`, `2,000 pixels`.
 pub fn counted(count: usize, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+    format!("{} {noun}{}", grouped(count as u64), if count == 1 { "" } else { "s" })
 }
 
 #[cfg(test)]
@@ -30,7 +30,7 @@ mod tests {
 
     #[test]
     fn nouns_agree_with_their_number() {
-        let counts = [0, 1, 2].map(|count| counted(count, "pixel"));
-        assert_eq!(counts, ["0 pixels", "1 pixel", "2 pixels"]);
+        let counts = [0, 1, 2000].map(|count| counted(count, "pixel"));
+        assert_eq!(counts, ["0 pixels", "1 pixel", "2,000 pixels"]);
     }
 }

@@ -1,6 +1,7 @@
 //! SemanticKITTI's files: `.bin` scans and `.label` words, and whole sequences.
 
 pub mod drive_files;
+pub mod label_pairs;
 pub mod sequence;
 
 use std::path::{Path, PathBuf};

@@ -207,7 +207,7 @@ fn columns_have_the_names_that_are_given_and_not_a_number_is_told() {
     let names: Vec<_> = cloud.fields.iter().map(|field| field.name.as_str()).collect();
     assert_eq!(names, ["x", "y", "z", "ring"]);
     assert_eq!((cloud.point_step, cloud.fields[3].offset), (20, 16));
-    assert!(said.contains("10 a second") && said.contains("ring f4"), "{said}");
+    assert!(said.contains("10 per second") && said.contains("ring f4"), "{said}");
     let mut some = numbers(5);
     some[0] = f32::NAN;
     let (message, said) = converted("a.npy", &npy("'<f4'", false, "(7, 5)", &bytes(&some)), &[]);
@@ -222,7 +222,7 @@ fn what_a_message_cannot_say_is_left_out_and_told() {
     let (message, said) = converted("a.pcd", head.as_bytes(), &[]);
     let cloud = CloudFormat::Ros2.decode(&message).expect("a cloud");
     assert_eq!((cloud.fields.len(), cloud.point_step), (3, 20));
-    assert!(said.contains("left out: field `t`") && said.contains("viewpoint"), "{said}");
+    assert!(said.contains("skipped: field `t`") && said.contains("viewpoint"), "{said}");
     let descr =
         "[('x', '<f8'), ('y', '<f8'), ('z', '<f8'), ('', '|V3'), ('t', '<u8'), ('n', '<f4', (2,))]";
     let (message, said) = converted("a.npy", &npy(descr, false, "(1,)", &[0; 43]), &[]);
@@ -262,14 +262,14 @@ fn times_come_from_names_or_a_rate() {
     let epoch = 946_684_800 * S;
     let (found, said) = times(&["scan10.bin", "scan9.bin"], &[]);
     assert_eq!(found, [(1, epoch), (0, epoch + S / 10)]);
-    assert!(said.contains("10 a second"), "{said}");
+    assert!(said.contains("10 per second"), "{said}");
     let (found, _) = times(&["b.bin", "a.bin"], &["--rate", "20", "--start", "1000000000.5"]);
     assert_eq!(found, [(1, 1_000_000_000 * S + S / 2), (0, 1_000_000_000 * S + S / 2 + S / 20)]);
     let (found, said) = times(&["1531883530.5.bin", "1531883530.25.bin"], &[]);
     assert_eq!(found, [(1, 1_531_883_530 * S + S / 4), (0, 1_531_883_530 * S + S / 2)]);
     assert!(said.contains("times from the names"), "{said}");
     let (found, said) = times(&["1531883530.5.bin", "1531883530.25.bin"], &["--rate", "1"]);
-    assert!(found[0].1 == epoch && said.contains("1 a second"), "{said}");
+    assert!(found[0].1 == epoch && said.contains("1 per second"), "{said}");
 }
 
 /// A folder that cannot be converted: what is said, each part of it; nothing is written.
@@ -656,10 +656,10 @@ fn several_sequences_go_to_a_folder() {
     assert!(code == Some(0) && said.contains("out/11.mcap"), "{said}{errors}");
     assert!(!Path::new(&out).join("07.mcap").exists());
     let (code, _, errors) = kitti(&[path(&root), "-o", &out]);
-    assert!(code == Some(1) && errors.contains("00.mcap exists already"), "{errors}");
+    assert!(code == Some(1) && errors.contains("00.mcap exists; use --force"), "{errors}");
     let (code, _, errors) = kitti(&[path(&root), "-o", &out, "--sequence", "05"]);
     assert!(
-        code == Some(1) && errors.contains("no sequence 05 with scans; there is: 00, 07, 11"),
+        code == Some(1) && errors.contains("no sequence 05 with scans; sequences: 00, 07, 11"),
         "{errors}"
     );
     let (code, _, errors) = kitti(&[path(&here.path().join("out")), "-o", &out]);
@@ -711,7 +711,7 @@ fn labels_come_back_and_go_to_their_sequences() {
     same(&root, "labels");
     let again = [&both, &fields("predicted_label", "predicted_instance")[..]].concat();
     let (code, said) = export(&again);
-    assert!(code == Some(1) && said.contains("000000.label exists already"), "{said}");
+    assert!(code == Some(1) && said.contains("000000.label exists; use --force"), "{said}");
     assert_eq!(export(&[&again, &["--force"][..]].concat()).0, Some(0));
     same(&network, "predictions");
     write(&mine.join("sequences/11/predictions/000003.label"), "");

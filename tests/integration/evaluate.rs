@@ -76,7 +76,7 @@ fn an_annotated_drive_is_exported_and_scored() {
     assert!(things.starts_with("road           100.0"), "{said}");
 
     let (code, said) = export(&annotated, &predictions, &[]);
-    assert!(code == Some(1) && said.contains("--force replaces it"), "{said}");
+    assert!(code == Some(1) && said.contains("use --force to replace it"), "{said}");
     assert_eq!(export(&annotated, &predictions, &["--force"]).0, Some(0));
     let (code, said) = export(&input, &predictions, &[]);
     assert!(code == Some(1) && said.contains("no annotated topic"), "{said}");
@@ -205,7 +205,7 @@ fn entropies_of_folders_need_scans() {
     std::fs::write(folder.join("000001.bin"), &bytes).expect("a file");
     let json = p.path().join("figures.json");
     let (code, said, errors) = evaluate(t.path(), p.path(), &["--entropy", "--json", path(&json)]);
-    assert!(code == Some(0) && said.contains("nats a scan"), "{said}{errors}");
+    assert!(code == Some(0) && said.contains("nats per scan"), "{said}{errors}");
     let figures: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(&json).expect("figures")).expect("JSON");
     // One instance that holds two objects of 30 points, in each scan.

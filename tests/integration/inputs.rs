@@ -39,7 +39,7 @@ fn several_recordings_in_one_call() {
     arguments.extend(["--no-layout", "-o", path(&out)]);
     let done = divmerge(&arguments);
     assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
-    assert!(text(&done.stdout).contains("3 of 3 recordings annotated"), "{}", text(&done.stdout));
+    assert!(text(&done.stdout).contains("annotated 3 of 3 recordings"), "{}", text(&done.stdout));
     assert_eq!(names(&out), ["a.mcap", "b.mcap", "c.mcap"]);
     for drive in &drives {
         assert_passed_through(drive, &out.join(drive.file_name().expect("a name")));
@@ -68,12 +68,16 @@ fn two_recordings_of_one_name_are_refused() {
     let out = folder.path().join("out");
     let refused = divmerge(&["annotate", path(&drives[0]), path(&twin), "-o", path(&out)]);
     assert_eq!(refused.status.code(), Some(1));
-    assert!(text(&refused.stderr).contains("would both become"), "{}", text(&refused.stderr));
+    assert!(
+        text(&refused.stderr).contains("would both be written to"),
+        "{}",
+        text(&refused.stderr)
+    );
     assert!(!out.exists());
     let refused = divmerge(&["annotate", path(&drives[0]), path(&twin), "-o", path(&drives[2])]);
-    assert!(text(&refused.stderr).contains("go into a folder"), "{}", text(&refused.stderr));
+    assert!(text(&refused.stderr).contains("need a folder as output"), "{}", text(&refused.stderr));
     let refused = divmerge(&["annotate", "-", path(&twin), "-o", path(&out)]);
-    assert!(text(&refused.stderr).contains("by itself alone"), "{}", text(&refused.stderr));
+    assert!(text(&refused.stderr).contains("on its own"), "{}", text(&refused.stderr));
 }
 
 fn yaml(path: &Path) -> serde_json::Value {
@@ -171,7 +175,7 @@ fn a_split_bag_comes_out_as_one() {
     assert_eq!(divmerge(&["annotate", path(&bag), "-o", path(&out)]).status.code(), Some(1));
     std::fs::remove_file(bag.join("metadata.yaml")).expect("removed");
     let refused = divmerge(&["annotate", path(&bag), "-o", path(&out), "--force"]);
-    assert!(text(&refused.stderr).contains("without metadata.yaml"), "{}", text(&refused.stderr));
+    assert!(text(&refused.stderr).contains("has no metadata.yaml"), "{}", text(&refused.stderr));
 }
 
 /// The binary with pipes to all its streams.

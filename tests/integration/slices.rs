@@ -261,10 +261,10 @@ fn over_the_command_line() {
     }
     let again = format!("{}:0", path(&plan));
     let done = divmerge(&["annotate", "--slice", &again, "-o", path(&slices), "--resume"]);
-    assert!(text(&done.stdout).contains("is there already"), "{}", text(&done.stderr));
+    assert!(text(&done.stdout).contains("already exists"), "{}", text(&done.stderr));
     let beyond = format!("{}:4", path(&plan));
     let done = divmerge(&["annotate", "--slice", &beyond, "-o", path(&slices)]);
-    assert!(text(&done.stderr).contains("there is no 4"), "{}", text(&done.stderr));
+    assert!(text(&done.stderr).contains("no slice 4"), "{}", text(&done.stderr));
 
     let done = divmerge(&["join", path(&slices), "--plan", path(&plan), "-o", path(&joined)]);
     assert_eq!(done.status.code(), Some(3), "{}", text(&done.stderr));

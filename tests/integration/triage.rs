@@ -168,9 +168,9 @@ fn what_is_refused() {
     std::fs::write(&there, "mine").expect("a file");
     for (arguments, code, said) in [
         (&["triage", "/no/such.mcap"][..], 1, "/no/such.mcap"),
-        (&["triage", input, "--csv", &there], 1, "exists already"),
-        (&["triage", input, "-o", input, "--force"], 1, "never touched"),
-        (&["triage", input, "--csv", &file("x"), "--report", &file("x")], 1, "asked for twice"),
+        (&["triage", input, "--csv", &there], 1, "exists; use --force"),
+        (&["triage", input, "-o", input, "--force"], 1, "is the input"),
+        (&["triage", input, "--csv", &file("x"), "--report", &file("x")], 1, "name of two outputs"),
         (&["triage", input, "--frames", "5"], 1, "there is no frame 5"),
         (&["triage", input, "--topic", "/nothing"], 1, "/nothing"),
         (&["triage", input, "--limit", "many"], 2, "--limit"),

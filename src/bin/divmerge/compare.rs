@@ -1,34 +1,39 @@
 //! `divmerge compare`
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, bail};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use divmerge::Taxonomy;
+use divmerge::baselines::AnyBaseline;
 use divmerge::comparison::{MethodScores, measure};
-use divmerge::pipeline::Config;
-use divmerge::view::{Line, LineChart, line_charts};
+use divmerge::pipeline::{Config, Preset};
+use divmerge::view::{Line, LineChart};
 use serde::{Deserialize, Serialize};
 
-use crate::Outcome;
-use crate::arguments::{Cutter, Preset, positive};
-use crate::boxes::BoxArguments;
-use crate::objects::ObjectArguments;
-use crate::table::{extension, output, table, write_json};
-use crate::terminal::frame_bar;
-use crate::truth::{TruthArguments, with_hint};
+use crate::arguments::boxes::BoxArguments;
+use crate::arguments::method::{BOXES, DIVIDE_AND_MERGE, METHODS, PRESETS};
+use crate::arguments::objects::ObjectArguments;
+use crate::arguments::truth::{TruthArguments, with_hint};
+use crate::arguments::values::{find, positive};
+use crate::exit::Outcome;
+use crate::output::{chart_or_table, refuse_existing};
+use crate::progress::frame_bar;
+use crate::table::{measurements, write_measurements};
+use crate::text::{counted, peak_memory};
 
 /// Compare methods on clouds with truth
 ///
-/// Every method cuts the same objects of the same clouds, with the same projection and back-projection, so that only the
-/// clustering differs; preset `authors` projects as its source does. Panoptic quality by semantic-kitti-api's
-/// rules, as means over the classes that truth has with 50 points or more; over- and under-segmentation entropy over the
-/// true things, in nats per cloud, less is better; milliseconds are medians over the clouds on this machine, one
-/// thread; memory is the peak of a process that runs the method alone.
+/// All methods cluster the same objects of the same clouds, with the same projection and
+/// back-projection; preset `authors` projects as its source code does. Quality is panoptic quality
+/// by semantic-kitti-api's rules, as the mean over the classes with at least 50 points of truth;
+/// over- and under-segmentation entropy over the true things, in nats per cloud (lower is better);
+/// time in milliseconds, as the median over the clouds on one thread of this machine; memory is the
+/// peak of a process that runs this method alone.
 ///
-/// The methods other than divide and merge are written here from their papers; their speed is that of these
-/// versions.
+/// The methods other than divide and merge are implemented here from their papers; the times are
+/// those of these implementations.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
@@ -37,54 +42,53 @@ pub struct Arguments {
     #[command(flatten)]
     objects: ObjectArguments,
 
-    /// Which ones: presets of divide and merge (best, paper, authors) and other methods
+    /// Presets of divide and merge (best, paper, authors) and other methods
     #[arg(
         long,
         value_delimiter = ',',
         value_name = "LIST",
         value_parser = contender,
-        default_value = "best,paper,authors,alpine,euclidean,dbscan,scan-line-run,depth-clustering,supervoxel,one-per-class"
+        default_value = "best,paper,authors,alpine,euclidean,dbscan,scan-line-run,\
+                         depth-clustering,supervoxel,one-per-class"
     )]
     methods: Vec<Contender>,
 
     #[command(flatten)]
     boxes: BoxArguments,
 
-    /// Beside them preset `paper` with voxels of these sides in metres, such as 2,1,0.5,0.2,0.1
+    /// Also preset `paper` with these voxel sizes in metres, such as 2,1,0.5,0.2,0.1
     #[arg(long, value_delimiter = ',', value_name = "M,...", value_parser = positive)]
     voxels: Vec<f64>,
 
-    /// Write the result here: a chart as .svg or .png, the table as .csv or .md, everything as .json; may be given
-    /// again
-    #[arg(short, long, value_name = "OUT", value_parser = output)]
+    /// Write a chart (.svg or .png), the table (.csv or .md) or all measurements (.json); may be
+    /// repeated
+    #[arg(short, long, value_name = "OUT", value_parser = chart_or_table)]
     output: Vec<PathBuf>,
 
     /// Replace existing files
     #[arg(long)]
     force: bool,
 
-    /// Measure only this one, by its place, and print JSON: how the command measures each in a process of its own.
+    /// Measure one contender, by its number, and print JSON: each is measured in its own process
     #[arg(long, hide = true)]
     one: Option<usize>,
 }
 
-/// One that takes part.
+/// A method or parameters to compare.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Contender {
     Preset(Preset),
+    /// Preset `paper` with another voxel size.
     Voxel(f64),
-    Other(Cutter),
+    Method(&'static str),
 }
 
 impl Contender {
     fn name(self) -> String {
-        let of_value = |value: &dyn Fn() -> Option<clap::builder::PossibleValue>| {
-            value().map_or(String::new(), |value| value.get_name().to_owned())
-        };
         match self {
-            Contender::Preset(preset) => of_value(&|| preset.to_possible_value()),
+            Contender::Preset(preset) => preset.config().preset.to_owned(),
             Contender::Voxel(side) => format!("paper, {side} m"),
-            Contender::Other(cutter) => of_value(&|| cutter.to_possible_value()),
+            Contender::Method(name) => name.to_owned(),
         }
     }
 
@@ -96,9 +100,25 @@ impl Contender {
                 config.cluster.voxel = side;
                 config
             }
-            Contender::Other(cutter) => {
-                Config { baseline: cutter.baseline(taxonomy), ..Config::best() }
+            Contender::Method(name) => {
+                Config { baseline: AnyBaseline::named(name, taxonomy), ..Config::best() }
             }
+        }
+    }
+}
+
+/// Reads the name of a preset or a method.
+fn contender(text: &str) -> Result<Contender, String> {
+    if let Some(preset) = find(PRESETS, text) {
+        return Ok(Contender::Preset(preset));
+    }
+    match find(METHODS, text) {
+        Some(DIVIDE_AND_MERGE) => Ok(Contender::Preset(Preset::Best)),
+        Some(method) => Ok(Contender::Method(method)),
+        None => {
+            let presets = PRESETS.iter().map(|(name, ..)| *name);
+            let names: Vec<&str> = presets.chain(METHODS.iter().map(|(name, ..)| *name)).collect();
+            Err(format!("use some of {}", names.join(", ")))
         }
     }
 }
@@ -109,7 +129,7 @@ struct Row {
     method: String,
     #[serde(flatten)]
     measured: MethodScores,
-    /// Peak of the process in bytes, where the system tells.
+    /// Peak memory of the process in bytes, where the system reports it.
     peak_memory: Option<u64>,
 }
 
@@ -128,42 +148,28 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         println!("{}", serde_json::to_string(&measure_here(arguments, contender)?)?);
         return Ok(Outcome::Done);
     }
-    arguments.boxes.source(contenders.contains(&Contender::Other(Cutter::Boxes)));
+    arguments.boxes.source(contenders.contains(&Contender::Method(BOXES)))?;
     for output in &arguments.output {
-        crate::refuse_existing(output, arguments.force)?;
+        refuse_existing(output, arguments.force)?;
     }
-    let mut rows = Vec::with_capacity(contenders.len());
-    for place in 0..contenders.len() {
-        rows.push(measure_apart(place)?);
-    }
+    let rows = (0..contenders.len()).map(measure_apart).collect::<Result<Vec<Row>>>()?;
     let cells = rows.iter().map(|row| vec![row.method.clone()]);
-    let mut table = table(&["method"], cells.zip(rows.iter().map(|row| &row.measured)));
+    let mut table = measurements(&["method"], cells.zip(rows.iter().map(|row| &row.measured)));
     table.push_column("peak, MiB", rows.iter().map(Row::peak_mebibytes));
     print!("{}", table.markdown());
-    for output in &arguments.output {
-        match extension(output).as_str() {
-            "json" => write_json(output, &rows, arguments.force)?,
-            "csv" | "md" => table.write(output, arguments.force)?,
-            _ => draw(&rows, output, arguments.force)?,
-        }
-        println!("wrote {}", output.display());
-    }
+    let clouds = rows.first().map_or(0, |row| row.measured.frames);
+    let title =
+        format!("{} on {}", counted(rows.len() as u64, "method"), counted(clouds as u64, "cloud"));
+    let charts = || (title.clone(), charts(&rows));
+    write_measurements(&arguments.output, &rows, &table, charts, arguments.force)?;
     Ok(Outcome::Done)
-}
-
-fn draw(rows: &[Row], output: &Path, force: bool) -> Result<()> {
-    const DPI: f64 = 192.0;
-    let frames = rows.first().map_or(0, |row| row.measured.frames);
-    let title = format!("{} methods on {frames} clouds", rows.len());
-    crate::figure::write(output, &line_charts(&title, &charts(rows)), DPI, force)?;
-    Ok(())
 }
 
 fn measure_here(arguments: &Arguments, contender: Contender) -> Result<Row> {
     let mut method = arguments.objects.method(&arguments.truth.clouds.input)?;
     method.config = contender.config(&method.taxonomy);
-    if contender == Contender::Other(Cutter::Boxes) {
-        let (source, taxonomy) = (arguments.boxes.source(true), &method.taxonomy);
+    if contender == Contender::Method(BOXES) {
+        let (source, taxonomy) = (arguments.boxes.source(true)?, &method.taxonomy);
         method.boxes =
             BoxArguments::open(source.as_ref(), &arguments.truth.clouds.input, taxonomy)?;
         arguments.boxes.set(&mut method.config);
@@ -176,26 +182,18 @@ fn measure_here(arguments: &Arguments, contender: Contender) -> Result<Row> {
     Ok(Row { method: contender.name(), measured, peak_memory: peak_memory() })
 }
 
-/// Runs this program again for one of the methods, so that none has the memory or the caches of another.
+/// Runs this program again for one contender, so that none shares memory or caches with another.
 fn measure_apart(place: usize) -> Result<Row> {
     let mut again = Command::new(std::env::current_exe()?);
     again.args(std::env::args_os().skip(1)).arg("--one").arg(place.to_string());
     let output = again.stdout(Stdio::piped()).stderr(Stdio::inherit()).output()?;
     if !output.status.success() {
-        bail!("nothing compared");
+        bail!("nothing was compared");
     }
     Ok(serde_json::from_slice(&output.stdout)?)
 }
 
-/// The greatest resident size of this process so far, where the system tells (Linux).
-fn peak_memory() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(kibibytes * 1024)
-}
-
-/// Quality over time, and the two entropies; `paper` with other voxels is a line.
+/// Quality over time, and the two entropies. `paper` with other voxel sizes is one line.
 fn charts(rows: &[Row]) -> Vec<LineChart> {
     let lines = |point: &dyn Fn(&MethodScores) -> Option<[f64; 2]>| -> Vec<Line> {
         let mut lines: Vec<Line> = Vec::new();
@@ -230,21 +228,4 @@ fn charts(rows: &[Row]) -> Vec<LineChart> {
     };
     let has_quality = rows.iter().any(|row| row.measured.things.is_some());
     if has_quality { vec![quality, entropies] } else { vec![entropies] }
-}
-
-fn contender(text: &str) -> Result<Contender, String> {
-    if let Ok(preset) = Preset::from_str(text, false) {
-        return Ok(Contender::Preset(preset));
-    }
-    match Cutter::from_str(text, false) {
-        Ok(Cutter::DivideAndMerge) => Ok(Contender::Preset(Preset::Best)),
-        Ok(cutter) => Ok(Contender::Other(cutter)),
-        Err(_) => {
-            let presets = Preset::value_variants().iter().filter_map(ValueEnum::to_possible_value);
-            let cutters = Cutter::value_variants().iter().filter_map(ValueEnum::to_possible_value);
-            let names: Vec<String> =
-                presets.chain(cutters).map(|value| value.get_name().to_owned()).collect();
-            Err(format!("use some of {}", names.join(", ")))
-        }
-    }
 }

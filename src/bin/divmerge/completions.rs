@@ -1,22 +1,24 @@
 //! `divmerge completions`
 
 use anyhow::Result;
-use clap::{Args, CommandFactory};
+use clap::{Args, Command};
 use clap_complete::Shell;
 
-use crate::{Cli, Outcome};
+use crate::exit::Outcome;
 
-/// Print a shell completion script, as in `divmerge completions bash > ~/.local/share/bash-completion/completions/divmerge`
+/// Print a shell completion script
 #[derive(Args)]
+#[command(after_help = "\
+Example: divmerge completions bash > ~/.local/share/bash-completion/completions/divmerge")]
 pub struct Arguments {
-    /// Which shell
+    /// The shell
     shell: Shell,
 }
 
-pub fn run(arguments: &Arguments) -> Result<Outcome> {
+pub fn run(arguments: &Arguments, command: &mut Command) -> Result<Outcome> {
     // Through memory: the generator panics where it cannot write.
     let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut Cli::command(), "divmerge", &mut script);
+    clap_complete::generate(arguments.shell, command, "divmerge", &mut script);
     print!("{}", String::from_utf8_lossy(&script));
     Ok(Outcome::Done)
 }

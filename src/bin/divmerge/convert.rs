@@ -4,21 +4,24 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand};
-use divmerge::io::WriteOptions;
+use divmerge::Error;
+use divmerge::annotate::moments::since_1970;
 use divmerge::io::scans::{Columns, FolderOptions, ScanFolder, Stamps, Written};
 use divmerge::io::semantic_kitti::sequence::{CLOUD_TOPIC, Sequence, SequenceOptions, sequences};
-use divmerge::{Error, Taxonomy};
+use divmerge::io::{Compression, WriteOptions};
 
-use crate::annotate::Compress;
-use crate::arguments::positive;
-use crate::terminal::{frame_bar, grouped};
-use crate::{Outcome, interrupt, refuse_existing};
-use divmerge::annotate::moments::since_1970;
+use crate::arguments::objects::taxonomy;
+use crate::arguments::values::{COMPRESSIONS, one_of, positive};
+use crate::exit::Outcome;
+use crate::interrupt;
+use crate::output::{make_folder, refuse_existing};
+use crate::progress::frame_bar;
+use crate::text::{counted, listed};
 
-/// Make a recording of scans that are files
+/// Convert scans in files to a recording
 ///
-/// A ROS 2 recording (MCAP) that annotate, figure, explain, view and any ROS tool open. Everything is looked through
-/// first: files that are missing, too many, too short or unreadable are each named, and then nothing is written.
+/// Writes a ROS 2 recording (MCAP). All files are checked first: if any are missing, superfluous,
+/// too short or unreadable, each is named and nothing is written.
 #[derive(Args)]
 pub struct Arguments {
     #[command(subcommand)]
@@ -32,25 +35,26 @@ enum Source {
     Folder(Folder),
 }
 
-/// Sequences of SemanticKITTI or KITTI odometry: clouds, poses, calibration, times, truth
+/// Convert sequences of SemanticKITTI or KITTI odometry
 ///
-/// Clouds (x y z intensity, FLOAT32) go to /velodyne_points; with --labels they also have label and true_instance
-/// (UINT16), with --predictions predicted_label and predicted_instance. Stamps, log and publish times are those of
-/// times.txt after --start; without times.txt scans are ten a second. poses.txt and the Tr of calib.txt give
-/// /tf, the scanner in map, where map is the scanner's own frame at the first scan, and /tf_static, camera_0 on the
-/// scanner; P0 to P3 give /camera_N/camera_info; calib.txt itself is attached. What is not there is said.
+/// Clouds (x y z intensity, FLOAT32) are written to /velodyne_points; --labels adds label and
+/// true_instance (UINT16), --predictions predicted_label and predicted_instance. Stamps, log and
+/// publish times are those of times.txt after --start; without times.txt, ten scans per second.
+/// poses.txt and Tr of calib.txt become /tf (the scanner in map, the scanner's frame at the first
+/// scan) and /tf_static (camera_0 on the scanner); P0 to P3 become /camera_N/camera_info;
+/// calib.txt is attached. Missing files are reported.
 #[derive(Args)]
 #[command(after_long_help = "\
 Examples:\n\
 \x20 divmerge convert semantickitti dataset -o 04.mcap --sequence 04 --labels\n\
 \x20 divmerge convert semantickitti dataset/sequences/04 -o 04.mcap\n\
-\x20 divmerge convert semantickitti dataset -o recordings/ --labels          (00.mcap, 01.mcap, ...)\n\
+\x20 divmerge convert semantickitti dataset -o recordings/ --labels   (00.mcap, 01.mcap, ...)\n\
 \x20 divmerge convert semantickitti dataset -o test/ --sequence 11,12 --predictions network")]
 struct SemanticKitti {
-    /// The folder that holds sequences/NN/velodyne, or a sequence's own folder
+    /// The folder with sequences/NN/velodyne, or the folder of one sequence
     root: PathBuf,
 
-    /// The recording to write; for several sequences a folder, which gets NN.mcap for each
+    /// The recording to write; for several sequences a folder for NN.mcap of each
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
 
@@ -58,15 +62,15 @@ struct SemanticKitti {
     #[arg(long = "sequence", value_delimiter = ',', value_name = "NN,...")]
     sequences: Vec<String>,
 
-    /// Take the truth from sequences/NN/labels too
+    /// Add the truth from sequences/NN/labels
     #[arg(long)]
     labels: bool,
 
-    /// Take another method's labels from sequences/NN/predictions (or labels) below this folder too
+    /// Add another method's labels from sequences/NN/predictions (or labels) below this folder
     #[arg(long, value_name = "ROOT")]
     predictions: Option<PathBuf>,
 
-    /// Classes that labels may have: a YAML file in semantic-kitti-api's form [default: SemanticKITTI's]
+    /// Classes of the labels: a YAML file in semantic-kitti-api's form [default: SemanticKITTI]
     #[arg(long, value_name = "FILE")]
     taxonomy: Option<PathBuf>,
 
@@ -74,29 +78,30 @@ struct SemanticKitti {
     writing: Writing,
 }
 
-/// A folder of .bin, .pcd or .npy files, a cloud each
+/// Convert a folder of .bin, .pcd or .npy files, one for each cloud
 ///
-/// Files are taken in the order of their names, numbers by their value (2 before 10). Fields, types and rows are kept
-/// as they are: .pcd of any encoding (ascii, binary, binary_compressed); .npy of N x C or H x W x C numbers or of
-/// named records; .bin of float32 columns, which --columns names.
+/// Files are sorted by name, numbers by value (2 before 10). Fields, types and rows are kept: .pcd
+/// of any encoding (ascii, binary, binary_compressed); .npy of N x C or H x W x C numbers or of
+/// named records; .bin of float32 columns, named by --columns.
 ///
-/// If all names are times since 1970 (seconds, or milli-, micro- or nanoseconds by their number of digits), these are
-/// the stamps; else scans are evenly spaced.
+/// If all names are times since 1970 (seconds, milli-, micro- or nanoseconds, by their number of
+/// digits), these are the stamps; else scans are evenly spaced.
 #[derive(Args)]
 #[command(after_long_help = "\
 Examples:\n\
 \x20 divmerge convert folder scans -o scans.mcap\n\
-\x20 divmerge convert folder nuscenes/sweeps/LIDAR_TOP -o sweeps.mcap --columns x,y,z,intensity,ring --rate 20\n\
+\x20 divmerge convert folder nuscenes/sweeps/LIDAR_TOP -o sweeps.mcap \\\n\
+\x20     --columns x,y,z,intensity,ring --rate 20\n\
 \x20 divmerge convert folder velodyne -o labelled.mcap --labels labels")]
 struct Folder {
-    /// The folder; hidden files in it are passed over
+    /// The folder; hidden files are skipped
     folder: PathBuf,
 
     /// The recording to write
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
 
-    /// Scans a second, whatever the names of the files [default: times from the names, else 10]
+    /// Scans per second, whatever the file names [default: times from the names, else 10]
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
 
@@ -108,12 +113,12 @@ struct Folder {
     #[arg(long, value_name = "NAME", default_value = "lidar")]
     frame_id: String,
 
-    /// Names of the columns of .bin files and plain .npy arrays; _ leaves one out
-    /// [default: x,y,z,intensity; further ones of an array: column_5, ...]
+    /// Names of the columns of .bin files and plain .npy arrays; _ skips a column [default:
+    /// x,y,z,intensity; further columns of an array: column_5, ...]
     #[arg(long, visible_alias = "fields", value_name = "NAME,...")]
     columns: Option<Columns>,
 
-    /// Folder of .label files with the names of the scans: fields label and true_instance
+    /// Folder of .label files named as the scans; adds the fields label and true_instance
     #[arg(long, value_name = "DIR")]
     labels: Option<PathBuf>,
 
@@ -123,14 +128,14 @@ struct Folder {
 
 #[derive(Args)]
 struct Writing {
-    /// Time of the start, seconds since 1970, where only times from the start are known
-    /// [default: 946684800, 1 January 2000]
+    /// Start time in seconds since 1970, if only times from the start are known [default:
+    /// 946684800, 1 January 2000]
     #[arg(long, value_name = "SECONDS", value_parser = since_1970)]
     start: Option<u64>,
 
     /// Compression of the recording
-    #[arg(long, value_enum, default_value_t = Compress::Zstd)]
-    compression: Compress,
+    #[arg(long, default_value = "zstd", value_parser = one_of(COMPRESSIONS))]
+    compression: Compression,
 
     /// Replace existing recordings
     #[arg(long)]
@@ -139,7 +144,7 @@ struct Writing {
 
 impl Writing {
     fn options(&self) -> WriteOptions {
-        let (compression, force) = (self.compression.into(), self.force);
+        let (compression, force) = (self.compression, self.force);
         WriteOptions { compression, force, ..WriteOptions::default() }
     }
 }
@@ -153,10 +158,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 }
 
 fn semantic_kitti(arguments: &SemanticKitti) -> Result<Outcome> {
-    let taxonomy = match &arguments.taxonomy {
-        Some(path) => divmerge::taxonomy_file::read_taxonomy(path)?,
-        None => Taxonomy::semantic_kitti(),
-    };
+    let taxonomy = taxonomy(arguments.taxonomy.as_deref())?;
     let chosen = chosen(&arguments.root, &arguments.sequences)?;
     let outputs = outputs(&arguments.output, &chosen)?;
     for output in &outputs {
@@ -164,8 +166,7 @@ fn semantic_kitti(arguments: &SemanticKitti) -> Result<Outcome> {
     }
     let sequences = opened(arguments, &chosen)?;
     if outputs.first() != Some(&arguments.output) {
-        let at = || arguments.output.display().to_string();
-        std::fs::create_dir_all(&arguments.output).with_context(at)?;
+        make_folder(&arguments.output)?;
     }
     for (sequence, output) in sequences.iter().zip(&outputs) {
         for note in &sequence.notes {
@@ -174,7 +175,7 @@ fn semantic_kitti(arguments: &SemanticKitti) -> Result<Outcome> {
         let bar = frame_bar(&format!("sequence {}", sequence.name), sequence.len() as u64);
         let written = sequence.write(&taxonomy, output, &arguments.writing.options(), || {
             bar.inc(1);
-            interrupt::wish()
+            interrupt::check()
         });
         bar.finish_and_clear();
         let written = written.context("nothing written")?;
@@ -183,36 +184,36 @@ fn semantic_kitti(arguments: &SemanticKitti) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Names and folders of the sequences asked for.
-fn chosen(root: &Path, wanted: &[String]) -> Result<Vec<(String, PathBuf)>> {
-    let there = sequences(root)?;
-    if wanted.is_empty() {
-        return Ok(there);
+/// Names and folders of the requested sequences.
+fn chosen(root: &Path, requested: &[String]) -> Result<Vec<(String, PathBuf)>> {
+    let found = sequences(root)?;
+    if requested.is_empty() {
+        return Ok(found);
     }
-    for name in wanted {
-        if !there.iter().any(|(other, _)| other == name) {
+    for name in requested {
+        if !found.iter().any(|(other, _)| other == name) {
             let root = root.display();
-            bail!("{root}: no sequence {name} with scans; there is: {}", listed(&there));
+            bail!("{root}: no sequence {name} with scans; sequences: {}", names(&found));
         }
     }
-    Ok(there.into_iter().filter(|(name, _)| wanted.contains(name)).collect())
+    Ok(found.into_iter().filter(|(name, _)| requested.contains(name)).collect())
 }
 
-fn listed(sequences: &[(String, PathBuf)]) -> String {
+fn names(sequences: &[(String, PathBuf)]) -> String {
     sequences.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ")
 }
 
-/// A recording for each sequence: `output` itself, or NN.mcap in it, which is a folder, made if it is not there.
+/// The recording of each sequence: `output` itself, or NN.mcap in it if it is a folder.
 fn outputs(output: &Path, sequences: &[(String, PathBuf)]) -> Result<Vec<PathBuf>> {
     let is_named_folder = output.as_os_str().as_encoded_bytes().ends_with(b"/");
     if !output.is_dir() && !is_named_folder {
         return match sequences {
             [_] => Ok(vec![output.to_owned()]),
             several => bail!(
-                "{} is one recording, and there are the sequences {}: choose one with --sequence, or \
-                 give a folder ({}/)",
+                "{} is one recording for the sequences {}: choose one with --sequence, or name a \
+                 folder ({}/)",
                 output.display(),
-                listed(several),
+                names(several),
                 output.with_extension("").display()
             ),
         };
@@ -220,7 +221,7 @@ fn outputs(output: &Path, sequences: &[(String, PathBuf)]) -> Result<Vec<PathBuf
     Ok(sequences.iter().map(|(name, _)| output.join(format!("{name}.mcap"))).collect())
 }
 
-/// The sequences, all looked through before any is written.
+/// Opens and checks all sequences.
 fn opened(arguments: &SemanticKitti, chosen: &[(String, PathBuf)]) -> Result<Vec<Sequence>> {
     let options = SequenceOptions {
         labels: arguments.labels,
@@ -251,20 +252,20 @@ fn folder(arguments: &Folder) -> Result<Outcome> {
     };
     let scans = ScanFolder::open(&arguments.folder, &options).context("nothing written")?;
     if !scans.left_aside.is_empty() {
-        eprintln!("note: left aside: {}", some_of(&scans.left_aside));
+        eprintln!("note: skipped: {}", listed(&scans.left_aside, 10));
     }
     let bar = frame_bar("converting", scans.len() as u64);
     let (topic, frame_id) = (&arguments.topic, &arguments.frame_id);
     let options = arguments.writing.options();
     let written = scans.write(&arguments.output, topic, frame_id, &options, || {
         bar.inc(1);
-        interrupt::wish()
+        interrupt::check()
     });
     bar.finish_and_clear();
     let written = written.context("nothing written")?;
     let times = match scans.stamps {
-        Stamps::Names => "times from the names of the files".to_owned(),
-        Stamps::Rate(rate) => format!("{rate} a second"),
+        Stamps::Names => "times from the file names".to_owned(),
+        Stamps::Rate(rate) => format!("{rate} per second"),
     };
     print(
         &written,
@@ -274,26 +275,16 @@ fn folder(arguments: &Folder) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// The first names of many.
-fn some_of(names: &[String]) -> String {
-    const NAMED: usize = 10;
-    let more = match names.len().saturating_sub(NAMED) {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
-    names[..names.len().min(NAMED)].join(", ") + &more
-}
-
-fn print(written: &Written, output: &Path, what: &str) {
+fn print(written: &Written, output: &Path, source: &str) {
     for left_out in &written.left_out {
-        eprintln!("note: left out: {left_out}");
+        eprintln!("note: skipped: {left_out}");
     }
     println!(
-        "wrote {} ({} bytes, {} clouds with {} points, from {what})",
+        "wrote {} ({}, {} with {}, from {source})",
         output.display(),
-        grouped(written.bytes),
-        grouped(written.clouds),
-        grouped(written.points)
+        counted(written.bytes, "byte"),
+        counted(written.clouds, "cloud"),
+        counted(written.points, "point")
     );
     println!("    fields: {}", written.layout);
 }

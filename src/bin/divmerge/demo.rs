@@ -2,26 +2,28 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::Args;
 use divmerge::Taxonomy;
-use divmerge::annotate::{Event, Options, Report, annotate};
+use divmerge::annotate::{Options, Report, annotate};
 use divmerge::evaluate::panoptic::{MIN_POINTS, Panoptic};
 use divmerge::io::drive::{CLOUD_TOPIC, write_drive};
 use divmerge::io::{CloudMessages, WriteOptions};
 use divmerge::simulate::{Drive, Scene, Sensor};
 
-use crate::objects::ObjectArguments;
-use crate::terminal::{byte_bar, frame_bar};
-use crate::{Outcome, interrupt};
+use crate::arguments::objects::ObjectArguments;
+use crate::exit::Outcome;
+use crate::output::make_folder;
+use crate::progress::{RecordingProgress, frame_bar};
+use crate::{figure, interrupt, report};
 
 /// Simulate a drive, annotate it, and score it against its truth
 ///
-/// Needs no data. Leaves the simulated and the annotated recording and a figure of one frame in a folder
-/// and says what to open next.
+/// Needs no data. Writes the simulated and the annotated recording and a figure of one frame to a
+/// folder, and suggests what to open next.
 #[derive(Args)]
 pub struct Arguments {
-    /// Folder for recordings and figure; those of an earlier demo are replaced
+    /// Folder for the recordings and the figure; replaces those of an earlier demo
     #[arg(long, value_name = "DIR", default_value = "demo")]
     out: PathBuf,
 
@@ -29,7 +31,7 @@ pub struct Arguments {
     #[arg(long, default_value_t = 20)]
     frames: usize,
 
-    /// Seed of the street: another number, another street
+    /// Random seed of the street
     #[arg(long, default_value_t = 1)]
     seed: u64,
 
@@ -40,50 +42,40 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     interrupt::listen();
     let folder = &arguments.out;
-    crate::refuse_address(folder)?;
-    std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
+    make_folder(folder)?;
     let drive = folder.join("drive.mcap");
     let annotated = folder.join("annotated.mcap");
     simulate(&drive, arguments)?;
     let method = arguments.objects.method(&drive)?;
     let options = Options { force: true, method, ..Options::default() };
-    let bar = byte_bar("annotating");
+    let progress = RecordingProgress::new("annotating", &drive);
     let report = annotate(&drive, &annotated, &options, &mut |event| {
-        match event {
-            Event::Progress { bytes, total } => {
-                bar.set_length(total);
-                bar.set_position(bytes);
-            }
-            Event::Warning(warning) => bar.suspend(|| eprintln!("warning: {warning}")),
-            Event::Frame(_) => {}
-        }
-        interrupt::wish()
-    });
-    bar.finish_and_clear();
-    let report = report?;
-    crate::annotate::print(&report);
-    println!();
+        progress.show(&event);
+        interrupt::check()
+    })?;
+    drop(progress);
+    println!("{}", report::text(&report));
     let taxonomy = &options.method.taxonomy;
     print_scores(&score(&annotated, taxonomy)?, taxonomy, &classes_of(&report));
     let figure = folder.join("figure.png");
     if arguments.frames > 0 {
         let middle = arguments.frames as u64 / 2;
-        crate::figure::draw(&drive, middle, &figure, &options.method)?;
+        figure::draw(&drive, middle, &figure, &options.method)?;
     }
     print_next(&drive, &annotated, &figure);
     Ok(Outcome::Done)
 }
 
-/// What stands before the source of classes that were found, not given.
-const FOUND: &str = "classes from";
+/// Begins the source of classes that are predicted, not given.
+const PREDICTED: &str = "classes from";
 
-/// Where the classes came from, in words.
+/// Where the classes came from.
 fn classes_of(report: &Report) -> String {
     let sources = report.topics.values().flat_map(|topic| topic.semantics.keys());
     match sources.cloned().collect::<Vec<_>>().join(", ").as_str() {
         "field:label" => "classes given".to_owned(),
         "ground" | "all" => "no classes".to_owned(),
-        other => format!("{FOUND} {other}"),
+        other => format!("{PREDICTED} {other}"),
     }
 }
 
@@ -94,13 +86,13 @@ fn simulate(drive: &Path, arguments: &Arguments) -> Result<()> {
     let bar = frame_bar("simulating an HDL-64E in a street", frames as u64);
     write_drive(&street, frames, drive, &options, |_| {
         bar.inc(1);
-        interrupt::wish()
+        interrupt::check()
     })?;
     bar.finish_and_clear();
     Ok(())
 }
 
-/// Panoptic quality of an annotated simulated drive, from the fields of its clouds.
+/// Panoptic quality of an annotated simulated drive; its clouds have fields of truth and result.
 fn score(annotated: &Path, taxonomy: &Taxonomy) -> Result<Panoptic> {
     let class_of = taxonomy.lookup();
     let mut scores = Panoptic::of(taxonomy, MIN_POINTS);
@@ -122,7 +114,7 @@ fn score(annotated: &Path, taxonomy: &Taxonomy) -> Result<Panoptic> {
     Ok(scores)
 }
 
-/// One line per thing class that occurs, and their mean.
+/// Each thing class that occurs, and their mean.
 fn print_scores(scores: &Panoptic, taxonomy: &Taxonomy, semantics: &str) {
     let classes = taxonomy.classes();
     let occurs = |class: usize| scores.is_thing_present(taxonomy, class);
@@ -144,9 +136,9 @@ fn print_scores(scores: &Panoptic, taxonomy: &Taxonomy, semantics: &str) {
     let mean = scores.mean(occurs);
     let [pq, sq, rq] = [mean.pq, mean.sq, mean.rq].map(|figure| figure * 100.0);
     println!("{:<14} {pq:>5.1}  {sq:>5.1}  {rq:>5.1}", "mean");
-    if semantics.starts_with(FOUND) {
+    if semantics.starts_with(PREDICTED) {
         let iou = scores.mean_iou_of_present() * 100.0;
-        println!("mean intersection over union of all classes that are there, points: {iou:.1}");
+        println!("mean IoU of the points over all classes in the truth: {iou:.1}");
     }
 }
 
@@ -154,11 +146,12 @@ fn print_next(drive: &Path, annotated: &Path, figure: &Path) {
     println!();
     println!("Next:");
     if figure.exists() {
-        println!("  look at {}: mask, components, instances, votes of one frame", figure.display());
+        let figure = figure.display();
+        println!("  look at {figure}: mask, components, instances and votes of one frame");
     }
     println!("  open {} in Lichtblick, Foxglove or Rerun", annotated.display());
     println!(
-        "    {CLOUD_TOPIC}/instances has instances in colour, {CLOUD_TOPIC}/objects their boxes"
+        "    {CLOUD_TOPIC}/instances shows instances in colour, {CLOUD_TOPIC}/objects their boxes"
     );
     println!("  divmerge info {}", drive.display());
     println!("  divmerge figure {} --frame 3 -o figure.svg", drive.display());

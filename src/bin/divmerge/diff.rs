@@ -4,20 +4,22 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use divmerge::annotate::annotated_topics;
 use divmerge::evaluate::{Difference, differences};
-use divmerge::io::{CloudMessage, CloudMessages, Overview};
+use divmerge::io::{CloudMessage, CloudMessages};
 use serde::Serialize;
 
-use crate::Outcome;
-use crate::table::write_json;
-use crate::terminal::{frame_bar, grouped};
+use crate::annotated::{annotated, find_annotated};
+use crate::exit::Outcome;
+use crate::output::{refuse_existing, write_json};
+use crate::progress::frame_bar;
+use crate::table::csv_line;
+use crate::text::{counted, grouped, listed};
 
-/// List the instances that two annotated recordings cut differently
+/// List the differences between two annotated recordings
 ///
-/// Both are annotations of the same recording, with other parameters, methods or versions. Which numbers instances have
-/// does not matter: instances belong together if more than half of one lies in the other, and groups that are not the
-/// same points on both sides are listed, those of the most points first.
+/// Both must be annotations of the same recording, with different parameters, methods or versions.
+/// Instance numbers do not matter: instances correspond if more than half of one lies in the other.
+/// Groups of corresponding instances with different points are listed, the largest first.
 #[derive(Args)]
 pub struct Arguments {
     /// The first recording (MCAP), as `divmerge annotate` writes it
@@ -26,19 +28,20 @@ pub struct Arguments {
     /// The second
     second: PathBuf,
 
-    /// The topic of the clouds, as in /lidar/points or /lidar/points/instances [default: all annotated ones]
+    /// Topic of the clouds, as in /lidar/points or /lidar/points/instances [default: all annotated
+    /// topics]
     #[arg(long, value_name = "T")]
     topic: Option<String>,
 
-    /// Most differences that are printed; the files have all
+    /// Maximum number of differences to print; the files have all of them
     #[arg(long, default_value_t = 20, value_name = "N")]
     limit: usize,
 
-    /// Write all differences here, a line each
+    /// Write all differences to this file, one on each line
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
 
-    /// Write all differences here
+    /// Write all differences to this JSON file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 
@@ -49,7 +52,7 @@ pub struct Arguments {
 
 /// A difference and where it is.
 #[derive(Serialize)]
-struct Found {
+struct LocatedDifference {
     topic: String,
     frame: u64,
     /// Seconds from the start of the recording.
@@ -60,9 +63,9 @@ struct Found {
     difference: Difference,
 }
 
-/// What was looked at.
+/// Totals over all clouds.
 #[derive(Default)]
-struct Tally {
+struct Totals {
     frames: u64,
     differing_frames: u64,
     points: u64,
@@ -72,14 +75,14 @@ struct Tally {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     for output in arguments.csv.iter().chain(&arguments.json) {
-        crate::refuse_existing(output, arguments.force)?;
+        refuse_existing(output, arguments.force)?;
     }
-    let (mut found, mut tally) = (Vec::new(), Tally::default());
+    let (mut found, mut totals) = (Vec::new(), Totals::default());
     for topic in topics(arguments)? {
-        compare(arguments, &topic, &mut found, &mut tally)?;
+        compare(arguments, &topic, &mut found, &mut totals)?;
     }
     found.sort_by_key(|found| std::cmp::Reverse(found.difference.points));
-    print(&found, &tally, arguments.limit);
+    print(&found, &totals, arguments.limit);
     if let Some(csv) = &arguments.csv {
         divmerge::io::write_file(csv, as_csv(&found).as_bytes(), arguments.force)?;
         println!("wrote {}", csv.display());
@@ -93,31 +96,24 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 
 /// The annotated topics of both recordings.
 fn topics(arguments: &Arguments) -> Result<Vec<String>> {
-    let annotated = |path: &Path| -> Result<Vec<String>> {
-        let overview = Overview::read(path)?;
-        let topics: Vec<String> =
-            annotated_topics(&overview).into_iter().map(str::to_owned).collect();
-        if topics.is_empty() {
-            bail!("{}: no annotated topic (run `divmerge annotate`)", path.display());
-        }
-        Ok(topics)
-    };
     let (first, second) = (annotated(&arguments.first)?, annotated(&arguments.second)?);
+    let names = || (first.join(", "), second.join(", "));
     if let Some(topic) = &arguments.topic {
-        let is_meant =
-            |have: &&String| *have == topic || have.strip_suffix("/instances") == Some(topic);
-        let meant: Vec<String> =
-            first.iter().filter(is_meant).filter(|have| second.contains(have)).cloned().collect();
-        if meant.is_empty() {
-            let (first, second) = (first.join(", "), second.join(", "));
-            bail!("`{topic}` is not annotated in both: the first has {first}, the second {second}");
-        }
-        return Ok(meant);
+        let Some(found) = find_annotated(&first, topic).filter(|found| second.contains(found))
+        else {
+            let (first, second) = names();
+            bail!(
+                "`{topic}` is not annotated in both; annotated topics are {first} in the first, \
+                 {second} in the second"
+            );
+        };
+        return Ok(vec![found.clone()]);
     }
     if first != second {
-        let (first, second) = (first.join(", "), second.join(", "));
+        let (first, second) = names();
         bail!(
-            "annotated topics differ: the first has {first}, the second {second}; choose by --topic"
+            "annotated topics differ: {first} in the first, {second} in the second; choose one \
+             with --topic"
         );
     }
     Ok(first)
@@ -126,8 +122,8 @@ fn topics(arguments: &Arguments) -> Result<Vec<String>> {
 fn compare(
     arguments: &Arguments,
     topic: &str,
-    found: &mut Vec<Found>,
-    tally: &mut Tally,
+    found: &mut Vec<LocatedDifference>,
+    totals: &mut Totals,
 ) -> Result<()> {
     let open = |path: &Path| CloudMessages::open(path, Some(topic), 0..=u64::MAX);
     let (mut first, mut second) = (open(&arguments.first)?, open(&arguments.second)?);
@@ -140,8 +136,8 @@ fn compare(
         let (a, b) = (a?, b?);
         let place = || format!("frame {} of {topic}", a.number);
         let seconds = a.log_time.saturating_sub(start_ns) as f64 * 1e-9;
-        let (number, here) = (a.number, frame(&a, &b, tally).with_context(place)?);
-        let located = here.into_iter().map(|(difference, at)| Found {
+        let (number, here) = (a.number, frame(&a, &b, totals).with_context(place)?);
+        let located = here.into_iter().map(|(difference, at)| LocatedDifference {
             topic: topic.strip_suffix("/instances").unwrap_or(topic).to_owned(),
             frame: number,
             seconds,
@@ -159,14 +155,15 @@ fn compare(
 fn frame(
     first: &CloudMessage,
     second: &CloudMessage,
-    tally: &mut Tally,
+    totals: &mut Totals,
 ) -> Result<Vec<(Difference, [f32; 3])>> {
     let (a, b) = (first.decode()?, second.decode()?);
     let cloud = a.to_cloud(None)?;
     if first.log_time != second.log_time || a.point_count() != b.point_count() {
         bail!(
-            "the first has {} points at {} ns, the second {} at {} ns: not annotations of one recording",
-            grouped(a.point_count() as u64),
+            "not annotations of the same recording: the first has {} at {} ns, the second {} at {} \
+             ns",
+            counted(a.point_count() as u64, "point"),
             first.log_time,
             grouped(b.point_count() as u64),
             second.log_time
@@ -174,11 +171,11 @@ fn frame(
     }
     let (a, b) = (a.column_u32("instance")?, b.column_u32("instance")?);
     let found = differences(&a, &b);
-    tally.frames += 1;
-    tally.differing_frames += u64::from(!found.is_empty());
-    tally.points += a.len() as u64;
-    tally.differing_points += found.iter().map(|found| found.points).sum::<u64>();
-    for (count, ids) in tally.instances.iter_mut().zip([&a, &b]) {
+    totals.frames += 1;
+    totals.differing_frames += u64::from(!found.is_empty());
+    totals.points += a.len() as u64;
+    totals.differing_points += found.iter().map(|found| found.points).sum::<u64>();
+    for (count, ids) in totals.instances.iter_mut().zip([&a, &b]) {
         *count += u64::from(ids.iter().copied().max().unwrap_or(0));
     }
     let place = |found: Difference| {
@@ -188,17 +185,17 @@ fn frame(
     Ok(found.into_iter().map(place).collect())
 }
 
-fn print(found: &[Found], tally: &Tally, limit: usize) {
+fn print(found: &[LocatedDifference], totals: &Totals, limit: usize) {
     println!(
-        "{} clouds, {} of them cut differently: {} differences, {} of {} points; {} instances in the first, {} in \
-         the second",
-        grouped(tally.frames),
-        grouped(tally.differing_frames),
-        grouped(found.len() as u64),
-        grouped(tally.differing_points),
-        grouped(tally.points),
-        grouped(tally.instances[0]),
-        grouped(tally.instances[1]),
+        "{}, {} with differences: {} in {} of {} points; {} instances in the first, {} in the \
+         second",
+        counted(totals.frames, "cloud"),
+        grouped(totals.differing_frames),
+        counted(found.len() as u64, "difference"),
+        grouped(totals.differing_points),
+        grouped(totals.points),
+        grouped(totals.instances[0]),
+        grouped(totals.instances[1]),
     );
     if found.is_empty() {
         return;
@@ -227,25 +224,28 @@ fn print(found: &[Found], tally: &Tally, limit: usize) {
     }
 }
 
-/// Some instances, as in `3, 7, 12 and 5 more`.
+/// The first instances, as in `3, 7, 12 and 5 more`.
 fn ids(ids: &[u32]) -> String {
-    const NAMED: usize = 6;
-    let named: Vec<String> = ids.iter().take(NAMED).map(u32::to_string).collect();
-    match ids.len() {
-        0 => "none".to_owned(),
-        n if n > NAMED => format!("{} and {} more", named.join(", "), n - NAMED),
-        _ => named.join(", "),
-    }
+    let names: Vec<String> = ids.iter().map(u32::to_string).collect();
+    if names.is_empty() { "none".to_owned() } else { listed(&names, 6) }
 }
 
-fn as_csv(found: &[Found]) -> String {
+fn as_csv(found: &[LocatedDifference]) -> String {
     let all = |ids: &[u32]| ids.iter().map(u32::to_string).collect::<Vec<_>>().join(" ");
-    let line = |found: &Found| {
-        let Found { topic, frame, seconds, at: [x, y, z], difference } = found;
-        let topic = topic.replace('"', "\"\"");
-        let (points, change) = (difference.points, difference.change.name());
-        let (first, second) = (all(&difference.first), all(&difference.second));
-        format!("\"{topic}\",{frame},{seconds:.9},{points},{change},{x},{y},{z},{first},{second}\n")
+    let line = |found: &LocatedDifference| {
+        let LocatedDifference { topic, frame, seconds, at: [x, y, z], difference } = found;
+        csv_line(&[
+            topic.clone(),
+            frame.to_string(),
+            format!("{seconds:.9}"),
+            difference.points.to_string(),
+            difference.change.name().to_owned(),
+            x.to_string(),
+            y.to_string(),
+            z.to_string(),
+            all(&difference.first),
+            all(&difference.second),
+        ])
     };
     let head = "topic,frame,seconds,points,change,x,y,z,first,second\n".to_owned();
     std::iter::once(head).chain(found.iter().map(line)).collect()

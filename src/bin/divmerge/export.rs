@@ -5,21 +5,23 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use divmerge::annotate::annotated_topics;
 use divmerge::io::scans::SOURCE;
 use divmerge::io::semantic_kitti::sequence::SEQUENCE_KEY;
 use divmerge::io::semantic_kitti::write_labels;
 use divmerge::io::{CloudMessage, CloudMessages, Overview, Record, RecordingReader};
 
-use crate::terminal::{frame_bar, grouped};
-use crate::{Outcome, refuse_existing};
+use crate::annotated::annotated;
+use crate::exit::Outcome;
+use crate::output::{refuse_address, refuse_existing};
+use crate::progress::frame_bar;
+use crate::text::counted;
 
-/// Write the classes and instances of recordings as SemanticKITTI label files
+/// Write classes and instances as SemanticKITTI label files
 ///
-/// One .label file a cloud, 000000.label and on in the order of the file, a word a point in the order of the cloud:
-/// class in the low 16 bits, instance in the high. With --root they go to ROOT/sequences/NN/predictions, where
-/// `divmerge evaluate` scores them and from where they are handed in; NN is what `divmerge convert` noted in the
-/// recording, or --sequence. Nothing is written if a file is there already.
+/// One .label file for each cloud, from 000000.label on, with one word for each point: class in the
+/// low 16 bits, instance in the high. With --root they are written to
+/// ROOT/sequences/NN/predictions, where `divmerge evaluate` scores them; NN is the sequence that
+/// `divmerge convert` noted in the recording, or --sequence. Nothing is written if a file exists.
 #[derive(Args)]
 #[command(after_long_help = "\
 Examples:\n\
@@ -28,23 +30,23 @@ Examples:\n\
 \x20 divmerge export simulated.mcap --labels truth --topic /lidar/points --class-field label \\\n\
 \x20     --instance-field true_instance")]
 pub struct Arguments {
-    /// The recordings (MCAP), such as `divmerge annotate` writes; more than one with --root
+    /// Annotated recordings (MCAP); more than one only with --root
     #[arg(required = true)]
     inputs: Vec<PathBuf>,
 
-    /// Folder for the label files of one recording; made if it is not there
+    /// Folder for the label files of one recording; created if missing
     #[arg(long, value_name = "DIR", required_unless_present = "root", conflicts_with = "root")]
     labels: Option<PathBuf>,
 
-    /// Folder for whole sequences: label files go to sequences/NN/predictions below it
+    /// Folder for sequences: label files are written to sequences/NN/predictions below it
     #[arg(long, value_name = "ROOT")]
     root: Option<PathBuf>,
 
-    /// Sequence of the one recording, where it does not say it itself
+    /// Sequence of the one recording, if it does not name it itself
     #[arg(long, value_name = "NN", requires = "root")]
     sequence: Option<String>,
 
-    /// The topic whose clouds have the fields [default: the first annotated one]
+    /// Topic of the clouds with the fields [default: the first annotated topic]
     #[arg(long, value_name = "T")]
     topic: Option<String>,
 
@@ -101,14 +103,14 @@ fn exports(arguments: &Arguments) -> Result<Vec<Export<'_>>> {
                 check_name(&name, input)?;
                 if let Some(other) = input_of.insert(name.clone(), input) {
                     let (input, other) = (input.display(), other.display());
-                    bail!("{other} and {input} are both of sequence {name}");
+                    bail!("{other} and {input} are both sequence {name}; export them separately");
                 }
                 root.join("sequences").join(name).join("predictions")
             }
         };
         let topic = match &arguments.topic {
             Some(topic) => topic.clone(),
-            None => annotated_topic(input)?,
+            None => annotated(input)?.swap_remove(0),
         };
         exports.push(Export { input, topic, labels });
     }
@@ -129,7 +131,7 @@ fn sequence(input: &Path, told: Option<&str>) -> Result<String> {
             return Ok(name.clone());
         }
     }
-    bail!("{}: nothing in it says which sequence it is; say --sequence", input.display())
+    bail!("{}: does not name its sequence; give --sequence", input.display())
 }
 
 /// A sequence is a folder of that name and nothing else: a recording may say anything.
@@ -137,21 +139,13 @@ fn check_name(name: &str, input: &Path) -> Result<()> {
     let mut parts = Path::new(name).components();
     match (parts.next(), parts.next()) {
         (Some(std::path::Component::Normal(part)), None) if part == name => Ok(()),
-        _ => bail!("{}: `{name}` cannot be the name of a sequence", input.display()),
+        _ => bail!("{}: `{name}` is not a valid name of a sequence", input.display()),
     }
 }
 
-fn annotated_topic(input: &Path) -> Result<String> {
-    let overview = Overview::read(input)?;
-    let Some(topic) = annotated_topics(&overview).pop_first() else {
-        bail!("{}: no annotated topic (run `divmerge annotate`, or say --topic)", input.display());
-    };
-    Ok(topic.to_owned())
-}
-
-/// Refuses if a label file is there already. With `force`, if one would stay that belongs to no cloud.
+/// Refuses existing label files; with `force`, only those that belong to no cloud.
 fn refuse_existing_labels(export: &Export, force: bool) -> Result<()> {
-    crate::refuse_address(&export.labels)?;
+    refuse_address(&export.labels)?;
     let clouds = CloudMessages::open(export.input, Some(&export.topic), 0..=u64::MAX)?;
     if !force {
         for number in 0..clouds.message_count() {
@@ -166,7 +160,7 @@ fn refuse_existing_labels(export: &Export, force: bool) -> Result<()> {
         let is_ours = number.is_some_and(|number| label_file(export, number) == path);
         if path.extension().is_some_and(|ending| ending == "label") && !is_ours {
             bail!(
-                "{} is there and belongs to none of the {} clouds of {}",
+                "{} belongs to none of the {} clouds of {}; remove it or choose another folder",
                 path.display(),
                 clouds.message_count(),
                 export.input.display()
@@ -197,9 +191,9 @@ fn write(export: &Export, arguments: &Arguments) -> Result<()> {
     }
     bar.finish_and_clear();
     println!(
-        "wrote {} label files with {} points of `{topic}` into {}",
-        grouped(files),
-        grouped(points),
+        "wrote {} with {} of `{topic}` to {}",
+        counted(files, "label file"),
+        counted(points, "point"),
         labels.display()
     );
     Ok(())
@@ -211,7 +205,7 @@ fn words(message: &CloudMessage, arguments: &Arguments) -> Result<Vec<u32>> {
     let column = |name: &str| -> Result<Vec<u32>> {
         let values = cloud.column_u32(name)?;
         match values.iter().find(|&&value| value > u32::from(u16::MAX)) {
-            Some(value) => bail!("`{name}` is {value}, and a label has 16 bits for it"),
+            Some(value) => bail!("`{name}` is {value}; labels hold at most 65535"),
             None => Ok(values),
         }
     };

@@ -6,28 +6,31 @@ use std::str::FromStr;
 
 use anyhow::{Context, Result, bail};
 use clap::{ArgGroup, Args};
+use divmerge::annotate::moments::Moment;
 use divmerge::annotate::{Clustered, Method, cluster};
 use divmerge::io::{CloudMessage, CloudMessages, Overview, Which, cloud_message_at};
-use divmerge::view::{
-    self, Canvas, ColourTracker, Crop, FigureOptions, Panel, Region, Scene, SceneClass,
-};
+use divmerge::view::{self, ColourTracker, Crop, FigureOptions, Panel, Region, Scene, SceneClass};
 
-use crate::Outcome;
-use crate::arguments::MethodArguments;
-use crate::terminal::frame_bar;
-use divmerge::annotate::moments::Moment;
+use crate::arguments::method::MethodArguments;
+use crate::arguments::values::{NamedValue, one_of, range};
+use crate::exit::Outcome;
+use crate::output::{make_folder, picture, refuse_existing, write_picture};
+use crate::progress::frame_bar;
+use crate::text::counted;
 
-/// Draw a cloud as it is clustered
+/// Draw the clustering of a cloud
 ///
-/// Object mask, local components and instances over the range image, the votes and the boxes from above:
-/// one frame as PNG or SVG, the merge step by step, or numbered frames for a video.
+/// Shows object mask, local components, instances and votes on the range image, and the boxes from
+/// above: one frame as PNG or SVG, the merge step by step, or numbered frames for a video.
 #[derive(Args)]
-#[command(group(ArgGroup::new("outputs").required(true).multiple(true).args(["output", "steps", "video"])))]
+#[command(group(
+    ArgGroup::new("outputs").required(true).multiple(true).args(["output", "steps", "video"])
+))]
 pub struct Arguments {
     /// The recording (MCAP)
     input: PathBuf,
 
-    /// The figure; its ending, .png or .svg, says which
+    /// The figure, as .png or .svg
     #[arg(short, long, value_name = "OUT", value_parser = picture)]
     output: Option<PathBuf>,
 
@@ -35,51 +38,55 @@ pub struct Arguments {
     #[arg(long, value_name = "N", conflicts_with = "time")]
     frame: Option<u64>,
 
-    /// Log time of the cloud, the nearest is taken: seconds from the start (12.5) or since 1970
-    /// (@1317384506.4)
+    /// Log time of the cloud; the nearest cloud is taken: seconds from the start (12.5) or since
+    /// 1970 (@1317384506.4)
     #[arg(long, value_name = "T", value_parser = Moment::from_str)]
     time: Option<Moment>,
 
-    /// The cloud topic [default: the first with clouds]
+    /// Cloud topic [default: the first with clouds]
     #[arg(long, value_name = "T")]
     topic: Option<String>,
 
-    /// Panels from the top, comma separated: range, intensity, mask, components, instances, votes, bev
-    /// [default: mask,components,instances,votes,bev, of other methods mask,instances,bev]
+    /// Panels from top to bottom, comma separated: range, intensity, mask, components, instances,
+    /// votes, bev [default: mask,components,instances,votes,bev; for other methods
+    /// mask,instances,bev]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = panel)]
     panels: Vec<Panel>,
 
-    /// Height to width of the whole range image
+    /// Aspect ratio of the whole range image
     #[arg(long, value_name = "H:W", default_value = "1:8", value_parser = aspect)]
     aspect: f64,
 
-    /// Pixels to the inch; a figure is 10.4 inches wide
+    /// Pixels per inch; a figure is 10.4 inches wide
     #[arg(long, default_value_t = 192.0, value_parser = dpi)]
     dpi: f64,
 
-    /// Show a part of the range image, and from above what is in it: columns, or columns/rows from the
-    /// top, as in 500..900 or 500..900/10..50
+    /// Show this part of the range image, and its points from above: columns, or columns/rows from
+    /// the top, as in 500..900 or 500..900/10..50
     #[arg(long, value_name = "COLUMNS/ROWS", value_parser = crop)]
     crop: Option<Crop>,
 
-    /// Show this part of the plane: x/y in metres, as in -10..40/-15..15 [default: around the objects]
+    /// Show this part of the bird's-eye plane: x/y in metres, as in -10..40/-15..15 [default:
+    /// around the objects]
     #[arg(long, value_name = "X/Y", value_parser = region, allow_hyphen_values = true)]
     view: Option<Region>,
 
-    /// Write the merge step by step as numbered pictures into this folder
+    /// Write numbered pictures of the merge, step by step, to this folder
     #[arg(long, value_name = "DIR")]
     steps: Option<PathBuf>,
 
-    /// One picture for each instance that is opened, or for each decision to merge
-    #[arg(long, value_enum, value_name = "WHAT", default_value_t = StepsBy::Instance, requires = "steps")]
-    steps_by: StepsBy,
+    /// One picture for each new instance, or for each decision to merge
+    #[arg(long, value_name = "STEP", default_value = "instance", value_parser = one_of(STEPS))]
+    #[arg(requires = "steps")]
+    steps_by: Step,
 
-    /// Write a numbered picture of each of --frames into this folder
+    /// Write a numbered picture of each of --frames to this folder
     #[arg(long, value_name = "DIR", conflicts_with_all = ["output", "steps", "frame", "time"])]
     video: Option<PathBuf>,
 
-    /// Frames of the video: from a up to but without b, as in 0..50 [default: all]
-    #[arg(long, value_name = "A..B", value_parser = frames, requires = "video", conflicts_with_all = ["output", "steps"])]
+    /// Frames of the video, as in 0..50 (without 50) [default: all]
+    #[arg(long, value_name = "A..B", value_parser = range::<u64>, requires = "video")]
+    #[arg(conflicts_with_all = ["output", "steps"])]
     frames: Option<Range<u64>>,
 
     #[command(flatten)]
@@ -90,14 +97,17 @@ pub struct Arguments {
     force: bool,
 }
 
-/// What one picture of a step-by-step series shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum StepsBy {
-    /// An instance with everything that joins it
+/// What one picture of the merge shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Step {
     Instance,
-    /// One decision
     Decision,
 }
+
+const STEPS: &[NamedValue<Step>] = &[
+    ("instance", "An instance with everything that joins it", Step::Instance),
+    ("decision", "One decision to merge", Step::Decision),
+];
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let method = arguments.method.method(&arguments.input)?;
@@ -117,7 +127,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         return video(arguments, &method, options, folder);
     }
     if let Some(output) = &arguments.output {
-        crate::refuse_existing(output, arguments.force)?;
+        refuse_existing(output, arguments.force)?;
     }
     if let Some(folder) = &arguments.steps {
         make_folder(folder)?;
@@ -133,7 +143,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let clustered = Frame::new(&message, &method)?;
     let scene = clustered.scene(&message, &method, start_ns, &mut ColourTracker::default());
     if let Some(output) = &arguments.output {
-        let bytes = write(output, &view::figure(&scene, &options)?, options.dpi, arguments.force)?;
+        let bytes =
+            write_picture(output, &view::figure(&scene, &options)?, options.dpi, arguments.force)?;
         println!("wrote {} ({bytes} bytes, {})", output.display(), scene.heading);
     }
     if let Some(folder) = &arguments.steps {
@@ -149,11 +160,11 @@ pub fn draw(input: &Path, frame: u64, output: &Path, method: &Method) -> Result<
     let clustered = Frame::new(&message, method)?;
     let scene = clustered.scene(&message, method, start_ns, &mut ColourTracker::default());
     let options = FigureOptions::default();
-    write(output, &view::figure(&scene, &options)?, options.dpi, true)?;
+    write_picture(output, &view::figure(&scene, &options)?, options.dpi, true)?;
     Ok(())
 }
 
-/// A clustered cloud message and what of it a figure needs beside.
+/// A clustered cloud message and its intensities.
 struct Frame {
     clustered: Clustered,
     intensity: Option<Vec<f32>>,
@@ -220,7 +231,7 @@ fn video(
     let (count, start_ns) = (messages.message_count(), messages.start_ns());
     if arguments.frames.is_some() && frames.end > count {
         bail!(
-            "{}: no frame {} on `{}`: it has {count}, from 0 to {}",
+            "{}: no frame {} on `{}`; it has {count}, from 0 to {}",
             arguments.input.display(),
             frames.end - 1,
             messages.topic(),
@@ -234,7 +245,7 @@ fn video(
     for message in messages {
         let message = message?;
         let output = folder.join(format!("frame_{:06}.png", message.number));
-        crate::refuse_existing(&output, arguments.force)?;
+        refuse_existing(&output, arguments.force)?;
         let frame = match Frame::new(&message, method) {
             Ok(frame) => frame,
             Err(error) if ends_the_run(&error) => return Err(error),
@@ -245,22 +256,22 @@ fn video(
             }
         };
         let scene = frame.scene(&message, method, start_ns, &mut colours);
-        // The first frame's part of the plane stays, so that nothing jumps.
+        // All frames show the first frame's part of the plane.
         if options.region.is_none() {
             let image = &frame.clustered.stages.image;
             let window = options.crop.within(image.rows(), image.columns())?;
             options.region = Some(Region::of_objects(&scene, &window, options.crop.is_all()));
         }
-        write(&output, &view::figure(&scene, &options)?, options.dpi, arguments.force)?;
+        write_picture(&output, &view::figure(&scene, &options)?, options.dpi, arguments.force)?;
         drawn += 1;
         bar.inc(1);
     }
     bar.finish_and_clear();
-    println!("wrote {drawn} pictures to {}", folder.join("frame_*.png").display());
-    Ok(if unreadable == 0 { Outcome::Done } else { Outcome::Incomplete })
+    println!("wrote {} to {}", counted(drawn, "picture"), folder.join("frame_*.png").display());
+    Ok(Outcome::of(unreadable == 0))
 }
 
-/// Whether boxes do not fit the clouds, which the next cloud would meet again.
+/// Whether the error is of the arguments, so that every cloud would have it.
 fn ends_the_run(error: &anyhow::Error) -> bool {
     error.downcast_ref::<divmerge::Error>().is_some_and(divmerge::Error::ends_the_run)
 }
@@ -271,51 +282,24 @@ fn steps(
     arguments: &Arguments,
     folder: &Path,
 ) -> Result<()> {
-    let by_decision = arguments.steps_by == StepsBy::Decision;
+    let by_decision = arguments.steps_by == Step::Decision;
     let steps = view::steps(scene, options, by_decision)?;
     let bar = frame_bar("drawing", steps.len() as u64);
     for (number, step) in (1..).zip(&steps) {
         let output = folder.join(format!("step_{number:05}.png"));
-        crate::refuse_existing(&output, arguments.force)?;
+        refuse_existing(&output, arguments.force)?;
         let page = view::step_figure(scene, options, step, number, steps.len());
-        write(&output, &page, options.dpi, arguments.force)?;
+        write_picture(&output, &page, options.dpi, arguments.force)?;
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let what = if by_decision { "decisions" } else { "instances that had someone to ask" };
-    println!("wrote {} pictures to {} ({what})", steps.len(), folder.join("step_*.png").display());
+    let pictures = counted(steps.len() as u64, "picture");
+    let each = if by_decision { "decision" } else { "instance with neighbours" };
+    println!("wrote {pictures} to {}, one for each {each}", folder.join("step_*.png").display());
     Ok(())
 }
 
-fn make_folder(folder: &Path) -> Result<()> {
-    crate::refuse_address(folder)?;
-    std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))
-}
-
-/// Writes a page as the ending asks; it appears under its name when it is complete.
-pub fn write(output: &Path, canvas: &Canvas, dpi: f64, force: bool) -> Result<u64> {
-    let bytes = if is_svg(output) {
-        view::svg(canvas).into_bytes()
-    } else {
-        let [width, height] = view::png::size(canvas, dpi);
-        let too_large = || format!("a picture of {width} x {height} pixels is too large");
-        view::png(canvas, dpi).with_context(too_large)?
-    };
-    divmerge::io::write_file(output, &bytes, force)?;
-    Ok(bytes.len() as u64)
-}
-
-fn is_svg(path: &Path) -> bool {
-    path.extension().is_some_and(|end| end.eq_ignore_ascii_case("svg"))
-}
-
-/// Reads the name of a picture.
-pub fn picture(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    let is_png = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("png"));
-    if is_png || is_svg(&path) { Ok(path) } else { Err("must end in .png or .svg".into()) }
-}
-
+/// Reads the name of a panel.
 fn panel(text: &str) -> Result<Panel, String> {
     let found = Panel::NAMES.iter().find(|(name, _)| *name == text);
     let names = Panel::NAMES.map(|(name, _)| name);
@@ -333,20 +317,6 @@ fn aspect(text: &str) -> Result<f64, String> {
 fn dpi(text: &str) -> Result<f64, String> {
     let dpi: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
     if (24.0..=1200.0).contains(&dpi) { Ok(dpi) } else { Err("must be in 24..=1200".into()) }
-}
-
-/// `a..b` with a below b.
-fn range<T: std::str::FromStr + PartialOrd>(text: &str) -> Result<Range<T>, String> {
-    let wrong = || format!("`{text}` is no range: use a..b with a below b");
-    let (from, to) = text.split_once("..").ok_or_else(wrong)?;
-    match (from.parse::<T>(), to.parse::<T>()) {
-        (Ok(from), Ok(to)) if from < to => Ok(from..to),
-        _ => Err(wrong()),
-    }
-}
-
-fn frames(text: &str) -> Result<Range<u64>, String> {
-    range(text)
 }
 
 fn crop(text: &str) -> Result<Crop, String> {
@@ -375,6 +345,7 @@ mod tests {
 
     #[test]
     fn ranges_crops_and_regions() {
+        let frames = range::<u64>;
         assert_eq!(frames("3..7"), Ok(3..7));
         assert!(frames("7..3").is_err() && frames("3").is_err() && frames("-1..3").is_err());
         let both = Crop { columns: Some(5..9), rows: Some(1..3) };

@@ -1,4 +1,5 @@
-//! Ctrl-C ends a run cleanly and soon: what is half written is removed, or named where there is no time for that.
+//! Ctrl-C ends a run cleanly and soon. Partial outputs are removed, or kept and named if the run
+//! can be resumed.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -6,23 +7,23 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use divmerge::Error;
 use divmerge::annotate::resume::journal_of;
 use divmerge::io::{PartialFile, abandon_partial_files};
 
+use crate::exit::INTERRUPTED as EXIT_CODE;
+
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Outputs under way that can be gone on with.
+/// Outputs of runs that can be resumed.
 static OUTPUTS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// Exit code of a process ended by Ctrl-C.
-pub const ENDED: u8 = 130;
-
-/// How long a run has to end by itself: it may be waiting for input that never comes, or be in the middle of a huge
-/// chunk.
+/// How long a run may take to end by itself: it may wait for input that never comes, or be in the
+/// middle of a huge chunk.
 const GRACE: Duration = Duration::from_millis(600);
 
-/// Takes Ctrl-C and a request to terminate as a wish to stop. A run that does not heed it in time is ended. Where they
-/// cannot be had, they end it as ever.
+/// Catches Ctrl-C and requests to terminate. A run that does not stop in time is ended. If they
+/// cannot be caught, they end the process as usual.
 pub fn listen() {
     // The handler has a thread of its own.
     let _ = ctrlc::set_handler(|| {
@@ -30,16 +31,16 @@ pub fn listen() {
             std::thread::sleep(GRACE);
         }
         eprintln!("error: interrupted; {}", left());
-        std::process::exit(ENDED.into());
+        std::process::exit(EXIT_CODE.into());
     });
 }
 
-/// Notes what is being written and can be gone on with, so that it is left and named.
+/// Notes an output whose run can be resumed, so that its partial files are kept and named.
 pub fn is_writing(output: &Path) {
     OUTPUTS.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(output.to_owned());
 }
 
-/// What a run that is ended leaves behind; what nobody can go on with is removed.
+/// Removes partial files that cannot be resumed and names the others.
 fn left() -> String {
     let outputs = OUTPUTS.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     abandon_partial_files(&outputs);
@@ -50,18 +51,25 @@ fn left() -> String {
     match left.is_empty() {
         true => "nothing was written".to_owned(),
         false => format!(
-            "what was done so far is left in {}: the same command with --resume goes on from there, one without \
-             begins anew",
+            "the work so far is kept in {}: run the same command with --resume to continue, or \
+             without it to start again",
             left.join(" and ")
         ),
     }
 }
 
-/// Whether to go on.
-pub fn wish() -> ControlFlow<()> {
-    if INTERRUPTED.load(Ordering::Relaxed) {
-        ControlFlow::Break(())
-    } else {
-        ControlFlow::Continue(())
+/// `Break` after Ctrl-C.
+pub fn check() -> ControlFlow<()> {
+    match INTERRUPTED.load(Ordering::Relaxed) {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
+    }
+}
+
+/// An error after Ctrl-C that names the output.
+pub fn check_for(output: &Path) -> divmerge::Result<()> {
+    match check() {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(Error::Interrupted { path: output.to_owned() }),
     }
 }

@@ -3,47 +3,51 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use clap::Args;
 use divmerge::annotate::slices::{Plan, files_of};
-use divmerge::annotate::{Event, JoinOptions, Report, SliceFile, by_recording, join};
+use divmerge::annotate::{JoinOptions, Report, SliceFile, by_recording, join};
 use divmerge::io::bag::METADATA_FILE;
 use divmerge::io::{Bag, STANDARD_STREAM};
 
-use crate::annotate::tasks::write_metadata;
-use crate::annotate::{Layout, outcome, print};
-use crate::terminal::byte_bar;
-use crate::{Outcome, interrupt};
+use crate::exit::Outcome;
+use crate::layout::Layout;
+use crate::output::{make_parent, refuse_existing, write_metadata};
+use crate::progress::RecordingProgress;
+use crate::{interrupt, report};
 
-/// Put annotated slices back into one recording
+/// Join annotated slices into one recording
 ///
-/// The recording is read once more, and what was made of its clouds is taken from the slices (`divmerge annotate --slice`).
-/// The result is what `divmerge annotate` makes of the whole recording with the same arguments, byte for byte. A slice that
-/// is missing, there twice, or made of another recording or with other arguments is an error that names it.
+/// Reads the recording again and takes the annotations from the slices (`divmerge annotate
+/// --slice`). The result has the same bytes as `divmerge annotate` of the whole recording with the
+/// same arguments. A slice that is missing, given twice, or made from another recording or with
+/// other arguments is an error that names it.
 #[derive(Args)]
 pub struct Arguments {
-    /// The slices, or folders that hold them; of several recordings, too
+    /// The slices, or folders of them, of one or more recordings
     #[arg(value_name = "SLICES", required = true)]
     slices: Vec<PathBuf>,
 
-    /// The annotated recording. For slices of several recordings, or if the name does not end in .mcap, a folder, in which
-    /// each goes where the plan says, with a metadata.yaml beside those of a rosbag2 folder
+    /// The annotated recording. For slices of several recordings, or if the name does not end in
+    /// .mcap, a folder in which each recording has its name from the plan; recordings of a rosbag2
+    /// folder also get a metadata.yaml
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
 
-    /// The plan: makes sure that no recording is missing with all its slices
+    /// The plan, to check that no recording is missing
     #[arg(long)]
     plan: Option<PathBuf>,
 
-    /// Where the recording is, if not where it was planned; only for slices of one
+    /// Where the recording is, if it has moved since it was planned; only for slices of one
+    /// recording
     #[arg(long, value_name = "IN")]
     input: Option<PathBuf>,
 
-    /// Write no layout for Lichtblick and Foxglove beside the output
+    /// Do not write a layout for Lichtblick and Foxglove beside the output
     #[arg(long)]
     no_layout: bool,
 
-    /// Leave out recordings whose output is there already
+    /// Skip recordings whose output exists
     #[arg(long, conflicts_with = "force")]
     resume: bool,
 
@@ -51,7 +55,8 @@ pub struct Arguments {
     #[arg(long)]
     force: bool,
 
-    /// Threads that unpack and compress, besides the one that reads and writes [default: one for each core, 8 at most]
+    /// Threads that decompress and compress, beside the one that reads and writes [default: the
+    /// number of cores, at most 8]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
 
@@ -65,14 +70,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let plan = arguments.plan.as_deref().map(Plan::read).transpose()?;
     let recordings = by_recording(slices(&arguments.slices)?, plan.as_ref())?;
     if recordings.is_empty() {
-        bail!("no slice there");
+        bail!("no slices found; name slices or folders of them");
     }
     if recordings.len() > 1 && arguments.input.is_some() {
-        bail!("--input is where one recording is; these are slices of {}", recordings.len());
+        bail!("--input is for slices of one recording; these are of {}", recordings.len());
     }
     let output = arguments.output.as_path();
     if output == STANDARD_STREAM {
-        bail!("joined recordings go into files: name one");
+        bail!("cannot join to standard output; name a file");
     }
     let is_file = output.extension().is_some_and(|end| end == "mcap") && !output.is_dir();
     let is_folder = recordings.len() > 1 || !is_file;
@@ -83,7 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             false => arguments.output.clone(),
         };
         match arguments.resume && output.exists() {
-            true => println!("{} is there already", output.display()),
+            true => println!("{} already exists", output.display()),
             false => reports.push(one(arguments, slices, &output)?),
         }
         made.push((slices[0].slice.input.clone(), output));
@@ -96,12 +101,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&reports)?);
     }
-    let outcomes = reports.iter().map(outcome);
-    Ok(outcomes
-        .fold(Outcome::Done, |all, one| if matches!(one, Outcome::Done) { all } else { one }))
+    Ok(Outcome::of(reports.iter().all(Report::is_complete)))
 }
 
-/// Writes a `metadata.yaml` beside the recordings that were made of those of a rosbag2 folder, and returns their names.
+/// Writes a `metadata.yaml` beside outputs whose inputs are in a rosbag2 folder, and returns their
+/// names.
 fn metadata_of_bags(made: &[(PathBuf, PathBuf)]) -> Result<Vec<PathBuf>> {
     let folders =
         made.iter().filter_map(|(input, output)| Some((input.parent()?, output.parent()?)));
@@ -112,7 +116,7 @@ fn metadata_of_bags(made: &[(PathBuf, PathBuf)]) -> Result<Vec<PathBuf>> {
     Ok(written.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())
 }
 
-/// The slices that are named, and those in folders that are.
+/// The named slices, and those in named folders.
 fn slices(paths: &[PathBuf]) -> Result<Vec<SliceFile>> {
     let mut slices = Vec::new();
     for path in paths {
@@ -128,33 +132,23 @@ fn slices(paths: &[PathBuf]) -> Result<Vec<SliceFile>> {
 }
 
 fn one(arguments: &Arguments, slices: &[SliceFile], output: &Path) -> Result<Report> {
-    crate::refuse_existing(output, arguments.force)?;
+    refuse_existing(output, arguments.force)?;
     let layout = Layout::beside(output, !arguments.no_layout, arguments.force)?;
-    if let Some(folder) = output.parent() {
-        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-    }
+    make_parent(output)?;
     let options = JoinOptions {
         input: arguments.input.clone(),
         force: arguments.force,
         threads: arguments.threads.map_or(0, usize::from),
     };
-    let bar = byte_bar("joining");
+    let progress = RecordingProgress::new("joining", &slices[0].slice.input);
     let report = join(slices, output, &options, &mut |event| {
-        match event {
-            Event::Progress { bytes, total } => {
-                bar.set_length(total.max(bytes));
-                bar.set_position(bytes);
-            }
-            Event::Warning(warning) => bar.suspend(|| eprintln!("warning: {warning}")),
-            Event::Frame(_) => {}
-        }
-        interrupt::wish()
-    });
-    bar.finish_and_clear();
-    let report = report?;
+        progress.show(&event);
+        interrupt::check()
+    })?;
+    drop(progress);
     layout.write(&report)?;
     if !arguments.json {
-        print(&report);
+        print!("{}", report::text(&report));
     }
     Ok(report)
 }

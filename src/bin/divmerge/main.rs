@@ -1,60 +1,63 @@
 //! The command line: arguments, exit codes, and one file a command.
 
 mod annotate;
+mod annotated;
 mod arguments;
-mod boxes;
 mod compare;
 mod completions;
 mod convert;
 mod demo;
 mod diff;
 mod evaluate;
+mod exit;
 mod explain;
-mod explain_text;
+mod explanation;
 mod export;
 mod failures;
 mod figure;
-mod geometry;
 mod info;
 mod interrupt;
 mod join;
-mod objects;
+mod layout;
+mod output;
 mod plan;
-mod profile;
+mod progress;
+mod report;
+mod shell;
 mod simulate;
 mod sweep;
 mod table;
-mod terminal;
+mod text;
 mod triage;
-mod triage_report;
-mod truth;
 mod view;
 mod viewer;
 
 use std::ffi::OsString;
-use std::path::Path;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
-use divmerge::io::address::{is_remote, put_secrets_aside};
-use divmerge::io::recording;
+use anyhow::Result;
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use divmerge::io::address::put_secrets_aside;
 
-/// Cuts the LiDAR clouds of a recording into object instances.
+use exit::Outcome;
+
+/// Cluster the LiDAR clouds of a recording into object instances
 ///
-/// Reads point clouds out of an MCAP recording, clusters them by divide and merge on the range image
+/// Reads point clouds from an MCAP recording, clusters them by divide and merge on the range image
 /// (Zhao, Zhang, Huang, arXiv 2109.08224), and writes an annotated MCAP that is otherwise the same
 /// recording.
 #[derive(Parser)]
-#[command(
-    name = "divmerge",
-    version,
-    after_help = "Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but some clouds could not be \
-                  read or the input is cut off (each named on stderr); 130 interrupted.\n\nStart with `divmerge demo`."
-)]
+#[command(name = "divmerge", version, after_help = EXIT_CODES)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
 }
+
+const EXIT_CODES: &str = "\
+Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but some clouds could not be read or the \
+input is cut off (each named on stderr); 130 interrupted.
+
+Start with `divmerge demo`.";
 
 #[derive(Subcommand)]
 enum Command {
@@ -78,32 +81,16 @@ enum Command {
     Completions(completions::Arguments),
 }
 
-/// How a command that did not fail ended.
-enum Outcome {
-    Done,
-    /// Some clouds could not be read, or the input is cut off.
-    Incomplete,
-}
-
-/// Something this binary was not built to do.
-#[derive(Debug)]
-struct NotBuilt(&'static str);
-
-impl std::fmt::Display for NotBuilt {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
-        formatter.write_str(self.0)
-    }
-}
-
-impl std::error::Error for NotBuilt {}
-
-const FAILED: u8 = 1;
-const WRONG_USAGE: u8 = 2;
-const INCOMPLETE: u8 = 3;
-
 fn main() -> ExitCode {
-    end_quietly_on_a_closed_pipe();
-    let result = match Cli::parse_from(arguments()).command {
+    exit::end_quietly_on_a_closed_pipe();
+    let matches = Cli::command().get_matches_from(arguments());
+    let name = matches.subcommand_name().unwrap_or_default();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    exit::exit_code(run(cli.command), || command(name))
+}
+
+fn run(command: Command) -> Result<Outcome> {
+    match command {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
@@ -121,89 +108,26 @@ fn main() -> ExitCode {
         Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Diff(arguments) => diff::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
-        Command::Completions(arguments) => completions::run(&arguments),
-    };
-    match result {
-        Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::Incomplete) => ExitCode::from(INCOMPLETE),
-        Err(error) => {
-            eprintln!("error: {}", told(&error));
-            ExitCode::from(exit_code(&error))
-        }
+        Command::Completions(arguments) => completions::run(&arguments, &mut Cli::command()),
     }
 }
 
-/// The words of the command line; what is secret of addresses is put aside before anything is shown or written.
+/// A subcommand, to report its wrong usage.
+fn command(name: &str) -> clap::Command {
+    let mut cli = Cli::command();
+    cli.build();
+    cli.find_subcommand(name).expect("a parsed subcommand").clone()
+}
+
+/// The words of the command line. Secrets in addresses are removed before anything is printed.
 fn arguments() -> impl Iterator<Item = OsString> {
     std::env::args_os().map(|word| {
         let Some(text) = word.to_str() else { return word };
-        // Also behind the name of an option.
+        // Also in --option=value.
         let (option, value) = match text.split_once('=') {
             Some((option, value)) if option.starts_with("--") => (format!("{option}="), value),
             _ => (String::new(), text),
         };
         (option + &put_secrets_aside(value).to_string_lossy()).into()
     })
-}
-
-fn exit_code(error: &anyhow::Error) -> u8 {
-    match error.downcast_ref::<divmerge::Error>() {
-        Some(divmerge::Error::Interrupted { .. } | divmerge::Error::Left { .. }) => {
-            interrupt::ENDED
-        }
-        Some(divmerge::Error::Recording(error)) => recording_exit_code(error),
-        _ if error.is::<NotBuilt>() => WRONG_USAGE,
-        _ => error.downcast_ref().map_or(FAILED, recording_exit_code),
-    }
-}
-
-fn recording_exit_code(error: &recording::Error) -> u8 {
-    match error {
-        recording::Error::Interrupted { .. } => interrupt::ENDED,
-        recording::Error::NoRemote { .. } => WRONG_USAGE,
-        _ => FAILED,
-    }
-}
-
-/// `divmerge info F | head` closes our output early; printing then panics, and that is no failure to
-/// report.
-fn end_quietly_on_a_closed_pipe() {
-    /// What a shell shows for a process ended by SIGPIPE.
-    const ENDED: i32 = 141;
-    let report = std::panic::take_hook();
-    std::panic::set_hook(Box::new(move |panic| {
-        let said = panic.payload().downcast_ref::<String>();
-        if said.is_some_and(|said| said.starts_with("failed printing to stdout")) {
-            std::process::exit(ENDED);
-        }
-        report(panic);
-    }));
-}
-
-/// An error and its causes, each said once.
-fn told(error: &anyhow::Error) -> String {
-    let mut told = error.to_string();
-    for cause in error.chain().skip(1).map(ToString::to_string) {
-        if !told.contains(&cause) {
-            told += &format!(": {cause}");
-        }
-    }
-    told
-}
-
-/// Refuses to replace a file unless that was asked for.
-fn refuse_existing(output: &Path, force: bool) -> anyhow::Result<()> {
-    refuse_address(output)?;
-    if !force && output.symlink_metadata().is_ok() {
-        anyhow::bail!("{} exists already; --force replaces it", output.display());
-    }
-    Ok(())
-}
-
-/// Refuses to write anywhere but into files.
-fn refuse_address(output: &Path) -> anyhow::Result<()> {
-    if is_remote(output) {
-        anyhow::bail!("{}: is an address; outputs are files", output.display());
-    }
-    Ok(())
 }

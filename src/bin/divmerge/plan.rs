@@ -7,30 +7,30 @@ use clap::Args;
 use divmerge::annotate::slices::{Plan, Slice, plan, recordings};
 use divmerge::io::write_file;
 
-use crate::Outcome;
-use crate::arguments::at_least_one;
+use crate::arguments::values::at_least_one;
+use crate::exit::Outcome;
+use crate::output::refuse_existing;
 use crate::table::Table;
-use crate::terminal::grouped;
+use crate::text::{counted, grouped};
 
 /// Cut recordings into slices that many machines can annotate
 ///
-/// A slice is a stretch of a recording between two of its chunks. It is found by the recording's
-/// index, and nothing else is read. Every slice can be annotated by itself, in any order, on any
-/// machine that sees the recording:
+/// A slice is a range of a recording's chunks. Only the recording's index is read. Every slice can
+/// be annotated on its own, in any order, on any machine that can read the recording:
 ///
 ///   divmerge plan drive.mcap --shards 8 -o plan.json
 ///   divmerge annotate --slice plan.json:0 -o slices     (and so on, up to 7)
 ///   divmerge join slices --plan plan.json -o annotated.mcap
 ///
-/// What `join` writes is what one run over the whole recording writes, byte for byte.
+/// `join` writes the same bytes as one run over the whole recording.
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub struct Arguments {
-    /// The recordings (MCAP), folders of rosbag2, or other folders, of which every .mcap file is meant
+    /// Recordings (MCAP), rosbag2 folders, or other folders, of which every .mcap file is taken
     #[arg(value_name = "IN", required = true)]
     inputs: Vec<PathBuf>,
 
-    /// How many slices, all recordings together; each gets at least one, and the others where most clouds are
+    /// Number of slices of all recordings together; each recording gets at least one
     #[arg(long, value_name = "N", value_parser = at_least_one)]
     shards: usize,
 
@@ -38,7 +38,7 @@ pub struct Arguments {
     #[arg(short, long, value_name = "PLAN")]
     output: Option<PathBuf>,
 
-    /// Share out the clouds of this topic alone; may be given several times [default: all]
+    /// Divide the clouds of this topic only; may be repeated [default: all]
     #[arg(long = "topic", value_name = "T")]
     topics: Vec<String>,
 
@@ -49,7 +49,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if let Some(output) = &arguments.output {
-        crate::refuse_existing(output, arguments.force)?;
+        refuse_existing(output, arguments.force)?;
     }
     let slices = plan(&recordings(&arguments.inputs)?, arguments.shards, &arguments.topics)?;
     let made = Plan::new(slices);
@@ -59,11 +59,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             write_file(output, made.to_json().as_bytes(), arguments.force)?;
             let head = ["recording", "slice", "clouds", "MB", "seconds"];
             print!("{}", Table::new(&head, made.slices.iter().enumerate().map(row)).markdown());
-            let (all, asked) = (made.slices.len(), arguments.shards);
-            if all < asked {
-                println!(
-                    "{all} slices and not {asked}: there are no more chunks with clouds to cut at"
-                );
+            let (all, requested) = (made.slices.len() as u64, arguments.shards);
+            if all < requested as u64 {
+                let slices = counted(all, "slice");
+                println!("{slices} instead of {requested}: there are no more chunks with clouds");
             }
             println!("wrote {}", output.display());
         }

@@ -3,19 +3,22 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use divmerge::io::drive::{CLOUD_TOPIC, write_drive_in};
-use divmerge::io::{CloudFormat, WriteOptions};
+use divmerge::io::{CloudFormat, Compression, WriteOptions};
 use divmerge::simulate::{Drive, Scene, Sensor};
 
-use crate::annotate::Compress;
-use crate::terminal::{frame_bar, grouped};
-use crate::{Outcome, interrupt};
+use crate::arguments::values::{COMPRESSIONS, NamedValue, one_of};
+use crate::exit::Outcome;
+use crate::interrupt;
+use crate::output::refuse_existing;
+use crate::progress::frame_bar;
+use crate::text::{counted, grouped};
 
 /// Write a simulated drive with truth as a recording
 ///
-/// A ray-cast drive at ten frames a second. Its clouds carry `label` (SemanticKITTI's class) and
-/// `true_instance`. The same seed gives the same bytes.
+/// The drive is ray-cast at ten frames per second. Its clouds have the fields `label`
+/// (SemanticKITTI's class) and `true_instance`. The same seed gives the same bytes.
 #[derive(Args)]
 pub struct Arguments {
     /// The recording to write
@@ -26,79 +29,61 @@ pub struct Arguments {
     #[arg(long, default_value = "hdl-64e", help = format!("The sensor: {}", Sensor::names()))]
     sensor: Sensor,
 
-    /// Where it drives: street, parking, crowd, hills or yard
+    /// The scene: street, parking, crowd, hills or yard
     #[arg(long, default_value = "street")]
     scene: Scene,
 
-    /// Messages of the recording
-    #[arg(long, value_enum, default_value_t = Encoding::Ros2)]
-    encoding: Encoding,
+    /// Message types of the recording
+    #[arg(long, default_value = "ros2", value_parser = one_of(ENCODINGS))]
+    encoding: CloudFormat,
 
     /// Number of frames, a tenth of a second each
     #[arg(long, default_value_t = 50)]
     frames: usize,
 
-    /// Chooses the objects and all noise
+    /// Random seed of objects and noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
 
     /// Compression of the recording
-    #[arg(long, value_enum, default_value_t = Compress::Zstd)]
-    compression: Compress,
+    #[arg(long, default_value = "zstd", value_parser = one_of(COMPRESSIONS))]
+    compression: Compression,
 
     /// Replace an existing file
     #[arg(long)]
     force: bool,
 }
 
-/// Messages of clouds, and of the poses that go with them.
-#[derive(Clone, Copy, ValueEnum)]
-enum Encoding {
-    /// sensor_msgs/msg/PointCloud2 in CDR
-    Ros2,
-    /// sensor_msgs/PointCloud2 of ROS 1
-    Ros1,
-    /// foxglove.PointCloud in protobuf
-    FoxgloveProtobuf,
-    /// foxglove.PointCloud in JSON
-    FoxgloveJson,
-    /// foxglove_msgs/msg/PointCloud in CDR
-    FoxgloveRos2,
-}
-
-impl From<Encoding> for CloudFormat {
-    fn from(encoding: Encoding) -> Self {
-        match encoding {
-            Encoding::Ros2 => CloudFormat::Ros2,
-            Encoding::Ros1 => CloudFormat::Ros1,
-            Encoding::FoxgloveProtobuf => CloudFormat::FoxgloveProtobuf,
-            Encoding::FoxgloveJson => CloudFormat::FoxgloveJson,
-            Encoding::FoxgloveRos2 => CloudFormat::FoxgloveRos2,
-        }
-    }
-}
+/// Message types of clouds and of the poses that go with them.
+const ENCODINGS: &[NamedValue<CloudFormat>] = &[
+    ("ros2", "sensor_msgs/msg/PointCloud2 in CDR", CloudFormat::Ros2),
+    ("ros1", "sensor_msgs/PointCloud2 of ROS 1", CloudFormat::Ros1),
+    ("foxglove-protobuf", "foxglove.PointCloud in protobuf", CloudFormat::FoxgloveProtobuf),
+    ("foxglove-json", "foxglove.PointCloud in JSON", CloudFormat::FoxgloveJson),
+    ("foxglove-ros2", "foxglove_msgs/msg/PointCloud in CDR", CloudFormat::FoxgloveRos2),
+];
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     interrupt::listen();
-    crate::refuse_existing(&arguments.output, arguments.force)?;
+    refuse_existing(&arguments.output, arguments.force)?;
     let drive = Drive::new(arguments.sensor, arguments.scene, arguments.seed);
     let options = WriteOptions {
-        compression: arguments.compression.into(),
+        compression: arguments.compression,
         force: arguments.force,
         ..WriteOptions::default()
     };
     let bar = frame_bar("simulating", arguments.frames as u64);
-    let (format, frames) = (arguments.encoding.into(), arguments.frames);
+    let (format, frames) = (arguments.encoding, arguments.frames);
     let bytes = write_drive_in(format, &drive, frames, &arguments.output, &options, |_| {
         bar.inc(1);
-        interrupt::wish()
+        interrupt::check()
     })?;
     bar.finish_and_clear();
     println!(
-        "wrote {} ({} bytes, {} clouds of {} in scene {} on {CLOUD_TOPIC})",
+        "wrote {} ({} bytes, {} of {} in scene {} on {CLOUD_TOPIC})",
         arguments.output.display(),
         grouped(bytes),
-        arguments.frames,
+        counted(arguments.frames as u64, "cloud"),
         arguments.sensor,
         arguments.scene,
     );

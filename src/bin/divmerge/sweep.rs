@@ -1,26 +1,29 @@
 //! `divmerge sweep`
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use divmerge::comparison::{MethodScores, measure};
-use divmerge::pipeline::Config;
-use divmerge::view::{Line, LineChart, line_charts};
+use divmerge::pipeline::{Config, Preset};
+use divmerge::view::{Line, LineChart};
 use serde::Serialize;
 
-use crate::Outcome;
-use crate::arguments::{Preset, number};
-use crate::objects::ObjectArguments;
-use crate::table::{extension, output, table, write_json};
-use crate::terminal::frame_bar;
-use crate::truth::{TruthArguments, with_hint};
+use crate::arguments::method::PRESETS;
+use crate::arguments::objects::ObjectArguments;
+use crate::arguments::truth::{TruthArguments, with_hint};
+use crate::arguments::values::{number, one_of};
+use crate::exit::Outcome;
+use crate::output::{chart_or_table, refuse_existing};
+use crate::progress::frame_bar;
+use crate::table::{measurements, write_measurements};
+use crate::text::counted;
 
-/// Draw quality and time over a parameter
+/// Measure quality and time over a parameter
 ///
-/// Runs presets of divide and merge on clouds with truth for each value of one parameter. As it stands it is the
-/// paper's trade-off figure: panoptic quality and milliseconds over the side of the voxels. Quality as in
-/// `divmerge compare`; times are medians over the clouds on this machine, one thread.
+/// Runs presets of divide and merge on clouds with truth for each value of one parameter. The
+/// default is the paper's trade-off figure: panoptic quality and time over the voxel size. Quality
+/// as in `divmerge compare`; times are medians over the clouds on one thread of this machine.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
@@ -33,23 +36,23 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = Parameter::Voxel, value_name = "PARAMETER")]
     over: Parameter,
 
-    /// Its values [default: some around the presets']
+    /// Its values [default: a range around the presets']
     #[arg(long, value_delimiter = ',', value_name = "LIST", value_parser = number)]
     values: Vec<f64>,
 
     /// Presets to start from
     #[arg(
         long,
-        value_enum,
+        value_parser = one_of(PRESETS),
         value_delimiter = ',',
         value_name = "LIST",
         default_value = "paper,authors,best"
     )]
     presets: Vec<Preset>,
 
-    /// Write the result here: charts as .svg or .png, the table as .csv or .md, everything as .json; may be given
-    /// again
-    #[arg(short, long, value_name = "OUT", value_parser = output)]
+    /// Write charts (.svg or .png), the table (.csv or .md) or all measurements (.json); may be
+    /// repeated
+    #[arg(short, long, value_name = "OUT", value_parser = chart_or_table)]
     output: Vec<PathBuf>,
 
     /// Replace existing files
@@ -57,44 +60,38 @@ pub struct Arguments {
     force: bool,
 }
 
-/// What is changed.
+/// The parameter to change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Parameter {
-    /// Side of a voxel of the divide step, metres
+    /// Voxel size of the divide step, metres
     Voxel,
-    /// Least angle beta between neighbours of one object, degrees
+    /// Minimum angle beta between neighbouring pixels of one object, degrees
     Angle,
-    /// Most columns from a pixel to its neighbour
+    /// Maximum column distance between neighbouring pixels
     GapColumns,
-    /// Most rows from a pixel to its neighbour
+    /// Maximum row distance between neighbouring pixels
     GapRows,
-    /// Two components merge where their share of votes in favour exceeds this
+    /// Share of votes in favour above which two components merge
     MergeRatio,
     /// Instances seen in fewer pixels are dropped
     MinPoints,
 }
 
 impl Parameter {
-    /// Values around the presets', what they are called on an axis, and whether they are spread by factors.
+    /// Values around the presets', the name on an axis, and whether the axis is logarithmic.
     fn usual(self) -> (&'static [f64], &'static str, bool) {
         match self {
-            Parameter::Voxel => (&[2.0, 1.0, 0.5, 0.2, 0.1], "side of a voxel, m", true),
+            Parameter::Voxel => (&[2.0, 1.0, 0.5, 0.2, 0.1], "voxel size, m", true),
             Parameter::Angle => {
-                (&[2.0, 5.0, 8.6, 10.0, 15.0, 20.0], "least angle beta, degrees", false)
+                (&[2.0, 5.0, 8.6, 10.0, 15.0, 20.0], "minimum angle beta, degrees", false)
             }
-            Parameter::GapColumns => {
-                (&[1.0, 2.0, 3.0, 5.0, 10.0], "columns to a neighbour, at most", true)
+            Parameter::GapColumns => (&[1.0, 2.0, 3.0, 5.0, 10.0], "maximum column distance", true),
+            Parameter::GapRows => (&[1.0, 2.0, 3.0, 5.0, 10.0], "maximum row distance", true),
+            Parameter::MergeRatio => {
+                (&[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9], "vote share to merge", false)
             }
-            Parameter::GapRows => {
-                (&[1.0, 2.0, 3.0, 5.0, 10.0], "rows to a neighbour, at most", true)
-            }
-            Parameter::MergeRatio => (
-                &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9],
-                "share of votes that merges",
-                false,
-            ),
             Parameter::MinPoints => {
-                (&[0.0, 5.0, 10.0, 20.0, 30.0, 50.0], "pixels of an instance, at least", false)
+                (&[0.0, 5.0, 10.0, 20.0, 30.0, 50.0], "minimum pixels of an instance", false)
             }
         }
     }
@@ -102,7 +99,7 @@ impl Parameter {
     fn set(self, config: &mut Config, value: f64) -> Result<()> {
         let whole = |least: f64| match value >= least && value.fract() == 0.0 {
             true => Ok(value as usize),
-            false => bail!("--values {value}: must be whole numbers from {least} on"),
+            false => bail!("--values {value}: must be a whole number from {least} on"),
         };
         let params = &mut config.cluster;
         match self {
@@ -133,7 +130,7 @@ struct Row {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     for output in &arguments.output {
-        crate::refuse_existing(output, arguments.force)?;
+        refuse_existing(output, arguments.force)?;
     }
     let values = match arguments.values.as_slice() {
         [] => arguments.over.usual().0,
@@ -162,22 +159,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     bar.finish_and_clear();
     let head = ["preset", arguments.over.usual().1];
     let cells = rows.iter().map(|row| vec![row.preset.to_owned(), row.value.to_string()]);
-    let table = table(&head, cells.zip(rows.iter().map(|row| &row.measured)));
+    let table = measurements(&head, cells.zip(rows.iter().map(|row| &row.measured)));
     print!("{}", table.markdown());
-    for output in &arguments.output {
-        match extension(output).as_str() {
-            "json" => write_json(output, &rows, arguments.force)?,
-            "csv" | "md" => table.write(output, arguments.force)?,
-            _ => draw(arguments, &rows, output)?,
-        }
-        println!("wrote {}", output.display());
-    }
+    let charts = || charts(arguments.over, &rows);
+    write_measurements(&arguments.output, &rows, &table, charts, arguments.force)?;
     Ok(Outcome::Done)
 }
 
-fn draw(arguments: &Arguments, rows: &[Row], output: &Path) -> Result<()> {
-    const DPI: f64 = 192.0;
-    let (_, x_name, is_log) = arguments.over.usual();
+/// A title, and quality and time over the parameter.
+fn charts(over: Parameter, rows: &[Row]) -> (String, Vec<LineChart>) {
+    let (_, x_name, is_log) = over.usual();
     let mut x_ticks: Vec<f64> = rows.iter().map(|row| row.value).collect();
     x_ticks.sort_by(f64::total_cmp);
     x_ticks.dedup();
@@ -201,9 +192,8 @@ fn draw(arguments: &Arguments, rows: &[Row], output: &Path) -> Result<()> {
     let over = chart("Over-segmentation", "entropy, nats per cloud", &|m| Some(m.over.0));
     let time = chart("Time", "ms from object mask to instances, median", &|m| Some(m.cut_ms));
     let sees_classes = rows.iter().any(|row| row.measured.things.is_some());
-    let charts = [if sees_classes { quality } else { over }, time];
+    let charts = vec![if sees_classes { quality } else { over }, time];
     let clouds = rows.first().map_or(0, |row| row.measured.frames);
-    let title = format!("Divide and merge over the {x_name} ({clouds} clouds)");
-    crate::figure::write(output, &line_charts(&title, &charts), DPI, arguments.force)?;
-    Ok(())
+    let clouds = counted(clouds as u64, "cloud");
+    (format!("Divide and merge over the {x_name} ({clouds})"), charts)
 }

@@ -1,24 +1,28 @@
-//! Tables of measurements: Markdown that reads well in a terminal, and CSV.
+//! Tables: Markdown that is readable in a terminal, and CSV.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::Result;
 use divmerge::comparison::MethodScores;
+use divmerge::io::write_file;
+use divmerge::view::{LineChart, line_charts};
 use serde::Serialize;
 
-/// Rows of cells, the head first.
+use crate::output::{extension, write_json, write_picture};
+
+/// Rows of cells; the first row is the head.
 pub struct Table {
     rows: Vec<Vec<String>>,
-    /// Leading columns of words, which stand to the left.
+    /// Number of leading columns of words, which are aligned left.
     words: usize,
 }
 
-/// Columns of what was measured.
+/// Columns of measurements.
 const FIGURES: [&str; 8] =
     ["PQ", "PQ things", "SQ things", "RQ things", "OSE", "USE", "cut, ms", "cloud, ms"];
 
-/// A table of measurements under a head of what stands before them.
-pub fn table<'a>(
+/// A table of measurements, after columns of their own that `head` names.
+pub fn measurements<'a>(
     head: &[&str],
     rows: impl Iterator<Item = (Vec<String>, &'a MethodScores)>,
 ) -> Table {
@@ -44,7 +48,7 @@ fn figures(measured: &MethodScores) -> [String; 8] {
 }
 
 impl Table {
-    /// A table of a column of words and some of numbers.
+    /// A table with one column of words and others of numbers.
     pub fn new(head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Self {
         let head = head.iter().map(|&name| name.to_owned()).collect();
         Table { rows: std::iter::once(head).chain(rows).collect(), words: 1 }
@@ -56,7 +60,7 @@ impl Table {
         self.rows.iter_mut().zip(cells).for_each(|(row, cell)| row.push(cell));
     }
 
-    /// Markdown whose columns have one width.
+    /// Markdown with aligned columns.
     pub fn markdown(&self) -> String {
         let columns = self.rows[0].len();
         let width = |column: usize| self.rows.iter().map(|row| row[column].chars().count()).max();
@@ -83,45 +87,42 @@ impl Table {
     }
 
     fn csv(&self) -> String {
-        let line = |row: &Vec<String>| {
-            row.iter().map(|cell| csv_cell(cell)).collect::<Vec<_>>().join(",") + "\n"
-        };
-        self.rows.iter().map(line).collect()
-    }
-
-    /// Writes the table as the ending asks: `.csv` or `.md`.
-    pub fn write(&self, output: &Path, force: bool) -> Result<()> {
-        let text = if extension(output) == "csv" { self.csv() } else { self.markdown() };
-        Ok(divmerge::io::write_file(output, text.as_bytes(), force)?)
+        self.rows.iter().map(|row| csv_line(row)).collect()
     }
 }
 
-/// Writes everything that is known of some rows as JSON.
-pub fn write_json(output: &Path, rows: &impl Serialize, force: bool) -> Result<()> {
-    let text = serde_json::to_string_pretty(rows)? + "\n";
-    Ok(divmerge::io::write_file(output, text.as_bytes(), force)?)
+/// Writes measurements by the extension of each output: all of `rows` as JSON, the table as CSV or
+/// Markdown, or charts.
+pub fn write_measurements(
+    outputs: &[PathBuf],
+    rows: &impl Serialize,
+    table: &Table,
+    charts: impl Fn() -> (String, Vec<LineChart>),
+    force: bool,
+) -> Result<()> {
+    const DPI: f64 = 192.0;
+    for output in outputs {
+        match extension(output).as_str() {
+            "json" => write_json(output, rows, force)?,
+            "csv" => write_file(output, table.csv().as_bytes(), force)?,
+            "md" => write_file(output, table.markdown().as_bytes(), force)?,
+            _ => {
+                let (title, charts) = charts();
+                write_picture(output, &line_charts(&title, &charts), DPI, force)?;
+            }
+        }
+        println!("wrote {}", output.display());
+    }
+    Ok(())
 }
 
-/// A cell of a CSV file (RFC 4180).
-pub fn csv_cell(text: &str) -> String {
-    match text.contains([',', '"', '\n', '\r']) {
+/// A line of a CSV file (RFC 4180).
+pub fn csv_line(cells: &[String]) -> String {
+    let cell = |text: &String| match text.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", text.replace('"', "\"\"")),
         false => text.to_owned(),
-    }
-}
-
-/// The ending of a path in lower case.
-pub fn extension(path: &Path) -> String {
-    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
-}
-
-/// Reads the name of a file for a chart or a table.
-pub fn output(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    match extension(&path).as_str() {
-        "svg" | "png" | "csv" | "md" | "json" => Ok(path),
-        _ => Err("must end in .svg, .png, .csv, .md or .json".into()),
-    }
+    };
+    cells.iter().map(cell).collect::<Vec<_>>().join(",") + "\n"
 }
 
 #[cfg(test)]
@@ -136,5 +137,6 @@ mod tests {
         let expected = "| name |  n | m |\n| ---- | -: | : |\n| a, b | 12 | 7 |\n";
         assert_eq!(table.markdown(), expected);
         assert_eq!(table.csv(), "name,n,m\n\"a, b\",12,7\n");
+        assert_eq!(csv_line(&["a,\"b\"\n".to_owned()]), "\"a,\"\"b\"\"\n\"\n");
     }
 }

@@ -1,6 +1,6 @@
-//! The stream to the Rerun viewer, where this binary was built with one.
+//! The stream to the Rerun viewer, if this binary was built with it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, Result};
 use divmerge::annotate::{Frame, Method};
@@ -10,15 +10,19 @@ use divmerge::view::Target;
 #[cfg(feature = "rerun")]
 pub use divmerge::view::rerun_stream::RerunStream;
 
-/// What a binary without the viewer's library says.
 #[cfg(not(feature = "rerun"))]
-const NOT_BUILT: crate::NotBuilt = crate::NotBuilt(
-    "this divmerge was built without Rerun. Install it with `cargo install --path . --features rerun`, \
-     or open the output of `divmerge annotate` in a stock Rerun: a view of T/instances alone shows the \
-     instances of cloud topic T",
+use crate::exit::NotBuilt;
+use crate::output::rrd;
+
+/// The error of a binary without Rerun.
+#[cfg(not(feature = "rerun"))]
+const NOT_BUILT: NotBuilt = NotBuilt(
+    "this divmerge was built without Rerun. Install it with `cargo install --path . --features \
+     rerun`, or open the output of `divmerge annotate` in a stock Rerun: a view of T/instances \
+     alone shows the instances of cloud topic T",
 );
 
-/// No stream: this binary was built without the viewer's library.
+/// No stream: this binary was built without Rerun.
 #[cfg(not(feature = "rerun"))]
 pub enum RerunStream {}
 
@@ -41,7 +45,7 @@ impl RerunStream {
     }
 }
 
-/// Refuses what this binary was not built to do.
+/// An error if this binary was built without Rerun.
 pub fn require_built() -> Result<()> {
     #[cfg(not(feature = "rerun"))]
     return Err(NOT_BUILT.into());
@@ -49,7 +53,7 @@ pub fn require_built() -> Result<()> {
     Ok(())
 }
 
-/// Opens a stream that is named like the recording. The recording itself is never replaced.
+/// Opens a stream with the name of the recording. The recording itself is never replaced.
 #[cfg(feature = "rerun")]
 pub fn open(target: &Target, input: &Path, method: &Method) -> Result<RerunStream> {
     if let Target::Save { path, .. } = target {
@@ -59,30 +63,21 @@ pub fn open(target: &Target, input: &Path, method: &Method) -> Result<RerunStrea
     Ok(RerunStream::open(target, &title, method)?)
 }
 
-/// Opens a stream that is named like the recording.
+/// An error: this binary was built without Rerun.
 #[cfg(not(feature = "rerun"))]
 pub fn open(_: &Target, _: &Path, _: &Method) -> Result<RerunStream> {
     Err(NOT_BUILT.into())
 }
 
-/// Refuses to write a stream where a recording is or will be.
+/// Refuses to replace the recording by the stream.
 #[cfg(feature = "rerun")]
 fn refuse_same(rrd: &Path, recording: &Path) -> Result<()> {
     let is_same = match (rrd.canonicalize(), recording.canonicalize()) {
         (Ok(rrd), Ok(recording)) => rrd == recording,
         _ => rrd == recording,
     };
-    anyhow::ensure!(!is_same, "{}: the stream cannot replace the recording", rrd.display());
+    anyhow::ensure!(!is_same, "{}: is the recording; name another file", rrd.display());
     Ok(())
-}
-
-/// Reads the name of a `.rrd` file; the viewer knows one by its ending.
-pub fn rrd(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    match path.extension().is_some_and(|end| end == "rrd") {
-        true => Ok(path),
-        false => Err("the name must end in .rrd".into()),
-    }
 }
 
 /// Reads the target of `--rerun`.
@@ -96,18 +91,18 @@ pub fn target(text: &str) -> Result<Target, String> {
     }
 }
 
-/// Shows frames for as long as the stream holds; what breaks it is told at the end, since the job goes on
-/// without it.
+/// Shows frames until the stream fails. The job continues without it, and its error is returned at
+/// the end.
 pub struct Watcher {
     stream: Option<RerunStream>,
-    broken: Option<divmerge::Error>,
+    error: Option<divmerge::Error>,
 }
 
 impl Watcher {
-    /// A stream to the target; none without one.
+    /// A stream to the target, if there is one.
     pub fn open(target: Option<&Target>, input: &Path, method: &Method) -> Result<Self> {
         let stream = target.map(|target| open(target, input, method)).transpose()?;
-        Ok(Watcher { stream, broken: None })
+        Ok(Watcher { stream, error: None })
     }
 
     /// Shows a frame.
@@ -115,15 +110,15 @@ impl Watcher {
         let shown = self.stream.as_mut().map_or(Ok(()), |stream| stream.log(frame));
         if let Err(error) = shown {
             self.stream = None;
-            self.broken = Some(error);
+            self.error = Some(error);
         }
     }
 
     /// Ends the stream.
     pub fn finish(self) -> Result<()> {
         let ended = self.stream.map_or(Ok(()), RerunStream::finish);
-        let ended = self.broken.map_or(ended, Err);
-        ended.context("annotated, but the stream to Rerun broke off")
+        let ended = self.error.map_or(ended, Err);
+        ended.context("annotated, but the stream to Rerun failed")
     }
 }
 

@@ -6,6 +6,7 @@
 //! | pixel pairs on the border of components, and their angle beta | [`border`] |
 //! | the chain of merges, or where the votes failed | [`votes`] |
 //! | what comes after the votes: bird's-eye merge, minimum size, back-projection | [`post_merge`] |
+//! | all of it in words | [`text`] |
 //! | which change of one parameter gives the other answer | [`what_if`](mod@what_if) |
 //!
 //! A *group* is an instance of the merge step (Alg. 2), before any later stage; groups are numbered
@@ -33,6 +34,7 @@ pub mod facts;
 mod frame;
 mod places;
 pub mod post_merge;
+pub mod text;
 pub mod votes;
 pub mod what_if;
 
@@ -48,6 +50,7 @@ pub use facts::{ComponentFacts, GroupFacts, PointFacts};
 pub use frame::{Answer, Frame, Subject, answer};
 pub use places::{Place, nearest_points, return_at};
 pub use post_merge::{GapTest, PostMergeStage, SizeTest};
+pub use text::{ExplanationReport, ExplanationText};
 pub use votes::{Donor, Link, VoteEvidence};
 pub use what_if::{Choice, Flip, Number, WhatIf, what_if};
 

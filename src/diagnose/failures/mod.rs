@@ -40,6 +40,7 @@ mod cause;
 mod find;
 mod oracles;
 mod search;
+mod summary;
 mod tree;
 mod words;
 
@@ -49,3 +50,4 @@ mod tests;
 pub use case::{LabelledRun, Side};
 pub use cause::{Cause, DivideCause, MergeCause, PostMergeCause};
 pub use find::{Failure, Failures, PixelBounds, failures};
+pub use summary::{FailureSummary, VerdictCount, check_classes};

@@ -58,6 +58,7 @@ mod joins;
 mod pairs;
 mod parts;
 mod points;
+pub mod ranking;
 pub mod recording;
 mod score;
 mod sizes;

@@ -1,32 +1,35 @@
-//! An annotated recording against the truth in it or beside it.
+//! Scores of an annotated recording, by fields of truth or label files.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use divmerge::annotate::annotated_topics;
 use divmerge::evaluate::{Evaluation, MetricSet, ScanLabels, Scores};
+use divmerge::io::CloudMessage;
 use divmerge::io::frames::CloudMessages;
 use divmerge::io::semantic_kitti::read_labels;
-use divmerge::io::{CloudMessage, Overview};
 use serde::Serialize;
 
-use super::{Arguments, print, refuse, write_json};
-use crate::terminal::frame_bar;
+use super::arguments::Arguments;
+use super::scores::{print, refuse};
+use crate::annotated::{annotated, find_annotated};
+use crate::exit::error_chain;
+use crate::output::write_json;
+use crate::progress::frame_bar;
 
-/// What goes into the JSON file.
+/// The JSON file.
 #[derive(Serialize)]
-struct Written<'a> {
+struct RecordingScores<'a> {
     input: &'a Path,
     labels: Option<&'a PathBuf>,
     taxonomy: &'a str,
     min_points: u64,
-    topics: Vec<OfTopic>,
+    topics: Vec<TopicScores>,
 }
 
-/// A topic and its figures.
+/// A topic and its scores.
 #[derive(Serialize)]
-struct OfTopic {
+struct TopicScores {
     topic: String,
     #[serde(flatten)]
     figures: Scores,
@@ -37,56 +40,48 @@ pub fn run(arguments: &Arguments, input: &Path, metrics: &MetricSet) -> Result<(
     let (mut scored, mut problems) = (Vec::new(), Vec::new());
     for topic in topics {
         let figures = score(arguments, input, &topic, metrics, &mut problems)?;
-        scored.push(OfTopic { topic, figures });
+        scored.push(TopicScores { topic, figures });
     }
     refuse(problems)?;
-    for (number, OfTopic { topic, figures }) in scored.iter().enumerate() {
+    for (number, TopicScores { topic, figures }) in scored.iter().enumerate() {
         let blank = if number == 0 { "" } else { "\n" };
         print!("{blank}{topic}: ");
         print(figures);
     }
     if let Some(path) = &arguments.json {
-        let written = Written {
+        let value = RecordingScores {
             input,
             labels: arguments.of_recording.labels.as_ref(),
             taxonomy: &metrics.taxonomy.name,
             min_points: metrics.min_points,
             topics: scored,
         };
-        write_json(path, &written)?;
+        write_json(path, &value, true)?;
     }
     Ok(())
 }
 
-/// The annotated topics, `T/instances`, or those of them that are asked for as `T` or `T/instances`.
+/// The annotated topics `T/instances`, or those requested as `T` or `T/instances`.
 fn topics(arguments: &Arguments, input: &Path) -> Result<Vec<String>> {
-    let overview = Overview::read(input)?;
-    let annotated = annotated_topics(&overview);
-    let known = || annotated.iter().copied().collect::<Vec<_>>().join(", ");
-    if annotated.is_empty() {
-        bail!("{}: no annotated topic (run `divmerge annotate`)", input.display());
-    }
+    let annotated = annotated(input)?;
     let mut chosen = Vec::new();
     for topic in &arguments.topic {
-        let added = format!("{topic}/instances");
-        let found = annotated.iter().find(|&&have| have == topic || have == added);
-        match found {
-            Some(found) => chosen.push((*found).to_owned()),
-            None => {
-                bail!("{}: no annotated topic `{topic}`; there is: {}", input.display(), known())
-            }
-        }
+        let Some(found) = find_annotated(&annotated, topic) else {
+            let (input, topics) = (input.display(), annotated.join(", "));
+            bail!("{input}: no annotated topic `{topic}`; annotated topics: {topics}");
+        };
+        chosen.push(found.clone());
     }
     if chosen.is_empty() {
-        chosen = annotated.iter().map(|&topic| topic.to_owned()).collect();
+        chosen.clone_from(&annotated);
     }
-    if chosen.len() > 1 && arguments.of_recording.labels.as_ref().is_some() {
-        bail!("--labels is for one topic; say --topic, one of: {}", known());
+    if chosen.len() > 1 && arguments.of_recording.labels.is_some() {
+        bail!("--labels is for one topic; choose it with --topic: {}", annotated.join(", "));
     }
     Ok(chosen)
 }
 
-/// Scores a topic; what is wrong with its clouds is added to `problems`.
+/// Scores a topic and adds the problems of its clouds to `problems`.
 fn score(
     arguments: &Arguments,
     input: &Path,
@@ -107,7 +102,7 @@ fn score(
         let added = message
             .map_err(anyhow::Error::from)
             .and_then(|message| add(arguments, &message, &place, metrics, &mut sums));
-        problems.extend(added.err().map(|error| crate::told(&error)));
+        problems.extend(added.err().map(|error| error_chain(&error)));
         seen += 1;
         bar.inc(1);
     }

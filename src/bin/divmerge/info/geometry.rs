@@ -2,20 +2,20 @@
 
 use divmerge::range_image::{BandGeometry, Geometry, Projection};
 
-use super::Look;
-use crate::terminal::grouped;
+use super::facts::CloudFacts;
+use crate::text::counted;
 
-/// Lines about the image, each sensor, returns, the ground, and what would change them.
-pub(super) fn geometry(look: &Look) -> Vec<String> {
-    let geometry = &look.geometry;
+/// The image, each sensor, returns, the ground, and the options that change them.
+pub fn lines(cloud: &CloudFacts) -> Vec<String> {
+    let geometry = &cloud.geometry;
     let mut lines = vec![image(geometry)];
     lines.extend(stagger(geometry));
     for sensor in &geometry.sensors {
         lines.extend(sensor_lines(sensor, geometry.sensors.len() > 1));
     }
     lines.push(returns(geometry));
-    lines.extend(turned(look));
-    lines.push(ground(look));
+    lines.extend(turned(cloud));
+    lines.push(ground(cloud));
     lines.push(overrides(geometry).to_owned());
     lines
 }
@@ -25,11 +25,11 @@ fn image(geometry: &Geometry) -> String {
         Projection::Ring => "the ring field numbers the beams",
         Projection::Organised => "the cloud has rows and columns of its own",
         Projection::OrganisedTransposed => "each column of the cloud is a beam",
-        Projection::ScanOrder => "no ring field, but stored beam after beam",
-        Projection::Elevations => "no ring field, but returns crowd at a few elevations",
-        Projection::Sources => "a field tells several sensors apart",
+        Projection::ScanOrder => "no ring field, but the points are stored beam after beam",
+        Projection::Elevations => "no ring field, but returns cluster at a few elevations",
+        Projection::Sources => "a field numbers the sensors",
         Projection::UniformElevation => {
-            "no beams to be found: pixels as fine as the points lie, unless asked for"
+            "no beams found: pixels as fine as the points, unless given"
         }
     };
     format!(
@@ -43,8 +43,8 @@ fn image(geometry: &Geometry) -> String {
 fn stagger(geometry: &Geometry) -> Option<String> {
     (geometry.stagger > 0).then(|| {
         format!(
-            "staggered: rows stood up to {} columns aside and were brought into line",
-            geometry.stagger
+            "staggered: rows were shifted by up to {} to align them",
+            counted(geometry.stagger as u64, "column")
         )
     })
 }
@@ -60,20 +60,21 @@ fn sensor_lines(sensor: &BandGeometry, is_one_of_several: bool) -> Vec<String> {
     let [upper, lower] = sensor.elevation_degrees;
     let rows = if sensor.projection == Projection::UniformElevation { "rows" } else { "beams" };
     lines.push(format!(
-        "{} {rows} with returns from {upper:+.1} to {lower:+.1} degrees{spacing}; a shot every {:.3} degrees",
+        "{} {rows} with returns from {upper:+.1} to {lower:+.1} degrees{spacing}; a shot every \
+         {:.3} degrees",
         sensor.beams, sensor.column_degrees
     ));
     let [start, width] = sensor.azimuth_degrees;
     lines.push(match sensor.closes {
-        true => "the scan goes all round".to_owned(),
+        true => "the scan covers the full circle".to_owned(),
         false => format!(
-            "the scan covers {width:.0} degrees, from {start:.0} to {:.0} degrees of azimuth, and does not close",
+            "the scan covers {width:.0} degrees of azimuth, from {start:.0} to {:.0} degrees",
             start + width
         ),
     });
     lines.extend(sensor.stands.map(|[x, y, z, lean]| {
         format!(
-            "the sensor stands at {x:.2}, {y:.2}, {z:.2} m in the cloud's frame, its axis {lean:.1} degrees off z"
+            "sensor at {x:.2}, {y:.2}, {z:.2} m in the cloud's frame, axis {lean:.1} degrees from z"
         )
     }));
     lines
@@ -83,40 +84,40 @@ fn returns(geometry: &Geometry) -> String {
     let percent = |count: usize, of: usize| 100.0 * count as f64 / of.max(1) as f64;
     let none = geometry.points - geometry.returns;
     let mut line = format!(
-        "{:.1} % of the points are no return; {} returns ({:.1} %) lie behind a nearer one in their pixel",
+        "{:.1} % of the points have no return; {} ({:.1} %) lie behind a nearer one in their pixel",
         percent(none, geometry.points),
-        grouped(geometry.shadowed as u64),
+        counted(geometry.shadowed as u64, "return"),
         percent(geometry.shadowed, geometry.returns)
     );
-    // Beyond chance: two returns of different shots hardly ever lie on one ray.
+    // More than by chance: two returns of different shots are rarely on one ray.
     if geometry.multiple_returns > 0.01 {
         let share = 100.0 * geometry.multiple_returns;
-        line += &format!("; {share:.1} % are one of several returns of a shot, the nearest leads");
+        line += &format!("; {share:.1} % are one of several returns of a shot");
     }
     line
 }
 
-fn turned(look: &Look) -> Option<String> {
-    look.turned_degrees.map(|[roll, pitch, yaw]| {
-        format!("turned upright by roll {roll:.1}, pitch {pitch:.1}, yaw {yaw:.1} degrees")
+fn turned(cloud: &CloudFacts) -> Option<String> {
+    cloud.turned_degrees.map(|[roll, pitch, yaw]| {
+        format!("rotated upright by roll {roll:.1}, pitch {pitch:.1}, yaw {yaw:.1} degrees")
     })
 }
 
-fn ground(look: &Look) -> String {
-    match look.ground {
-        None => "no ground is found around the sensor: which way is up cannot be told".to_owned(),
-        Some(lie) if lie.is_overhead => {
-            "warning: the largest level surface lies above the sensor; if it is the ground, z points down, and \
-             --sensor-frame frd (y right, z down) or --sensor-frame 180,0,0 (hung upside down) turns it"
+fn ground(cloud: &CloudFacts) -> String {
+    match cloud.ground {
+        None => "no ground found around the sensor: the up direction is unknown".to_owned(),
+        Some(pose) if pose.is_overhead => {
+            "warning: the largest level surface is above the sensor; if it is the ground, z points \
+             down: use --sensor-frame frd (y right, z down) or 180,0,0 (mounted upside down)"
                 .to_owned()
         }
-        Some(lie) if lie.lean_degrees > 10.0 => format!(
-            "the ground leans {:.1} degrees from the frame's z: is the sensor tilted? --sensor-frame \
-             roll,pitch,yaw lets boxes stand upright",
-            lie.lean_degrees
+        Some(pose) if pose.lean_degrees > 10.0 => format!(
+            "the ground is tilted by {:.1} degrees: if the sensor is tilted, --sensor-frame \
+             roll,pitch,yaw makes boxes upright",
+            pose.lean_degrees
         ),
-        Some(lie) => {
-            format!("the ground lies below, {:.1} degrees off level: z is up", lie.lean_degrees)
+        Some(pose) => {
+            format!("the ground is below, {:.1} degrees off level: z is up", pose.lean_degrees)
         }
     }
 }
@@ -124,8 +125,8 @@ fn ground(look: &Look) -> String {
 fn overrides(geometry: &Geometry) -> &'static str {
     match geometry.projection {
         Projection::Organised | Projection::OrganisedTransposed => {
-            "otherwise: --sensor-frame (rows and columns are the cloud's own)"
+            "to change this: --sensor-frame (rows and columns are the cloud's own)"
         }
-        _ => "otherwise: --rows N, --columns N, --fov UP,DOWN, --sensor-frame",
+        _ => "to change this: --rows N, --columns N, --fov UP,DOWN, --sensor-frame",
     }
 }

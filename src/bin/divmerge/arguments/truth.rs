@@ -1,4 +1,4 @@
-//! Clouds with truth: the arguments of all commands that score something.
+//! Clouds with truth, for the commands that score something.
 
 use std::path::PathBuf;
 
@@ -9,9 +9,9 @@ use divmerge::evaluate::panoptic::MIN_POINTS;
 use divmerge::io::{LabelledFrames, LabelledOptions, SeenClasses, TruthSource};
 use divmerge::replay::FrameRange;
 
-use crate::arguments::frames;
+use super::values::frames;
 
-/// Clouds with truth, and which objects count.
+/// Clouds with truth, and the minimum size of objects that count.
 #[derive(Args)]
 pub struct TruthArguments {
     #[command(flatten)]
@@ -23,7 +23,7 @@ pub struct TruthArguments {
 }
 
 impl TruthArguments {
-    /// Opens the clouds for a method that gets its objects from there.
+    /// Opens the clouds, with the columns that the method needs.
     pub fn open(&self, method: &Method) -> Result<LabelledFrames> {
         self.clouds.open(method)
     }
@@ -32,19 +32,19 @@ impl TruthArguments {
 /// Clouds with truth.
 #[derive(Args)]
 pub struct CloudArguments {
-    /// A recording (MCAP) whose clouds carry truth or have label files, or a folder in SemanticKITTI's form:
-    /// sequences/NN/velodyne/*.bin, sequences/NN/labels/*.label
+    /// A recording (MCAP) whose clouds have fields of truth or label files, or a folder in
+    /// SemanticKITTI's form: sequences/NN/velodyne/*.bin, sequences/NN/labels/*.label
     pub input: PathBuf,
 
-    /// The cloud topic of a recording [default: the first with clouds]
+    /// Cloud topic of a recording [default: the first with clouds]
     #[arg(long, value_name = "T")]
     pub topic: Option<String>,
 
-    /// Only these sequences of a folder, such as 00,04
+    /// Only these sequences of a folder, such as 00,04 [default: all]
     #[arg(long, value_delimiter = ',', value_name = "NN,...")]
     sequences: Vec<String>,
 
-    /// Only these clouds, numbered from 0: 5..10 (10 is left out), 5.., ..10 or 5
+    /// Only these clouds, numbered from 0: 5..10 (without 10), 5.., ..10 or 5
     #[arg(long, value_name = "A..B", value_parser = frames, default_value = "0..")]
     frames: FrameRange,
 
@@ -53,7 +53,7 @@ pub struct CloudArguments {
 }
 
 impl CloudArguments {
-    /// Opens the clouds for a method that gets its objects from there.
+    /// Opens the clouds, with the columns that the method needs.
     pub fn open(&self, method: &Method) -> Result<LabelledFrames> {
         let options = LabelledOptions {
             topic: self.topic.clone(),
@@ -77,14 +77,14 @@ impl CloudArguments {
     }
 }
 
-/// An error, and where truth is looked for if it has not been found.
+/// Adds where truth can be to an error about missing truth.
 pub fn with_hint(error: divmerge::Error) -> anyhow::Error {
     let is_missing =
         matches!(&error, divmerge::Error::Truth { problem, .. } if problem.starts_with("no field"));
     match is_missing {
         true => anyhow!(
-            "{error}\n  truth is looked for in the fields --true-class-field and --true-instance-field, or with \
-             --labels in a folder of label files"
+            "{error}\n  name the fields with --true-class-field and --true-instance-field, or a \
+             folder of label files with --labels"
         ),
         false => error.into(),
     }
@@ -101,7 +101,8 @@ pub struct SourceArguments {
     #[arg(long, value_name = "NAME", default_value = "true_instance")]
     pub true_instance_field: String,
 
-    /// A recording's truth is in this folder: NNNNNN.label, by the number of the cloud
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["true_class_field", "true_instance_field"])]
+    /// Folder of a recording's truth: NNNNNN.label, numbered as the clouds
+    #[arg(long, value_name = "DIR")]
+    #[arg(conflicts_with_all = ["true_class_field", "true_instance_field"])]
     pub labels: Option<PathBuf>,
 }

@@ -1,0 +1,67 @@
+//! Arguments about the geometry of clouds: how they become images, and which way is up.
+
+use std::path::Path;
+
+use anyhow::{Result, anyhow};
+use clap::Args;
+use divmerge::Error;
+use divmerge::io::asked_transforms;
+use divmerge::pipeline::Overrides;
+use divmerge::range_image::ProjectionParams;
+use divmerge::sensor_frame::{SensorFrame, Transforms};
+
+use super::values::{columns, field_of_view, rows};
+
+/// How clouds become images, and which way is up. The defaults are found in the clouds.
+#[derive(Args, Default)]
+pub struct GeometryArguments {
+    /// Rows of the range image, at equal elevation steps instead of a row for each beam; organised
+    /// clouds keep their rows [default: one for each beam; without beams, as fine as the points]
+    #[arg(long, value_name = "N", value_parser = rows)]
+    rows: Option<usize>,
+
+    /// Columns of the full circle; organised clouds keep their columns [default: one for each shot
+    /// of a beam]
+    #[arg(long, value_name = "N", value_parser = columns)]
+    columns: Option<usize>,
+
+    /// Elevations of the upper and lower edge of the range image in degrees, as in 3,-25, instead
+    /// of those of the beams; not for organised clouds [default: those of the returns]
+    #[arg(long, value_name = "UP,DOWN", value_parser = field_of_view, allow_hyphen_values = true)]
+    fov: Option<(f64, f64)>,
+
+    /// Orientation of the clouds' frame: three letters for the directions of x, y and z (of
+    /// forward, back, left, right, up, down: flu is the usual one, rfu has x right and y forward,
+    /// frd z down); roll,pitch,yaw of the sensor on the vehicle in degrees (180,0,0: mounted upside
+    /// down); `tf` the recorded static transforms; `auto` these if recorded, else z up; `none` z
+    /// up. Points and boxes are written in the clouds' own frame
+    #[arg(long, value_name = "FRAME", default_value = "auto", allow_hyphen_values = true)]
+    sensor_frame: SensorFrame,
+}
+
+impl GeometryArguments {
+    /// Sets what was given.
+    pub fn set(&self, projection: &mut ProjectionParams) {
+        self.overriding(Overrides::default()).set_projection(projection);
+    }
+
+    /// Adds what was given about the projection to the overrides.
+    pub fn overriding(&self, overrides: Overrides) -> Overrides {
+        Overrides { rows: self.rows, columns: self.columns, field_of_view: self.fov, ..overrides }
+    }
+
+    /// The orientation of the clouds' frame, and the recording's static transforms if it needs
+    /// them.
+    pub fn frame(&self, recording: &Path) -> Result<(SensorFrame, Transforms)> {
+        let transforms = asked_transforms(&self.sensor_frame, recording);
+        let transforms = transforms.map_err(|error| match error {
+            Error::Parameter { .. } => anyhow!(
+                "a stream is read once, too late for its transforms: give --sensor-frame axes or \
+                 angles, or annotate a file"
+            ),
+            _ => anyhow::Error::from(error)
+                .context(format!("{}: static transforms", recording.display())),
+        })?;
+        Ok((self.sensor_frame, transforms))
+    }
+}

@@ -1,0 +1,213 @@
+//! How clouds are clustered: the method and its parameters.
+
+use std::path::Path;
+
+use anyhow::Result;
+use clap::parser::ValueSource;
+use clap::{ArgMatches, Args, Command, FromArgMatches};
+use divmerge::annotate::Method;
+use divmerge::baselines::AnyBaseline;
+use divmerge::cluster::params::Region;
+use divmerge::pipeline::{BirdsEyeMerge, Overrides, Preset};
+
+use super::boxes::BoxArguments;
+use super::geometry::GeometryArguments;
+use super::objects::ObjectArguments;
+use super::values::{NamedValue, angle, at_least_one, one_of, positive};
+
+/// How clouds are clustered.
+#[derive(Args)]
+pub struct MethodArguments {
+    #[command(flatten)]
+    given: GivenOptions,
+
+    #[command(flatten)]
+    objects: ObjectArguments,
+
+    /// Clustering method; projection, object mask and back-projection are always those of the
+    /// preset
+    #[arg(long, value_name = "METHOD", default_value = DIVIDE_AND_MERGE)]
+    #[arg(value_parser = one_of(METHODS))]
+    method: &'static str,
+
+    #[command(flatten)]
+    boxes: BoxArguments,
+
+    #[command(flatten)]
+    geometry: GeometryArguments,
+
+    /// Parameters to start from; the options below override single ones
+    #[arg(long, default_value = "best", value_parser = one_of(PRESETS))]
+    preset: Preset,
+
+    /// Voxel size of the divide step in metres [best, paper: 0.5; authors: 0.2]
+    #[arg(long, value_name = "M", value_parser = positive)]
+    voxel: Option<f64>,
+
+    /// Minimum angle beta between neighbouring pixels of one object in degrees [best, paper: 10;
+    /// authors: 8.6]
+    #[arg(long, value_name = "DEG", value_parser = angle)]
+    angle: Option<f64>,
+
+    /// Maximum column distance between neighbouring pixels [best: 2; paper: 1; authors: unlimited]
+    #[arg(long, value_name = "N", value_parser = at_least_one)]
+    gap_columns: Option<usize>,
+
+    /// Maximum row distance between neighbouring pixels [best: 2; paper: 1; authors: 10]
+    #[arg(long, value_name = "N", value_parser = at_least_one)]
+    gap_rows: Option<usize>,
+
+    /// Drop instances seen in fewer pixels, with reason "too small" [best, paper: 0; authors: 31]
+    #[arg(long, value_name = "N")]
+    min_points: Option<usize>,
+
+    /// Merge of instances of one class on the bird's-eye plane [best: size; paper: box; authors:
+    /// box, of any class]
+    #[arg(long, value_name = "REGION", value_parser = one_of(BIRDS_EYE_MERGES))]
+    bev: Option<BirdsEyeMerge>,
+}
+
+/// Presets.
+pub const PRESETS: &[NamedValue<Preset>] = &[
+    ("best", "Ours: departs from the paper where that measures better", Preset::Best),
+    ("paper", "The paper to the letter", Preset::Paper),
+    ("authors", "The authors' released C++ without its memory errors", Preset::Authors),
+];
+
+/// The program's own method.
+pub const DIVIDE_AND_MERGE: &str = "divide-and-merge";
+/// The method that needs `--boxes`.
+pub const BOXES: &str = "boxes";
+
+/// Clustering methods.
+pub const METHODS: &[NamedValue<&str>] = &[
+    (DIVIDE_AND_MERGE, "This program's own (Zhao, Zhang and Huang 2021)", DIVIDE_AND_MERGE),
+    (
+        "depth-clustering",
+        "Range image neighbours with an angle beta above 8.6 degrees (Bogoslavskyi and Stachniss \
+         2016)",
+        "depth-clustering",
+    ),
+    (
+        "scan-line-run",
+        "Runs of near points in a beam, joined with the beam above (Zermas et al. 2017)",
+        "scan-line-run",
+    ),
+    ("euclidean", "Points within half a metre of each other (Rusu 2010)", "euclidean"),
+    ("dbscan", "DBSCAN with 0.5 m and 5 points (Ester et al. 1996)", "dbscan"),
+    (
+        "supervoxel",
+        "Supervoxels of 0.5 m voxels from seeds 8 m apart (VCCS, Papon et al. 2013)",
+        "supervoxel",
+    ),
+    (
+        "alpine",
+        "Nearest neighbours on the ground plane, split by the size of the class (Sautier et al. \
+         2025)",
+        "alpine",
+    ),
+    (BOXES, "Points inside the 3-D detection boxes of --boxes (Behley et al. 2020)", BOXES),
+    ("one-per-class", "All objects of a class as one instance", "one-per-class"),
+];
+
+const BIRDS_EYE_MERGES: &[NamedValue<BirdsEyeMerge>] = &[
+    ("off", "No merge", BirdsEyeMerge::Off),
+    (
+        "size",
+        "Instances that touch or together fit one object of their class; without classes by their \
+         gap alone",
+        BirdsEyeMerge::Size,
+    ),
+    ("box", "Overlapping axis-aligned boxes", BirdsEyeMerge::Overlap(Region::Box)),
+    ("rectangle", "Overlapping minimum-area rectangles", BirdsEyeMerge::Overlap(Region::Rectangle)),
+    ("hull", "Overlapping convex hulls", BirdsEyeMerge::Overlap(Region::Hull)),
+];
+
+impl MethodArguments {
+    /// The method for the clouds of a recording.
+    pub fn method(&self, recording: &Path) -> Result<Method> {
+        let box_source = self.boxes.source(self.method == BOXES)?;
+        let mut config = self.overrides().config()?;
+        let (sensor_frame, transforms) = self.geometry.frame(recording)?;
+        let method = self.objects.method(recording)?;
+        config.baseline = AnyBaseline::named(self.method, &method.taxonomy);
+        self.boxes.set(&mut config);
+        let boxes = BoxArguments::open(box_source.as_ref(), recording, &method.taxonomy)?;
+        Ok(Method { config, boxes, sensor_frame, transforms, ..method })
+    }
+
+    fn overrides(&self) -> Overrides {
+        self.geometry.overriding(Overrides {
+            preset: self.preset,
+            voxel: self.voxel,
+            angle: self.angle,
+            gap_columns: self.gap_columns,
+            gap_rows: self.gap_rows,
+            min_points: self.min_points,
+            bev: self.bev,
+            ..Overrides::default()
+        })
+    }
+
+    /// The options that were given, as words of a command line that repeats them.
+    pub fn words(&self) -> &[String] {
+        &self.given.0
+    }
+}
+
+/// The options of [`MethodArguments`] that were given, as words of a command line.
+struct GivenOptions(Vec<String>);
+
+impl Args for GivenOptions {
+    fn augment_args(command: Command) -> Command {
+        command
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        command
+    }
+}
+
+impl FromArgMatches for GivenOptions {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let command = MethodArguments::augment_args(Command::new("method"));
+        let mut words = Vec::new();
+        for option in command.get_arguments() {
+            let id = option.get_id().as_str();
+            if matches.value_source(id) != Some(ValueSource::CommandLine) {
+                continue;
+            }
+            for value in matches.get_raw(id).into_iter().flatten() {
+                words.push(format!("--{}", option.get_long().unwrap_or(id)));
+                words.push(value.to_string_lossy().into_owned());
+            }
+        }
+        Ok(GivenOptions(words))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn words(given: &[&str]) -> Vec<String> {
+        let command = MethodArguments::augment_args(Command::new("test").no_binary_name(true));
+        let matches = command.get_matches_from(given);
+        MethodArguments::from_arg_matches(&matches).unwrap().words().to_vec()
+    }
+
+    #[test]
+    fn words_repeat_the_options_that_were_given() {
+        assert!(words(&[]).is_empty());
+        let given = ["--rows", "32", "--fov", "10,-30", "--sensor-frame", "180,0,0"];
+        assert_eq!(words(&given), given);
+        let given = ["--semantics=ground", "--model-config=a", "--model-config", "b", "--bev=off"];
+        let expected = "--semantics ground --model-config a --model-config b --bev off".split(' ');
+        assert_eq!(words(&given), expected.collect::<Vec<_>>());
+    }
+}

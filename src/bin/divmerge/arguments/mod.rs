@@ -1,0 +1,9 @@
+//! Arguments that several commands share, a file a group.
+
+pub mod boxes;
+pub mod geometry;
+pub mod method;
+pub mod objects;
+pub mod selection;
+pub mod truth;
+pub mod values;

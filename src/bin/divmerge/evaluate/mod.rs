@@ -1,0 +1,34 @@
+//! `divmerge evaluate`
+
+mod arguments;
+mod folders;
+mod recording;
+mod scores;
+
+use anyhow::Result;
+use divmerge::evaluate::MetricSet;
+
+pub use arguments::Arguments;
+
+use crate::arguments::objects::taxonomy;
+use crate::exit::Outcome;
+use crate::output::refuse_address;
+
+pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    arguments.json.as_deref().map_or(Ok(()), refuse_address)?;
+    let taxonomy = taxonomy(arguments.taxonomy.as_deref())?;
+    let metrics = MetricSet {
+        taxonomy: &taxonomy,
+        min_points: arguments.min_points,
+        entropy: arguments.entropy,
+        over_time: arguments.over_time,
+    };
+    match (&arguments.input, &arguments.truth, &arguments.predictions) {
+        (Some(input), ..) => recording::run(arguments, input, &metrics)?,
+        (None, Some(truth), Some(predictions)) => {
+            folders::run(arguments, [truth, predictions], &metrics)?;
+        }
+        _ => unreachable!("clap requires one of the two"),
+    }
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,100 @@
+//! What `info` shows of a recording and its clouds.
+
+use std::path::PathBuf;
+
+use divmerge::io::{CloudFormat, PointField};
+use divmerge::range_image::{Geometry, ProjectionParams, RangeImage};
+use divmerge::semantics::GroundParams;
+use divmerge::semantics::ground::{self, GroundPose};
+use divmerge::sensor_frame::{SensorFrame, Transforms};
+use serde::Serialize;
+
+/// How clouds are projected and which way is up.
+#[derive(Default)]
+pub struct GeometryOptions {
+    pub projection: ProjectionParams,
+    pub frame: SensorFrame,
+    pub transforms: Transforms,
+}
+
+/// A recording.
+#[derive(Serialize)]
+pub struct Info {
+    pub file: PathBuf,
+    pub bytes: u64,
+    pub profile: String,
+    pub library: String,
+    pub complete: bool,
+    pub messages: u64,
+    pub seconds: f64,
+    pub compression: Vec<String>,
+    pub attachments: u64,
+    pub metadata: u64,
+    pub problems: Vec<String>,
+    pub topics: Vec<Topic>,
+}
+
+#[derive(Serialize)]
+pub struct Topic {
+    pub topic: String,
+    #[serde(rename = "type")]
+    pub type_name: String,
+    pub encoding: String,
+    pub messages: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cloud: Option<Cloud>,
+}
+
+/// The first cloud of a topic.
+#[derive(Serialize)]
+pub struct Cloud {
+    pub note: Option<String>,
+    #[serde(flatten)]
+    pub facts: Option<CloudFacts>,
+}
+
+#[derive(Serialize)]
+pub struct CloudFacts {
+    pub frame_id: String,
+    pub height: u32,
+    pub width: u32,
+    pub point_step: u32,
+    pub fields: Vec<String>,
+    #[serde(flatten)]
+    pub geometry: Geometry,
+    /// The ground, if one was found.
+    pub ground: Option<GroundPose>,
+    /// Roll, pitch and yaw by which the cloud was rotated, degrees; `None` if it was not.
+    pub turned_degrees: Option<[f64; 3]>,
+    pub auto: String,
+}
+
+/// Decodes and projects a cloud.
+pub fn cloud_facts(
+    format: CloudFormat,
+    message: &[u8],
+    options: &GeometryOptions,
+) -> divmerge::Result<CloudFacts> {
+    let wire = format.decode(message)?;
+    let mut cloud = wire.to_cloud(None)?;
+    cloud.turn(options.frame.turn(&wire.frame_id, &options.transforms)?);
+    let image = RangeImage::new(&cloud, &options.projection);
+    let describe = |field: &PointField| {
+        let count = if field.count == 1 { String::new() } else { format!("[{}]", field.count) };
+        let datatype = format!("{:?}", field.datatype).to_lowercase();
+        format!("{} {datatype}{count}", field.name)
+    };
+    let (roll, pitch, yaw) = cloud.turned.euler_angles();
+    let is_turned = cloud.turned.angle() > 0.0;
+    Ok(CloudFacts {
+        frame_id: wire.frame_id.clone(),
+        height: wire.height,
+        width: wire.width,
+        point_step: wire.point_step,
+        fields: wire.fields.iter().map(describe).collect(),
+        geometry: Geometry::new(&cloud, &image),
+        ground: ground::pose(&cloud, &image, &GroundParams::default()),
+        turned_degrees: is_turned.then(|| [roll, pitch, yaw].map(f64::to_degrees)),
+        auto: wire.semantic_field().map_or("ground".to_owned(), |field| format!("field:{field}")),
+    })
+}

@@ -1,0 +1,143 @@
+//! `divmerge info`
+
+mod facts;
+mod geometry;
+mod text;
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use divmerge::annotate::is_annotation;
+use divmerge::io::{
+    Channel, CloudChannel, CloudFormat, Overview, ReadFilter, Record, RecordingReader,
+};
+use divmerge::workers::Workers;
+
+use crate::arguments::geometry::GeometryArguments;
+use crate::exit::Outcome;
+use facts::{Cloud, GeometryOptions, Info, Topic, cloud_facts};
+
+/// Show a recording's topics and the geometry of its clouds
+///
+/// For each cloud topic, from its first cloud with a return: fields; geometry (how rows and columns
+/// were found and why, beams and their spacing, field of view, whether the scan closes, multiple
+/// returns per shot, multiple sensors, the ground) and the options that change it; and the choice
+/// of `--semantics auto`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The recording (MCAP)
+    file: PathBuf,
+
+    #[command(flatten)]
+    geometry: GeometryArguments,
+
+    /// Print as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    let overview = Overview::read(&arguments.file)?;
+    let mut options = GeometryOptions::default();
+    arguments.geometry.set(&mut options.projection);
+    (options.frame, options.transforms) = arguments.geometry.frame(&arguments.file)?;
+    let (clouds, mut problems) = first_clouds(&overview, &options)?;
+    problems.extend(overview.problems.iter().cloned());
+    let info = Info {
+        file: overview.path.clone(),
+        bytes: overview.file_size,
+        profile: overview.profile.clone(),
+        library: overview.library.clone(),
+        complete: overview.is_complete,
+        messages: overview.message_count,
+        seconds: overview
+            .start_ns
+            .zip(overview.end_ns)
+            .map_or(0.0, |(start, end)| end.saturating_sub(start) as f64 * 1e-9),
+        compression: overview.compression.keys().cloned().collect(),
+        attachments: overview.attachment_count,
+        metadata: overview.metadata_count,
+        problems,
+        topics: topics(&overview, clouds),
+    };
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&info)?);
+    } else {
+        text::print(&info);
+    }
+    Ok(Outcome::of(info.complete))
+}
+
+fn topics(overview: &Overview, mut clouds: BTreeMap<u16, Cloud>) -> Vec<Topic> {
+    let describe = |channel: &Channel| {
+        let schema = overview.schema_of(channel.id);
+        Topic {
+            topic: channel.topic.clone(),
+            type_name: schema.map(|schema| schema.name.clone()).unwrap_or_default(),
+            encoding: channel.message_encoding.clone(),
+            messages: overview.message_counts.get(&channel.id).copied().unwrap_or(0),
+            cloud: clouds.remove(&channel.id),
+        }
+    };
+    overview.channels.values().map(describe).collect()
+}
+
+/// The first cloud with a return of each cloud channel, reading no farther than needed.
+fn first_clouds(
+    overview: &Overview,
+    options: &GeometryOptions,
+) -> Result<(BTreeMap<u16, Cloud>, Vec<String>)> {
+    let mut found = BTreeMap::new();
+    let mut waiting: BTreeMap<u16, (CloudFormat, Option<String>)> = BTreeMap::new();
+    for channel in overview.channels.values() {
+        let messages = overview.message_counts.get(&channel.id).copied().unwrap_or(0);
+        let note = match CloudChannel::of(overview, channel) {
+            CloudChannel::Other => continue,
+            CloudChannel::Unreadable(unreadable) => format!("not read: {}", unreadable.reason),
+            CloudChannel::Readable(_) if is_annotation(overview, &channel.topic) => {
+                "made by an earlier `annotate`".to_owned()
+            }
+            CloudChannel::Readable(format) => {
+                if messages > 0 {
+                    waiting.insert(channel.id, (format, None));
+                }
+                continue;
+            }
+        };
+        found.insert(channel.id, Cloud { note: Some(note), facts: None });
+    }
+    let mut problems = Vec::new();
+    let numbered = waiting.keys().map(|&id| (id, overview.channels[&id].topic.clone())).collect();
+    let filter = ReadFilter { numbered, others: false, ..ReadFilter::default() };
+    let mut reader = RecordingReader::open_filtered(overview, &filter, &Workers::none())?;
+    while !waiting.is_empty() {
+        let record = match reader.next_record() {
+            Ok(Some(record)) => record,
+            Ok(None) => break,
+            Err(error) => {
+                problems.push(error.to_string());
+                break;
+            }
+        };
+        let Record::Message { header, data, .. } = record else {
+            continue;
+        };
+        let Some((format, note)) = waiting.get_mut(&header.channel_id) else {
+            continue;
+        };
+        match cloud_facts(*format, &data, options) {
+            Ok(facts) if facts.geometry.returns > 0 => {
+                waiting.remove(&header.channel_id);
+                found.insert(header.channel_id, Cloud { note: None, facts: Some(facts) });
+            }
+            Ok(_) => *note = Some("no cloud has a return".to_owned()),
+            Err(error) => *note = Some(error.to_string()),
+        }
+    }
+    for (channel, (_, note)) in waiting {
+        found.insert(channel, Cloud { note, facts: None });
+    }
+    Ok((found, problems))
+}

@@ -1,0 +1,58 @@
+//! Progress bars on stderr. They are hidden if stderr is not a terminal.
+
+use std::io::IsTerminal;
+use std::path::Path;
+use std::time::Duration;
+
+use divmerge::annotate::Event;
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// A bar over frames.
+pub fn frame_bar(task: &str, frames: u64) -> ProgressBar {
+    let bar = bar(task, "{msg} [{bar:30}] {pos}/{len} frames, {eta} left");
+    bar.set_length(frames);
+    bar
+}
+
+/// Progress through the bytes of a recording, and its warnings.
+pub struct RecordingProgress<'a> {
+    bar: ProgressBar,
+    input: &'a Path,
+}
+
+impl<'a> RecordingProgress<'a> {
+    pub fn new(task: &str, input: &'a Path) -> Self {
+        let template = "{msg} [{bar:30}] {bytes}/{total_bytes}, {bytes_per_sec}, {eta} left";
+        RecordingProgress { bar: bar(task, template), input }
+    }
+
+    /// Moves the bar or prints a warning. Frames show nothing.
+    pub fn show(&self, event: &Event) {
+        match event {
+            Event::Progress { bytes, total } => {
+                self.bar.set_length(*total.max(bytes));
+                self.bar.set_position(*bytes);
+            }
+            Event::Warning(warning) => {
+                self.bar.suspend(|| eprintln!("warning: {}: {warning}", self.input.display()));
+            }
+            Event::Frame(_) => {}
+        }
+    }
+}
+
+impl Drop for RecordingProgress<'_> {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+fn bar(task: &str, template: &str) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template(template).expect("a valid template");
+    let bar = ProgressBar::no_length().with_style(style).with_message(task.to_owned());
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}

@@ -1,0 +1,115 @@
+//! The pages of `--report`. The frames of the listed cases are read and clustered again, one at a
+//! time.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use divmerge::annotate::Method;
+use divmerge::explain::{ExplanationReport, ExplanationText, Frame, Subject};
+use divmerge::io::{Which, cloud_message_at, write_file};
+use divmerge::pipeline;
+use divmerge::triage::ranking::RankedCase;
+use divmerge::view::triage_report::{CasePage, Head, folder, one_file};
+
+use crate::explanation::{figure, report};
+use crate::output::{extension, make_folder};
+use crate::progress::frame_bar;
+
+/// What the pages show.
+pub struct Report<'a> {
+    /// The recording.
+    pub input: &'a Path,
+    pub summary: String,
+    pub cases: &'a [RankedCase],
+    /// The command that explains each case.
+    pub commands: Vec<String>,
+}
+
+fn is_one_file(report: &Path) -> bool {
+    extension(report) == "html"
+}
+
+/// The file to open.
+pub fn entry(report: &Path) -> PathBuf {
+    if is_one_file(report) { report.to_owned() } else { report.join("index.html") }
+}
+
+impl Report<'_> {
+    /// Draws and explains the cases and writes their pages.
+    pub fn write(&self, path: &Path, method: &Method, force: bool) -> Result<()> {
+        let name = self.input.file_name().unwrap_or(self.input.as_os_str());
+        let recording = name.to_string_lossy().into_owned();
+        let head = Head { recording, summary: self.summary.clone() };
+        let cases = self.pages(method)?;
+        if is_one_file(path) {
+            write_file(path, one_file(&head, &cases).as_bytes(), force)?;
+            return Ok(());
+        }
+        make_folder(path)?;
+        // The index last: if it exists, the rest does.
+        for (name, page) in folder(&head, &cases).into_iter().rev() {
+            write_file(&path.join(name), page.as_bytes(), force)?;
+        }
+        Ok(())
+    }
+
+    /// The pages in the order of the cases; each frame is clustered once.
+    fn pages(&self, method: &Method) -> Result<Vec<CasePage>> {
+        let cases = self.cases;
+        let frame_of = |number: usize| (&cases[number].topic, cases[number].frame);
+        let mut order: Vec<usize> = (0..cases.len()).collect();
+        order.sort_by_key(|&number| frame_of(number));
+        let mut pages: Vec<Option<CasePage>> = vec![None; cases.len()];
+        let bar = frame_bar("drawing", cases.len() as u64);
+        for of_frame in order.chunk_by(|&a, &b| frame_of(a) == frame_of(b)) {
+            let (topic, frame) = frame_of(of_frame[0]);
+            let message = cloud_message_at(self.input, Some(topic), Which::Frame(frame))?;
+            let place = || format!("frame {frame} of {topic}");
+            let wire = message.decode().with_context(place)?;
+            let decoded = method.decode(&wire, message.which()).with_context(place)?;
+            let (cloud, mask, config) = (&decoded.cloud, decoded.mask, &method.config);
+            let stages = pipeline::run(cloud, mask, config);
+            let frame = Frame { cloud, mask, config, stages: &stages };
+            for &number in of_frame {
+                let subject = subject(&cases[number]);
+                let semantics = &decoded.semantics;
+                let report = report(self.input, &message, semantics, &frame, subject);
+                pages[number] = Some(self.page(&frame, &report, number));
+                bar.inc(1);
+            }
+        }
+        bar.finish_and_clear();
+        Ok(pages.into_iter().flatten().collect())
+    }
+
+    fn page(&self, frame: &Frame, report: &ExplanationReport, number: usize) -> CasePage {
+        const DPI: f64 = 120.0;
+        let case = &self.cases[number];
+        let suspect = &case.suspects[0];
+        let others = case.suspects[1..]
+            .iter()
+            .map(|other| (other.score, other.kind.name().to_owned(), other.sentence.clone()));
+        CasePage {
+            score: case.score,
+            topic: case.topic.clone(),
+            frame: case.frame,
+            seconds: case.seconds,
+            position: suspect.position,
+            kind: suspect.kind.name().to_owned(),
+            instance: case.instance.clone(),
+            sentence: suspect.sentence.clone(),
+            others: others.collect(),
+            command: self.commands[number].clone(),
+            explanation: ExplanationText { report, max_pairs: 3 }.to_string(),
+            figure: figure(report, frame, DPI),
+        }
+    }
+}
+
+fn subject(case: &RankedCase) -> Subject {
+    match case.suspects[0].points[..] {
+        [a, b] if a != b => Subject::Pair(a, b),
+        [a, ..] => Subject::Point(a),
+        [] => unreachable!("a suspect has one or two points"),
+    }
+}

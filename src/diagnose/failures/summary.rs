@@ -1,0 +1,81 @@
+//! The verdicts and failures of all frames, counted.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::find::Failures;
+use crate::error::{Error, Result};
+use crate::evaluate::JudgedObject;
+use crate::taxonomy::Taxonomy;
+
+/// Objects with one verdict.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct VerdictCount {
+    /// True objects.
+    pub r#true: u64,
+    /// Found instances.
+    pub found: u64,
+}
+
+/// The verdicts and failures of all frames, counted.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
+pub struct FailureSummary {
+    /// Number of frames.
+    pub frames: u64,
+    /// By name of the verdict; small unmatched objects are left out.
+    pub verdicts: BTreeMap<&'static str, VerdictCount>,
+    /// Small unmatched objects.
+    pub small: VerdictCount,
+    /// Found instances outside true things, if classes are not compared.
+    pub elsewhere: u64,
+    /// Failures by step and verdict.
+    pub causes: BTreeMap<&'static str, BTreeMap<&'static str, u64>>,
+}
+
+impl FailureSummary {
+    /// Adds a frame.
+    pub fn add(&mut self, frame: &Failures) {
+        self.frames += 1;
+        self.elsewhere += frame.verdicts.elsewhere;
+        self.count(&frame.verdicts.truth, |count| &mut count.r#true);
+        self.count(&frame.verdicts.found, |count| &mut count.found);
+        for failure in &frame.failures {
+            let by_verdict = self.causes.entry(failure.cause.step()).or_default();
+            *by_verdict.entry(failure.judged.verdict.name()).or_default() += 1;
+        }
+    }
+
+    /// Number of failures.
+    pub fn failures(&self) -> u64 {
+        self.causes.values().flat_map(BTreeMap::values).sum()
+    }
+
+    fn count(&mut self, judged: &[JudgedObject], side: impl Fn(&mut VerdictCount) -> &mut u64) {
+        for one in judged {
+            let count = match one.is_small {
+                true => &mut self.small,
+                false => self.verdicts.entry(one.verdict.name()).or_default(),
+            };
+            *side(count) += 1;
+        }
+    }
+}
+
+/// Refuses true classes that the taxonomy does not know; `at` names the cloud.
+///
+/// # Errors
+/// [`Error::UnknownClass`] for the first unknown class.
+pub fn check_classes(true_class: &[u16], taxonomy: &Taxonomy, at: &str) -> Result<()> {
+    let mut is_known = vec![false; 1 << 16];
+    taxonomy.known_ids().for_each(|(id, _)| is_known[usize::from(id)] = true);
+    let Some(&class) = true_class.iter().find(|&&id| !is_known[usize::from(id)]) else {
+        return Ok(());
+    };
+    Err(Error::UnknownClass {
+        at: at.to_owned(),
+        class,
+        points: true_class.iter().filter(|&&id| id == class).count() as u64,
+        taxonomy: taxonomy.name.clone(),
+    })
+}
