@@ -46,38 +46,41 @@ const NETWORKS: &str = "Networks (--semantics onnx:)";
 
 /// How a network is run.
 #[derive(Args)]
-#[command(next_help_heading = NETWORKS)]
 struct NetworkArguments {
     /// Inputs and outputs of the network: arch_cfg.yaml and data_cfg.yaml of its project, one after
     /// the other, or the folder with both [default: MODEL.yaml, or those two beside the model]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, help_heading = NETWORKS, value_name = "FILE")]
     model_config: Vec<PathBuf>,
 
     /// Range image that the network gets
-    #[arg(long, value_name = "IMAGE", default_value = "auto", value_parser = one_of(IMAGES))]
+    #[arg(long, help_heading = NETWORKS, value_name = "IMAGE", default_value = "auto")]
+    #[arg(value_parser = one_of(IMAGES))]
     model_image: NetworkImage,
 
     /// Factor from the clouds' intensities to those of the training [default: found in each cloud:
     /// 1, or if they reach 255 or 65535 and the network expects 0 to 1, 1/255 or 1/65535]
-    #[arg(long, value_name = "X", value_parser = positive)]
+    #[arg(long, help_heading = NETWORKS, value_name = "X", value_parser = positive)]
     remission_scale: Option<f64>,
 
     /// Clouds in one run of the network; more than one pays off on GPUs [default: 1, or the batch
     /// size of the model]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    #[arg(long, help_heading = NETWORKS, value_name = "N")]
+    #[arg(value_parser = clap::value_parser!(u16).range(1..=256))]
     batch: Option<u16>,
 
     /// Inference library
-    #[arg(long, default_value = "auto", value_parser = one_of(RUNTIMES))]
+    #[arg(long, help_heading = NETWORKS, default_value = "auto")]
+    #[arg(value_parser = one_of(RUNTIMES))]
     runtime: RuntimeKind,
 
     /// Shared library of ONNX Runtime, or its folder [default: ORT_DYLIB_PATH, then PyPI's
     /// onnxruntime, then the system's]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, help_heading = NETWORKS, value_name = "FILE")]
     onnxruntime: Option<PathBuf>,
 
     /// Device of ONNX Runtime
-    #[arg(long, default_value = "auto", value_parser = one_of(DEVICES))]
+    #[arg(long, help_heading = NETWORKS, default_value = "auto")]
+    #[arg(value_parser = one_of(DEVICES))]
     device: Device,
 }
 

@@ -170,7 +170,7 @@ fn command(arguments: &Arguments, topic: &str, frame: u64, at: &[[f64; 3]]) -> S
 /// What was triaged.
 fn summary(ranking: &Ranking) -> String {
     format!(
-        "{}, {}, {}; the most suspect {}:",
+        "{}, {}, {}; {} listed, the most suspect first",
         counted(ranking.frames, "frame"),
         counted(ranking.instances, "instance"),
         counted(ranking.suspects, "suspect"),
