@@ -1,15 +1,16 @@
-//! Whole recordings: annotating against plain copies that add the same bytes, chunks taken over as they are
-//! against compressing them again, what a frame costs by sensor and stage, the part that no core can share, and
-//! memory by length.
+//! Whole recordings: annotating against plain copies that add the same bytes, chunks taken over as
+//! they are against compressing them again, what a frame costs by sensor and stage, the part that
+//! no core can share, and memory by length.
 //!
-//! The drive is the simulator's street under an HDL-64E: 50 frames, over and over. Runs of a round follow one
-//! another, and each figure is the best of all rounds, so that ratios are of one machine in one state. Beside the
-//! time on the clock stands the time on processors (Linux), which other work on the machine does not count in: of
-//! the whole process, and of the one thread that reads, hashes, copies and writes. On n idle cores a frame takes
-//! the larger of the latter and an n-th of the former.
+//! The drive is the simulator's street under an HDL-64E: 50 frames, over and over. Runs of a round
+//! follow one another, and each figure is the best of all rounds, so that ratios are of one machine
+//! in one state. Beside the time on the clock stands the time on processors (Linux), which other
+//! work on the machine does not count in: of the whole process, and of the one thread that reads,
+//! hashes, copies and writes. On n idle cores a frame takes the larger of the latter and an n-th of
+//! the former.
 //!
-//! `cargo bench --bench annotate` (`-- --quick` for a look; `-- --copies` for the copies alone; `-- --frames 1000
-//! --rounds 1` for a long drive).
+//! `cargo bench --bench annotate` (`-- --quick` for a look; `-- --copies` for the copies alone; `--
+//! --frames 1000 --rounds 1` for a long drive).
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -102,7 +103,8 @@ impl Messages {
         messages
     }
 
-    /// The same with pictures to each frame, in chunks as recorders make them: a message of a megabyte fills one.
+    /// The same with pictures to each frame, in chunks as recorders make them: a message of a
+    /// megabyte fills one.
     fn write_with_cameras(&self, frames: usize, path: &Path) {
         let file = BufWriter::new(File::create(path).expect("a file"));
         let options = mcap::WriteOptions::new().profile("ros2").compression_threads(0);
@@ -169,7 +171,8 @@ impl Copies<'_> {
     fn compare(&self, frames: usize, rounds: usize) {
         let bytes = std::fs::metadata(self.input).expect("a drive").len();
         println!(
-            "{frames} frames of an HDL-64E, {:.1} MB each as a message, {:.1} MB in the file, {:.1} MB added; \
+            "{frames} frames of an HDL-64E, {:.1} MB each as a message, {:.1} MB in the file, \
+             {:.1} MB added; \
              {} cores; best of {rounds} rounds, ms per frame\n",
             mean(self.street.clouds.iter().map(Vec::len)),
             bytes as f64 / 1e6 / frames as f64,
@@ -241,7 +244,8 @@ impl Copies<'_> {
     /// The same for a drive of which clouds are a small part.
     fn compare_with_cameras(&self, frames: usize, rounds: usize) {
         println!(
-            "{frames} frames with {PICTURES} pictures of {:.0} MB each, which cannot be compressed; best of {rounds} \
+            "{frames} frames with {PICTURES} pictures of {:.0} MB each, which cannot be \
+             compressed; best of {rounds} \
              rounds, ms per frame\n",
             PICTURE as f64 / 1e6
         );
@@ -419,7 +423,8 @@ fn best_of<const N: usize>(
         }
     }
     println!(
-        "| way | ms by the clock | ms of processors | of these, the thread that reads and writes | ms on 2 idle cores |"
+        "| way | ms by the clock | ms of processors | of these, the thread that reads and writes | \
+         ms on 2 idle cores |"
     );
     println!("| --- |{}", " ---: |".repeat(4));
     for ((name, _), Cost { wall, all, alone }) in runs.iter().zip(best) {
@@ -523,14 +528,17 @@ fn memory(street: &Messages, lengths: &[usize], folder: &Path) {
     println!();
 }
 
-/// What a frame costs by sensor, on one thread by stage and on two by thread, and what follows for more cores.
+/// What a frame costs by sensor, on one thread by stage and on two by thread, and what follows for
+/// more cores.
 fn sensors(frames: usize, rounds: usize, folder: &Path) {
     println!(
-        "{frames} frames of each sensor, best of {rounds} rounds, ms per frame: stages by the clock on one"
+        "{frames} frames of each sensor, best of {rounds} rounds, ms per frame: stages by the \
+         clock on one"
     );
     println!("thread, then time on processors with two, and what follows for idle cores\n");
     println!(
-        "| sensor | points | decompress | cluster | encode | compress | all | thread that reads and writes \
+        "| sensor | points | decompress | cluster | encode | compress | all | thread that reads \
+         and writes \
          | frames/s on 1 core | 2 | 4 | 8 | 16 | 32 |"
     );
     println!("| --- |{}", " ---: |".repeat(13));

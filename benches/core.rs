@@ -1,14 +1,14 @@
-//! The clustering core on one core of the machine: from a cloud, its range image and its object mask to a label image,
-//! in ratios to bare connected components measured in the same run.
+//! The clustering core on one core of the machine: from a cloud, its range image and its object
+//! mask to a label image, in ratios to bare connected components measured in the same run.
 //!
-//! *Core* is preset `paper` up to its merge: object pixels, neighbours and conditions, seeds, growth and votes, merge,
-//! label image. *Bare components* is what any method that asks the same condition has to do: object pixels, one
-//! condition per pair of neighbours, disjoint sets, label image. The *transcription* is the paper's two listings as the
-//! tests hold them.
+//! *Core* is preset `paper` up to its merge: object pixels, neighbours and conditions, seeds,
+//! growth and votes, merge, label image. *Bare components* is what any method that asks the same
+//! condition has to do: object pixels, one condition per pair of neighbours, disjoint sets, label
+//! image. The *transcription* is the paper's two listings as the tests hold them.
 //!
-//! First the scans of ../shared/data/semantickitti, where they are, with things and with all that is not ground as
-//! objects; then images from 64 x 1024 to 128 x 4096; then worst cases; then those scans from message bytes to annotated
-//! message bytes.
+//! First the scans of ../shared/data/semantickitti, where they are, with things and with all that
+//! is not ground as objects; then images from 64 x 1024 to 128 x 4096; then worst cases; then those
+//! scans from message bytes to annotated message bytes.
 //!
 //! `cargo bench --bench core` (`-- --quick` for a tenth of the rounds).
 
@@ -44,7 +44,8 @@ const FINE_GOAL: f64 = 2.5;
 const GROUND_GOAL_MS: f64 = 8.0;
 /// ... and per object pixel, times the same with things.
 const GROUND_GOAL: f64 = 2.0;
-/// The most per object pixel on a larger image and in worst cases, times the same on the smallest image.
+/// The most per object pixel on a larger image and in worst cases, times the same on the smallest
+/// image.
 const GROWTH_GOAL: f64 = 2.0;
 /// The most from message to message, median scan and heaviest, in milliseconds.
 const MESSAGE_GOALS_MS: [(&str, [f64; 2]); 2] = [("best", [4.0, 8.0]), ("paper", [3.5, 5.0])];
@@ -88,7 +89,8 @@ impl Input {
         Input { cloud, image, mask }
     }
 
-    /// The instance of every pixel after the merge, 0 without one; the number of object pixels and of components.
+    /// The instance of every pixel after the merge, 0 without one; the number of object pixels and
+    /// of components.
     fn core(&self, params: &ClusterParams) -> (Vec<u32>, usize, usize) {
         let objects = ObjectPixels::new(&self.cloud, &self.image, &self.mask, params);
         let seeds = cluster::seeds(&objects, params);
@@ -103,7 +105,8 @@ impl Input {
         (image, objects.len(), seeds.len())
     }
 
-    /// The connected component of every pixel by the condition of `paper`, 0 where there is no object.
+    /// The connected component of every pixel by the condition of `paper`, 0 where there is no
+    /// object.
     fn bare_components(&self) -> Vec<u32> {
         let (rows, columns) = (self.image.rows(), self.image.columns());
         let objects = self.mask.object_points();
@@ -224,7 +227,8 @@ fn verdict(is_met: bool) -> &'static str {
 fn scans(clouds: &[PointCloud], rounds: usize) {
     let (taxonomy, ground) = (Taxonomy::semantic_kitti(), GroundParams::default());
     println!(
-        "core against bare components, {} scans, ms, best of {rounds} rounds each: median scan, heaviest scan\n",
+        "core against bare components, {} scans, ms, best of {rounds} rounds each: median scan, \
+         heaviest scan\n",
         clouds.len()
     );
     print_head(
@@ -260,8 +264,8 @@ fn scans(clouds: &[PointCloud], rounds: usize) {
     print_goals(&goals);
 }
 
-/// Prints the row of a voxel; returns the median ratio to bare components, the median core in ms, ns per object pixel
-/// and the heaviest core in ms.
+/// Prints the row of a voxel; returns the median ratio to bare components, the median core in ms,
+/// ns per object pixel and the heaviest core in ms.
 fn print_scans(name: &str, voxel: f64, measured: &[Measured]) -> (f64, f64, f64, f64) {
     let [pixels, _] = median_and_greatest(measured.iter().map(|m| m.pixels as f64));
     let [components, _] = median_and_greatest(measured.iter().map(|m| m.components as f64));
@@ -270,7 +274,8 @@ fn print_scans(name: &str, voxel: f64, measured: &[Measured]) -> (f64, f64, f64,
     let [ratio, _] = median_and_greatest(measured.iter().map(Measured::ratio));
     let [ns, _] = median_and_greatest(measured.iter().map(Measured::ns_per_pixel));
     println!(
-        "| {:<36} | {pixels:>6} | {components:>6} | {bare:>6.3} | {heaviest_bare:>6.3} | {core:>6.3} | {heaviest_core:>6.3} | {ratio:>5.2} | {ns:>5.1} |",
+        "| {:<36} | {pixels:>6} | {components:>6} | {bare:>6.3} | {heaviest_bare:>6.3} | \
+         {core:>6.3} | {heaviest_core:>6.3} | {ratio:>5.2} | {ns:>5.1} |",
         format!("{name}, {voxel} m"),
     );
     (ratio, core, ns, heaviest_core)
@@ -285,7 +290,8 @@ fn transcription(inputs: &[Input]) {
         let core = Measured::new(input, &paper(voxel), 5);
         let literal = input.transcription_ms(voxel);
         println!(
-            "| {:<36} | {:>6} | {:>6} | {:>6.3} |        | {:>6.3} |        | {:>5.2} | {:>5.1} |  transcription: {literal:.1} ms, {:.0} x core",
+            "| {:<36} | {:>6} | {:>6} | {:>6.3} |        | {:>6.3} |        | {:>5.2} | {:>5.1} | \
+             transcription: {literal:.1} ms, {:.0} x core",
             format!("things, {voxel} m, scan of median size"),
             core.pixels,
             core.components,
@@ -364,7 +370,8 @@ fn print_core(name: &str, measured: &Measured, first: &mut Option<f64>) {
     let ns = measured.ns_per_pixel();
     let growth = ns / *first.get_or_insert(ns);
     println!(
-        "| {name:<36} | {:>7} | {:>7} | {:>7.2} | {:>7.2} | {:>5.2} | {ns:>6.1} | {growth:>5.2} |{}",
+        "| {name:<36} | {:>7} | {:>7} | {:>7.2} | {:>7.2} | {:>5.2} | {ns:>6.1} | {growth:>5.2} \
+         |{}",
         measured.pixels,
         measured.components,
         measured.bare_ms,
@@ -382,7 +389,8 @@ fn worst_cases(rounds: usize) {
     );
     print_core_head("image, voxel");
     let (rows, columns) = (128, 4096);
-    // Neighbours 2 m apart in depth are not connected; those of a checkerboard have gaps between them.
+    // Neighbours 2 m apart in depth are not connected; those of a checkerboard have gaps between
+    // them.
     let unconnected = |row: usize, column: usize| 10.0 + 2.0 * ((row + column) % 2) as f64;
     let checkerboard = |row: usize, column: usize| ((row + column) % 2) as f64 * 10.0;
     // 100,000 voxels of 0.1 m and more, connected: a wall 22 m away.
@@ -411,7 +419,8 @@ fn million(rounds: usize) {
     let taxonomy = Taxonomy::semantic_kitti();
     let merged = merged_sensors();
     println!(
-        "{} points of eight sensors in one cloud, decoded cloud to labels, ms, best of {rounds} rounds\n",
+        "{} points of eight sensors in one cloud, decoded cloud to labels, ms, best of {rounds} \
+         rounds\n",
         merged.len()
     );
     print_head(
@@ -441,7 +450,8 @@ fn million(rounds: usize) {
         let stages = fastest.expect("a round");
         let times = stages.times;
         println!(
-            "| {:<36} | {:>7} | {:>6} | {:>6.1} | {:>6.1} | {:>6.1} | {:>6.1} | {:>6.1} | {:>6.1} | {:>5.1} |",
+            "| {:<36} | {:>7} | {:>6} | {:>6.1} | {:>6.1} | {:>6.1} | {:>6.1} | {:>6.1} | {:>6.1} \
+             | {:>5.1} |",
             format!("{}, things", config.preset),
             stages.objects.len(),
             stages.instances.len(),
@@ -457,8 +467,8 @@ fn million(rounds: usize) {
     println!();
 }
 
-/// A million points: a street seen by eight 128-beam sensors of half the columns, one above the other, told apart by
-/// their ring numbers.
+/// A million points: a street seen by eight 128-beam sensors of half the columns, one above the
+/// other, told apart by their ring numbers.
 fn merged_sensors() -> PointCloud {
     const SENSORS: u16 = 8;
     let (mut x, mut y, mut z, mut ring, mut class) = (vec![], vec![], vec![], vec![], vec![]);
@@ -501,7 +511,8 @@ fn messages(clouds: &[PointCloud], rounds: usize) {
             let (times, copy_ms) = &found[place];
             let stages = times.stages;
             println!(
-                "| {:<36} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.1} | {goal:.1} | {} |",
+                "| {:<36} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.1} \
+                 | {goal:.1} | {} |",
                 format!("{}, {which}", method.config.preset),
                 times.decode_ms,
                 stages.projection_ms,

@@ -1,9 +1,10 @@
-//! Scoring label files on one core: milliseconds, and the ratio to reading the same files, measured in the same
-//! run.
+//! Scoring label files on one core: milliseconds, and the ratio to reading the same files, measured
+//! in the same run.
 //!
-//! Forty scans as long as HDL-64E's, built here: 120,000 points in runs of a few, as the points of a beam are,
-//! of which predictions err in one place out of ten. Then those of ../shared/data/semantickitti where they are, their
-//! truth against itself with every seventh point's label moved on.
+//! Forty scans as long as HDL-64E's, built here: 120,000 points in runs of a few, as the points of
+//! a beam are, of which predictions err in one place out of ten. Then those of
+//! ../shared/data/semantickitti where they are, their truth against itself with every seventh
+//! point's label moved on.
 //!
 //! `cargo bench --bench evaluate` (`-- --quick` for fewer rounds).
 
@@ -38,7 +39,8 @@ fn main() {
     measure("real", &written(folder.path(), "real", &real), rounds);
 }
 
-/// Truth in runs of 1 to 16 points, and a prediction of which a tenth of the runs is another object's.
+/// Truth in runs of 1 to 16 points, and a prediction of which a tenth of the runs is another
+/// object's.
 fn built(scan: usize) -> [Vec<u32>; 2] {
     const CLASSES: [u32; 8] = [10, 30, 40, 48, 50, 70, 72, 80];
     let mut state = scan as u32 + 1;

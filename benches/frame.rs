@@ -1,9 +1,10 @@
 //! A whole frame on one core, milliseconds per stage.
 //!
-//! First from the decoded cloud to a label per point, on the labelled scans of ../shared/data/semantickitti
-//! where they are: the scan that takes the median time and the one that takes the longest, and the ratio to
-//! copying the cloud's columns once, measured in the same run. Then worst cases, built here. Then from message bytes to annotated message
-//! bytes, on simulated frames and on those of ../shared/data/recordings where they are, and the ratio to
+//! First from the decoded cloud to a label per point, on the labelled scans of
+//! ../shared/data/semantickitti where they are: the scan that takes the median time and the one
+//! that takes the longest, and the ratio to copying the cloud's columns once, measured in the same
+//! run. Then worst cases, built here. Then from message bytes to annotated message bytes, on
+//! simulated frames and on those of ../shared/data/recordings where they are, and the ratio to
 //! copying the annotated bytes once.
 //!
 //! `cargo bench --bench frame` (`-- --quick` for a tenth of the rounds).
@@ -40,11 +41,12 @@ fn main() {
     message_to_message(&data.join("recordings"), rounds);
 }
 
-/// Frames in which 100,000 points are of one class and lie in some 5,000 pieces: a hedge of people all
-/// around, so many metres deep.
+/// Frames in which 100,000 points are of one class and lie in some 5,000 pieces: a hedge of people
+/// all around, so many metres deep.
 fn worst_cases(rounds: usize) {
     println!(
-        "worst cases, decoded cloud to labels, ms, best of {rounds} rounds; goal: total at most {WORST_GOAL_MS} ms\n"
+        "worst cases, decoded cloud to labels, ms, best of {rounds} rounds; goal: total at most \
+         {WORST_GOAL_MS} ms\n"
     );
     print_scan_head();
     for depth in [1.0, 3.0, 6.0] {
@@ -156,7 +158,8 @@ fn print_scan(preset: &str, which: &str, scan: &Scan, goal_ms: Option<f64>) {
     let Scan { points, objects, instances, times, copy_ms } = scan;
     let total = times.total_ms();
     println!(
-        "| {:<34} | {points:>8} | {objects:>8} | {instances:>9} | {:>7.2} | {:>7.2} | {:>7.2} | {:>7.2} | {:>7.2} | {total:>7.2} | {:>7.1} | {} |",
+        "| {:<34} | {points:>8} | {objects:>8} | {instances:>9} | {:>7.2} | {:>7.2} | {:>7.2} | \
+         {:>7.2} | {:>7.2} | {total:>7.2} | {:>7.1} | {} |",
         format!("{preset}, {which}"),
         times.projection_ms,
         times.mask_ms,
@@ -243,7 +246,8 @@ fn report(name: &str, messages: &[Vec<u8>], semantics: &Semantics, config: Confi
     let mask = if *semantics == Semantics::Ground { "ground" } else { "things" };
     let stages = times.stages;
     println!(
-        "| {:<34} | {points:>8} | {objects:>8} | {:>7.2} | {:>7.2} | {:>7.2} | {:>7.2} | {:>7.2} | {:>7.2} | {:>7.2} | {total:>7.2} | {:>7.1} | {} |",
+        "| {:<34} | {points:>8} | {objects:>8} | {:>7.2} | {:>7.2} | {:>7.2} | {:>7.2} | {:>7.2} | \
+         {:>7.2} | {:>7.2} | {total:>7.2} | {:>7.1} | {} |",
         format!("{name}, {mask}, {}", method.config.preset),
         times.decode_ms,
         stages.projection_ms,

@@ -1,9 +1,11 @@
-//! A network on what it can run on: tract, and ONNX Runtime where its library is found, in the same run.
+//! A network on what it can run on: tract, and ONNX Runtime where its library is found, in the same
+//! run.
 //!
-//! `cargo bench --bench network` takes the small network of tests/data/network on a simulated HDL-64E; `-- --model M.onnx
-//! --config F.yaml` another one, `--rounds N`, `--quick` for two rounds. Figures are the fastest of the rounds, milliseconds for
-//! a cloud: from cloud to classes, and for the clustering that follows. Then the ratio of the two, whether batches and
-//! threads change anything, and how far the classes of the two agree.
+//! `cargo bench --bench network` takes the small network of tests/data/network on a simulated
+//! HDL-64E; `-- --model M.onnx --config F.yaml` another one, `--rounds N`, `--quick` for two
+//! rounds. Figures are the fastest of the rounds, milliseconds for a cloud: from cloud to classes,
+//! and for the clustering that follows. Then the ratio of the two, whether batches and threads
+//! change anything, and how far the classes of the two agree.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -30,7 +32,8 @@ fn main() {
     let clouds: Vec<PointCloud> = (0..4).map(|number| cloud(drive.frame(number))).collect();
     println!("{}, cloud to classes, ms, best of {} rounds\n", name(&arguments), arguments.rounds);
     println!(
-        "| runtime | opening | network and neighbours | the same, 4 at once, each | clustering | network / clustering |"
+        "| runtime | opening | network and neighbours | the same, 4 at once, each | clustering | \
+         network / clustering |"
     );
     println!("| --- | ---: | ---: | ---: | ---: | ---: |");
     let kinds = [

@@ -1,9 +1,10 @@
-//! What it costs to annotate a recording in slices: the slices and their join against one run over the whole, and the
-//! bytes that each reads and writes.
+//! What it costs to annotate a recording in slices: the slices and their join against one run over
+//! the whole, and the bytes that each reads and writes.
 //!
-//! The drive is the simulator's street under an HDL-64E, by itself and with twenty pictures of a megabyte to each cloud,
-//! which cannot be compressed, in the same chunks. Everything runs on one thread, so that times on processors
-//! (Linux, user and system) are those of a core; rounds follow one another, and each figure is the best of all.
+//! The drive is the simulator's street under an HDL-64E, by itself and with twenty pictures of a
+//! megabyte to each cloud, which cannot be compressed, in the same chunks. Everything runs on one
+//! thread, so that times on processors (Linux, user and system) are those of a core; rounds follow
+//! one another, and each figure is the best of all.
 //!
 //! `cargo bench --bench slices` (`-- --quick` for a look, `-- --shards 16` for other slices).
 

@@ -1,5 +1,5 @@
-//! Scores the three presets on a SemanticKITTI folder with its own classes as semantics:
-//! `cargo run --release --example 02_score_semantic_kitti -- ../shared/data/semantickitti [SEQUENCE...]`
+//! Scores the three presets on a SemanticKITTI folder with its own classes as semantics: `cargo run
+//! --release --example 02_score_semantic_kitti -- ../shared/data/semantickitti [SEQUENCE...]`
 
 use std::path::Path;
 

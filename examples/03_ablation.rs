@@ -1,8 +1,8 @@
 //! What each part of preset `best` is worth, as the Markdown tables of docs/results.md:
 //! `cargo run --release --example 03_ablation -- ../shared/data/semantickitti`
 //!
-//! Mean panoptic quality over the thing classes that truth has with 50 points or more, classes given.
-//! The folder holds SemanticKITTI sequences and may be left out; simulated drives need none.
+//! Mean panoptic quality over the thing classes that truth has with 50 points or more, classes
+//! given. The folder holds SemanticKITTI sequences and may be left out; simulated drives need none.
 
 use std::path::Path;
 

@@ -1,11 +1,13 @@
-//! Ground removal against truth: `cargo run --release --example 04_ground -- ../shared/data/semantickitti`
+//! Ground removal against truth: `cargo run --release --example 04_ground --
+//! ../shared/data/semantickitti`
 //!
-//! Without a folder only the simulated scenes are measured. Ground is road, lane marking, parking, sidewalk,
-//! other ground and terrain; points of vegetation and points without a label are left out on both sides,
-//! as the field does. Drops of rain and mirrored returns of simulated scenes are no ground.
+//! Without a folder only the simulated scenes are measured. Ground is road, lane marking, parking,
+//! sidewalk, other ground and terrain; points of vegetation and points without a label are left out
+//! on both sides, as the field does. Drops of rain and mirrored returns of simulated scenes are no
+//! ground.
 //!
-//! Cells of simulated sweeps: F1 (precision, recall), mean over the seeds. Cells of the reliability tables:
-//! mean confidence: share of ground found (share of all points), in percent.
+//! Cells of simulated sweeps: F1 (precision, recall), mean over the seeds. Cells of the reliability
+//! tables: mean confidence: share of ground found (share of all points), in percent.
 
 use std::f64::consts::PI;
 use std::path::Path;

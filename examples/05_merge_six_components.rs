@@ -9,8 +9,8 @@ use divmerge::view::{matrix::merge_moves, png, svg};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let output = std::env::args().nth(1).ok_or("usage: 05_merge_six_components OUT.svg|OUT.png")?;
-    // Two objects: 1, 2, 4 and 3, 5, 6. On its own 4 would take 6 (4 : 3); with the votes that it took over
-    // from 1 and 2 it does not (7 : 8), and 5 takes 6.
+    // Two objects: 1, 2, 4 and 3, 5, 6. On its own 4 would take 6 (4 : 3); with the votes that it
+    // took over from 1 and 2 it does not (7 : 8), and 5 takes 6.
     let pairs = [
         (1, 2, 6, 1),
         (1, 3, 1, 5),

@@ -1,15 +1,16 @@
 //! Instances without classes, as the Markdown tables of docs/results.md:
 //! `cargo run --release --example 06_entropy -- ../shared/data/semantickitti`
 //!
-//! 1. Over- and under-segmentation entropy (`evaluate::entropy`), mean +- standard deviation over the
-//!    frames; how many things were found whole (IoU above a half, 50 points); and how many instances there
-//!    are. Of objects that ground removal leaves and of those that truth gives.
+//! 1. Over- and under-segmentation entropy (`evaluate::entropy`), mean +- standard deviation over
+//!    the frames; how many things were found whole (IoU above a half, 50 points); and how many
+//!    instances there are. Of objects that ground removal leaves and of those that truth gives.
 //! 2. How much the entropies depend on how truth is clustered.
 //! 3. What instances look like against what they are, a row per true kind.
 //!
-//! Plain Euclidean clustering of the same points stands beside ours: at truth's own distance it cannot cut
-//! a true object but where ground removal took a part of it. The folder holds SemanticKITTI sequences and
-//! may be left out; a sequence after it does that one alone. Simulated drives need none.
+//! Plain Euclidean clustering of the same points stands beside ours: at truth's own distance it
+//! cannot cut a true object but where ground removal took a part of it. The folder holds
+//! SemanticKITTI sequences and may be left out; a sequence after it does that one alone. Simulated
+//! drives need none.
 
 use std::path::Path;
 

@@ -1,13 +1,15 @@
-//! Makes docs/results.md anew: runs the commands in it and puts what they print in the place of what stands below
-//! them.
+//! Makes docs/results.md anew: runs the commands in it and puts what they print in the place of
+//! what stands below them.
 //!
 //! ```sh
-//! cargo run --release --example 09_results [-- WORD...]    # all commands, or those that contain a word
+//! # All commands, or those that contain a word.
+//! cargo run --release --example 09_results [-- WORD...]
 //! ```
 //!
-//! A table of the page is replaced by the printed table of the same head (of several the one in the same place), and a
-//! line by the printed line that is the same up to its first digit. What is printed beside is left out; a table that
-//! no command prints any more is an error, so that the page holds no table made by hand. The text between is left as it is: read it again afterwards.
+//! A table of the page is replaced by the printed table of the same head (of several the one in the
+//! same place), and a line by the printed line that is the same up to its first digit. What is
+//! printed beside is left out; a table that no command prints any more is an error, so that the
+//! page holds no table made by hand. The text between is left as it is: read it again afterwards.
 
 use std::path::Path;
 use std::process::Command;

@@ -1,11 +1,13 @@
-//! Writes a ROS 2 recording of any length to standard output: a simulated drive of a few frames, over and over.
+//! Writes a ROS 2 recording of any length to standard output: a simulated drive of a few frames,
+//! over and over.
 //!
 //! ```sh
 //! cargo run --release --example 11_long_recording -- 2000 > long.mcap         # 2,000 MB
 //! ```
 //!
-//! For measurements that want more than a disk holds; memory does not grow with the length but for the index that the
-//! format keeps. The clouds of a turn of [`FRAMES`] differ, and no two messages have the same time.
+//! For measurements that want more than a disk holds; memory does not grow with the length but for
+//! the index that the format keeps. The clouds of a turn of [`FRAMES`] differ, and no two messages
+//! have the same time.
 
 use std::io::{self, BufWriter};
 

@@ -20,8 +20,9 @@ const SPECIAL: [f32; 14] = [
     -0.0,
 ];
 
-/// A cloud of a head (whether there are rings and classes, how many rows) and seven bytes for each point: three
-/// coordinates, ring and class. With rows it is organised, its last points left out where they fill no row.
+/// A cloud of a head (whether there are rings and classes, how many rows) and seven bytes for each
+/// point: three coordinates, ring and class. With rows it is organised, its last points left out
+/// where they fill no row.
 pub fn wild(bytes: &[u8]) -> PointCloud {
     let (head, points) = bytes.split_at(bytes.len().min(4));
     let head: Vec<u8> = head.iter().copied().chain([0; 4]).take(4).collect();
@@ -51,8 +52,8 @@ fn metres(byte: u8, scale: f32) -> f32 {
     }
 }
 
-/// What [`wild`] takes for a cloud with rings and classes, for one organised, for one with neither, for one without
-/// a point, and for one point many times.
+/// What [`wild`] takes for a cloud with rings and classes, for one organised, for one with neither,
+/// for one without a point, and for one point many times.
 pub fn seeds() -> Vec<Vec<u8>> {
     let point = |number: usize| {
         let ring = (number % 16) as u8;

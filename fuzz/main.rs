@@ -1,15 +1,18 @@
-//! Fuzzing without a nightly compiler: inputs are seeds changed at random, structure kept where a checksum would
-//! stop random bytes, and inputs that end as none before them are changed further. Each execution is watched for
-//! panics, for what it allocates, and for wrong answers.
+//! Fuzzing without a nightly compiler: inputs are seeds changed at random, structure kept where a
+//! checksum would stop random bytes, and inputs that end as none before them are changed further.
+//! Each execution is watched for panics, for what it allocates, and for wrong answers.
 //!
 //! ```sh
-//! cargo run --profile fuzz --example fuzz -- --executions 1000000           # all targets, by their shares
+//! # All targets, by their shares.
+//! cargo run --profile fuzz --example fuzz -- --executions 1000000
 //! cargo run --profile fuzz --example fuzz -- --target npy --seed 7
-//! cargo run --profile fuzz --example fuzz -- --target npy --input target/fuzz-failures/npy-7-0-12345.bin
+//! cargo run --profile fuzz --example fuzz -- --target npy \
+//!     --input target/fuzz-failures/npy-7-0-12345.bin
 //! ```
 //!
-//! The same seed gives the same inputs. Targets run in processes of their own, so that one that dies (out of memory,
-//! out of stack) is a failure like any other. Inputs that fail are kept in `target/fuzz-failures`.
+//! The same seed gives the same inputs. Targets run in processes of their own, so that one that
+//! dies (out of memory, out of stack) is a failure like any other. Inputs that fail are kept in
+//! `target/fuzz-failures`.
 
 mod clouds;
 mod mutate;

@@ -1,5 +1,5 @@
-//! Bytes changed at random, with an eye for what breaks parsers: lengths that lie, values at the edges, cuts,
-//! repeats, and pieces of other inputs.
+//! Bytes changed at random, with an eye for what breaks parsers: lengths that lie, values at the
+//! edges, cuts, repeats, and pieces of other inputs.
 
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -51,8 +51,8 @@ impl Mutator {
         &from[self.below(from.len())]
     }
 
-    /// Changes `bytes` in one to sixteen ways, mostly few. `others` give pieces, `words` what means something to the
-    /// parser.
+    /// Changes `bytes` in one to sixteen ways, mostly few. `others` give pieces, `words` what means
+    /// something to the parser.
     pub fn mutate(&mut self, bytes: &mut Vec<u8>, others: &[Vec<u8>], words: &[&[u8]]) {
         let mut times = 1;
         while times < 16 && self.once_in(2) {
@@ -106,7 +106,8 @@ impl Mutator {
         }
     }
 
-    /// Puts a length or count that may lie where there might be one: mostly aligned as CDR aligns, in either order.
+    /// Puts a length or count that may lie where there might be one: mostly aligned as CDR aligns,
+    /// in either order.
     fn lie<const N: usize>(&mut self, bytes: &mut [u8], at: usize) {
         let at = if self.once_in(4) { at } else { at - at % 4 };
         let Some(place) = bytes.get(at..at + N) else { return };

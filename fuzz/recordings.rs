@@ -1,8 +1,8 @@
 //! Recordings of every shape, whole and broken, put together record by record.
 //!
-//! Random bytes seldom pass a checksum. So records are changed first and put together afterwards, with checksums
-//! that are right, absent or wrong, and in every shape that the format allows: chunked or not, each compression,
-//! with and without indexes, statistics and summary.
+//! Random bytes seldom pass a checksum. So records are changed first and put together afterwards,
+//! with checksums that are right, absent or wrong, and in every shape that the format allows:
+//! chunked or not, each compression, with and without indexes, statistics and summary.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -60,8 +60,8 @@ impl Shape {
     }
 }
 
-/// The records of a small recording: two schemas, three channels, the given clouds, other messages, an attachment,
-/// metadata, a private record.
+/// The records of a small recording: two schemas, three channels, the given clouds, other messages,
+/// an attachment, metadata, a private record.
 pub fn records(clouds: &[Vec<u8>]) -> Vec<Plain> {
     let schema = |id: u16, name: &str, text: &str| {
         (SCHEMA, [&id.to_le_bytes(), &*string(name), &string("ros2msg"), &string(text)].concat())

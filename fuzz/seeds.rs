@@ -1,7 +1,7 @@
 //! Where mutation starts: messages and files as they should be, small.
 //!
-//! Messages come from the simulator and, where there is a folder `../shared/data` beside the checkout, from the real
-//! recordings in it, thinned to a few hundred points.
+//! Messages come from the simulator and, where there is a folder `../shared/data` beside the
+//! checkout, from the real recordings in it, thinned to a few hundred points.
 
 use std::path::Path;
 
@@ -165,10 +165,14 @@ pub fn class_arrays() -> Vec<Vec<u8>> {
 
 /// Configurations of networks.
 pub fn network_configs() -> Vec<Vec<u8>> {
-    let text = "backbone: {input_depth: {range: True, xyz: True, remission: False}}\ndataset:\n  sensor:\n    fov_up: 3\n    \
-                fov_down: -25.0\n    img_prop: {width: 64, height: 16}\n    img_means: [1, 2, 3, 4, 0.5]\n    img_stds: \
-                [1, 1, 1, 1, 0.1]\npost: {KNN: {use: True, params: {knn: 5, search: 5, sigma: 1.0, cutoff: 1.0}}}\n\
-                labels: {0: none, 10: car}\nlearning_map: {0: 0, 10: 1}\nlearning_map_inv: {0: 0, 1: 10}\n";
+    let text = "backbone: {input_depth: {range: True, xyz: True, remission: \
+        False}}\ndataset:\n  sensor:\n    fov_up: 3\n    \
+                fov_down: -25.0\n    img_prop: {width: 64, height: 16}\n    img_means: [1, 2, 3, \
+                4, 0.5]\n    img_stds: \
+                [1, 1, 1, 1, 0.1]\npost: {KNN: {use: True, params: {knn: 5, search: 5, sigma: 1.0, \
+                cutoff: 1.0}}}\n\
+                labels: {0: none, 10: car}\nlearning_map: {0: 0, 10: 1}\nlearning_map_inv: {0: 0, \
+                1: 10}\n";
     vec![text.as_bytes().to_vec()]
 }
 
@@ -176,8 +180,10 @@ pub fn network_configs() -> Vec<Vec<u8>> {
 pub fn pcd_files() -> Vec<Vec<u8>> {
     let header = |data: &str, points: usize| {
         format!(
-            "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z intensity ring\nSIZE 4 4 4 4 2\nTYPE F F F F U\n\
-             COUNT 1 1 1 1 1\nWIDTH {points}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {points}\nDATA {data}\n"
+            "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z intensity ring\nSIZE 4 4 4 4 2\nTYPE F F F F \
+             U\n\
+             COUNT 1 1 1 1 1\nWIDTH {points}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS \
+             {points}\nDATA {data}\n"
         )
     };
     let text = header("ascii", 3) + "1 2 3 0.5 1\n-1.5 2e1 nan 0.25 2\n0 0 0 0 3\n";
@@ -234,8 +240,10 @@ pub fn kitti_files() -> Vec<Vec<u8>> {
 
 /// Taxonomies in the form of semantic-kitti-api.
 pub fn taxonomies() -> Vec<Vec<u8>> {
-    let full = "labels:\n  0: unlabeled\n  10: car\n  30: person\n  252: moving-car\nlearning_map:\n  0: 0\n  \
-                10: 1\n  30: 2\n  252: 1\nlearning_map_inv:\n  0: 0\n  1: 10\n  2: 30\nlearning_ignore:\n  0: \
+    let full = "labels:\n  0: unlabeled\n  10: car\n  30: person\n  252: \
+        moving-car\nlearning_map:\n  0: 0\n  \
+                10: 1\n  30: 2\n  252: 1\nlearning_map_inv:\n  0: 0\n  1: 10\n  2: \
+                30\nlearning_ignore:\n  0: \
                 true\n  1: false\nthing_class:\n  1: true\n  2: true\n";
     vec![full.as_bytes().to_vec(), b"labels: {1: car, 2: \"road\"}\n".to_vec()]
 }

@@ -1,5 +1,5 @@
-//! What is fuzzed. A further decoder is one entry of [`TARGETS`]: where its mutation starts, what it is fed, and how
-//! much it may allocate.
+//! What is fuzzed. A further decoder is one entry of [`TARGETS`]: where its mutation starts, what
+//! it is fed, and how much it may allocate.
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -50,8 +50,8 @@ type Ended = Result<String, String>;
 /// A decoder: what it makes is a few times larger than what it is made from.
 const DECODER: Bound = Bound { times: 64, plus: 64 << 10 };
 
-/// Clustering: tables for each point, and those of a range image, which a few points with wild ring numbers make as
-/// large as the most beams that are believed (1024) times the paper's 2048 columns.
+/// Clustering: tables for each point, and those of a range image, which a few points with wild ring
+/// numbers make as large as the most beams that are believed (1024) times the paper's 2048 columns.
 const CLUSTERING: Bound = Bound { times: 4096, plus: 96 << 20 };
 
 /// Reading a recording: buffers of fixed size, a chunk and what is in it.
@@ -233,7 +233,8 @@ pub const TARGETS: [Target; 20] = [
     },
     Target {
         name: "kitti-text",
-        what: "boxes and calibrations of the object benchmark; calibration, poses and times of odometry",
+        what: "boxes and calibrations of the object benchmark; calibration, poses and times of \
+            odometry",
         share: 20,
         seeds: seeds::kitti_files,
         words: &[b"Tr_velo_to_cam:", b"R0_rect:", b"Tr:", b"Car ", b"\n"],
@@ -449,7 +450,8 @@ fn small_clouds() -> &'static [Vec<u8>] {
     })
 }
 
-/// A recording of each of many shapes, most without checksums, which would end every changed one early.
+/// A recording of each of many shapes, most without checksums, which would end every changed one
+/// early.
 fn whole_recordings() -> Vec<Vec<u8>> {
     let mut mutator = Mutator::new(1);
     let records = recordings::records(&small_clouds()[..2]);
@@ -586,7 +588,8 @@ fn annotate(bytes: &[u8]) -> Ended {
     Ok(format!("{} warnings, complete: {}", report.warnings.len(), report.is_complete()))
 }
 
-/// This process's own folder, in memory where the system has such a place. The one that started it removes it.
+/// This process's own folder, in memory where the system has such a place. The one that started it
+/// removes it.
 fn folder() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {

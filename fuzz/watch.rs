@@ -12,8 +12,8 @@ static MEMORY: PeakAlloc = PeakAlloc;
 /// What the last panic said, and where.
 static PANIC: Mutex<String> = Mutex::new(String::new());
 
-/// Bytes that an execution may have allocated at a time, beyond what was there before: so many for each byte of the
-/// input, and so many besides.
+/// Bytes that an execution may have allocated at a time, beyond what was there before: so many for
+/// each byte of the input, and so many besides.
 #[derive(Debug, Clone, Copy)]
 pub struct Bound {
     /// For each byte of the input.
@@ -46,7 +46,8 @@ pub fn listen() {
     }));
 }
 
-/// Runs `target` on `input`. An error that it returns is a good end; one that starts with `wrong:` is not.
+/// Runs `target` on `input`. An error that it returns is a good end; one that starts with `wrong:`
+/// is not.
 pub fn run(target: fn(&[u8]) -> Result<String, String>, input: &[u8], bound: Bound) -> Outcome {
     let before = MEMORY.current_usage();
     MEMORY.reset_peak_usage();

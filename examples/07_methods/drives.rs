@@ -1,5 +1,5 @@
-//! Table `drives`: leave one drive out. The constants of preset `best` that are a choice are chosen on the
-//! other drives, from a small grid, and scored on the drive left out.
+//! Table `drives`: leave one drive out. The constants of preset `best` that are a choice are chosen
+//! on the other drives, from a small grid, and scored on the drive left out.
 
 use divmerge::evaluate::panoptic::Panoptic;
 use divmerge::pipeline::Config;

@@ -1,6 +1,6 @@
-//! Table `lost`: every true object that preset `best` does not find or outlines clearly worse than another
-//! method, where it is, and what became of it. Objects of fewer points than count are listed only where
-//! another method finds them.
+//! Table `lost`: every true object that preset `best` does not find or outlines clearly worse than
+//! another method, where it is, and what became of it. Objects of fewer points than count are
+//! listed only where another method finds them.
 
 use divmerge::Taxonomy;
 use divmerge::evaluate::panoptic::MIN_POINTS;

@@ -5,11 +5,11 @@
 //!     [--drive NAME] [--figures FOLDER] [--seed 0]
 //! ```
 //!
-//! Tables: `real` (needs the data), `simulated`, `corrupted`, `drives` (needs the data), `robustness` (each kind of
-//! corruption by itself and all together; minutes), `lost` (the objects that preset `best` loses, one by one); all but
-//! the last two where none is named. Classes are given in all of them; `corrupted` and `robustness` spoil them, with the
-//! seed. Mean panoptic quality over the thing classes that truth has
-//! with 50 points or more.
+//! Tables: `real` (needs the data), `simulated`, `corrupted`, `drives` (needs the data),
+//! `robustness` (each kind of corruption by itself and all together; minutes), `lost` (the objects
+//! that preset `best` loses, one by one); all but the last two where none is named. Classes are
+//! given in all of them; `corrupted` and `robustness` spoil them, with the seed. Mean panoptic
+//! quality over the thing classes that truth has with 50 points or more.
 
 mod corrupted;
 mod drives;

@@ -81,7 +81,8 @@ impl Method {
     }
 }
 
-/// The true instances with the classes that were given; the class of an instance is the most frequent.
+/// The true instances with the classes that were given; the class of an instance is the most
+/// frequent.
 fn truth(frame: &Frame) -> Found {
     let taxonomy = Taxonomy::semantic_kitti();
     let given = classes(frame.cloud.class.as_deref().unwrap_or_default());
@@ -144,7 +145,8 @@ pub fn best() -> Method {
     Method::ours("`best`", Config::best())
 }
 
-/// Preset `best` and what it is without each of the parts that bear wrong classes; the whole comes first.
+/// Preset `best` and what it is without each of the parts that bear wrong classes; the whole comes
+/// first.
 pub fn parts() -> Vec<Method> {
     let best = || Box::new(Config::best());
     let as_given = Config { smoothing: None, ..Config::best() };
@@ -189,8 +191,8 @@ pub fn true_instances() -> Method {
     Method { name: "true instances", how: How::Truth }
 }
 
-/// Cut out by boxes around the true objects that count in a score. What is left of the others stays together, as
-/// one spurious object of each class.
+/// Cut out by boxes around the true objects that count in a score. What is left of the others stays
+/// together, as one spurious object of each class.
 pub fn true_boxes() -> Method {
     Method { name: "boxes around the true objects", how: How::TrueBoxes(MIN_POINTS) }
 }
@@ -209,8 +211,8 @@ fn classless(name: &'static str, baseline: AnyBaseline) -> Method {
     Method { name, how: How::Classless(baseline) }
 }
 
-/// All of them: ours, the others class by class, and four as the pipelines of 2021 were released, which
-/// cluster objects of all classes alike and take shadowed points back by range in 5 x 5.
+/// All of them: ours, the others class by class, and four as the pipelines of 2021 were released,
+/// which cluster objects of all classes alike and take shadowed points back by range in 5 x 5.
 pub fn all() -> Vec<Method> {
     use AnyBaseline as Any;
     let unsplit = Alpine { margin: f64::INFINITY, ..Alpine::new(&Taxonomy::semantic_kitti()) };

@@ -1,4 +1,5 @@
-//! Table `real`: all methods on the real drives, by drive and by class; and where each of ours is behind another.
+//! Table `real`: all methods on the real drives, by drive and by class; and where each of ours is
+//! behind another.
 
 use crate::frames::Frame;
 use crate::methods;

@@ -1,5 +1,5 @@
-//! Table `robustness`: each kind of corruption by itself and all together, from 0 to 20 %, and what each part of
-//! preset `best` is worth; the same as line charts.
+//! Table `robustness`: each kind of corruption by itself and all together, from 0 to 20 %, and what
+//! each part of preset `best` is worth; the same as line charts.
 
 use std::path::Path;
 
@@ -22,11 +22,12 @@ const COMPARED: f64 = 0.1;
 /// Side of patches, metres.
 const PATCH: f64 = 0.5;
 
-/// A corruption of real drives is drawn so often, with seeds of its own, and the figures are means: their objects
-/// are few.
+/// A corruption of real drives is drawn so often, with seeds of its own, and the figures are means:
+/// their objects are few.
 const DRAWS: u64 = 2;
 
-/// A frame as it is seen, what each method finds in it, and points of things that are spoiled and all.
+/// A frame as it is seen, what each method finds in it, and points of things that are spoiled and
+/// all.
 type Run = (Frame, Vec<Found>, [usize; 2]);
 
 /// A kind of corruption by name, and what a share of it is.
@@ -65,8 +66,9 @@ fn all_together(share: f64) -> Corruption {
     }
 }
 
-/// Prints the tables for real and simulated drives, that of the parts by kind for real ones alone; writes `robustness-real.svg`, `robustness-simulated.svg` and
-/// `robustness-parts.svg` into a folder.
+/// Prints the tables for real and simulated drives, that of the parts by kind for real ones alone;
+/// writes `robustness-real.svg`, `robustness-simulated.svg` and `robustness-parts.svg` into a
+/// folder.
 pub fn tables(real: &[Frame], figures: Option<&Path>, seed: u64) -> Result<()> {
     let sets = [
         ("real", "Real drives", Drives::new(real.to_vec(), DRAWS, seed)),
@@ -107,8 +109,8 @@ impl Drives {
         Drives { around: frames.iter().map(around).collect(), frames, draws, seed }
     }
 
-    /// Mean PQ of some methods in percent, and the share of the points of things that the corruption takes away or
-    /// names as something else.
+    /// Mean PQ of some methods in percent, and the share of the points of things that the
+    /// corruption takes away or names as something else.
     fn quality(&self, methods: &[Method], corruption: &Corruption) -> (Vec<f64>, f64) {
         let mut sums = vec![0.0; methods.len()];
         let (mut spoiled, mut all) = (0, 0);
@@ -127,7 +129,8 @@ impl Drives {
         (sums, spoiled as f64 / all as f64)
     }
 
-    /// Every frame as it is seen, what each method finds in it, and [`spoiled_things`]; on two threads.
+    /// Every frame as it is seen, what each method finds in it, and [`spoiled_things`]; on two
+    /// threads.
     fn runs(&self, methods: &[Method], corruption: &Corruption, draw: u64) -> Vec<Run> {
         let count = self.frames.len();
         let run = |number: usize| {

@@ -35,7 +35,8 @@ pub fn quality<'a>(method: &Method, frames: impl IntoIterator<Item = &'a Frame>)
     things(&sums, &[]).unwrap_or(0.0)
 }
 
-/// Mean PQ in percent over the things that truth has with 50 points or more, or over those of some names.
+/// Mean PQ in percent over the things that truth has with 50 points or more, or over those of some
+/// names.
 pub fn things(scores: &Panoptic, names: &[&str]) -> Option<f64> {
     let taxonomy = Taxonomy::semantic_kitti();
     let chosen = |class: usize| {

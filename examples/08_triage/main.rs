@@ -1,19 +1,23 @@
-//! How much better than chance triage finds failures: precision among the most suspect instances and frames
-//! against truth that triage does not see.
+//! How much better than chance triage finds failures: precision among the most suspect instances
+//! and frames against truth that triage does not see.
 //!
 //! ```sh
-//! cargo run --release --example 08_triage                  # simulated drives that no weight was fitted to
+//! # Simulated drives that no weight was fitted to.
+//! cargo run --release --example 08_triage
 //! cargo run --release --example 08_triage -- --fitted      # those that they were rounded from
-//! cargo run --release --example 08_triage -- ROOT          # labelled scans in SemanticKITTI's folders
+//! # Labelled scans in SemanticKITTI's folders.
+//! cargo run --release --example 08_triage -- ROOT
 //! ```
 //!
-//! What is ranked is instances, each once, as `divmerge triage` lists them ([`divmerge::triage::Triage::cases`]; what
-//! is no case of its own comes last); chance draws from the same instances, so that its precision is their share of
-//! failures, which is exact. Two populations: instances of 50 points or more,
-//! of which alone evaluation could count a failure, and all.
+//! What is ranked is instances, each once, as `divmerge triage` lists them
+//! ([`divmerge::triage::Triage::cases`]; what is no case of its own comes last); chance draws from
+//! the same instances, so that its precision is their share of failures, which is exact. Two
+//! populations: instances of 50 points or more, of which alone evaluation could count a failure,
+//! and all.
 //!
-//! An instance is in a failure if `evaluate::verdict` says so of itself, or of a true object that has more points
-//! in it than anywhere else (the second of two cars in one instance, say, where the first is matched).
+//! An instance is in a failure if `evaluate::verdict` says so of itself, or of a true object that
+//! has more points in it than anywhere else (the second of two cars in one instance, say, where the
+//! first is matched).
 
 use std::collections::BTreeMap;
 use std::collections::BTreeSet;
@@ -168,7 +172,8 @@ impl Bench {
 
     fn print_ranking(&self, title: &str, min_points: u64) {
         println!(
-            "| {title} | instances | in failures | chance, % | precision at 20, % | times chance | at 100, % | recall at 20, % | at 100, % |"
+            "| {title} | instances | in failures | chance, % | precision at 20, % | times chance | \
+             at 100, % | recall at 20, % | at 100, % |"
         );
         println!("| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |");
         let counted = || self.cases.iter().filter(|case| case.points >= min_points);
@@ -183,7 +188,8 @@ impl Bench {
     /// Each kind alone, and what it has in the most suspect 100.
     fn print_kinds(&self) {
         println!(
-            "| kind | instances named | in failures, % | precision at 20 alone, % | first in the top 100 | of these in failures |"
+            "| kind | instances named | in failures, % | precision at 20 alone, % | first in the \
+             top 100 | of these in failures |"
         );
         println!("| --- | ---: | ---: | ---: | ---: | ---: |");
         let top = ranked(self.cases.iter().collect(), |case| case.score);
@@ -249,7 +255,8 @@ impl Bench {
         };
         let sum = |frames: &[&Scored]| frames.iter().map(|frame| frame.failures).sum::<usize>();
         println!(
-            "Frames with a failure: {} % of {}; {} % of the 20 most suspect, {} % of the 20 with most instances. \
+            "Frames with a failure: {} % of {}; {} % of the 20 most suspect, {} % of the 20 with \
+             most instances. \
              Failures in a frame: {:.2} on average, {:.2} in the 20 most suspect.\n",
             percent(all, frames.len()),
             frames.len(),

@@ -2,7 +2,8 @@
 //!
 //! ```sh
 //! cargo run --release --example 10_sensors                # seeds 1 to 3 of the simulated street
-//! cargo run --release --example 10_sensors -- 1 vlp-16    # seed 1, the cases whose name has `vlp-16` in it
+//! # Seed 1, the cases whose name has `vlp-16` in it.
+//! cargo run --release --example 10_sensors -- 1 vlp-16
 //! ```
 
 mod cases;
@@ -27,7 +28,8 @@ fn main() {
     };
     let wanted = arguments.get(1).map_or("", String::as_str);
     println!(
-        "| cloud | geometry found | rows x columns | wraps | shadowed | PQ | ground F1 | found whole |"
+        "| cloud | geometry found | rows x columns | wraps | shadowed | PQ | ground F1 | found \
+         whole |"
     );
     println!("| --- | --- | ---: | --- | ---: | ---: | ---: | ---: |");
     for case in cases::all().into_iter().filter(|case| case.name.contains(wanted)) {

@@ -257,7 +257,8 @@ fn split_each<T: Copy, const STEP: usize>(
     }
 }
 
-/// Columns that are used again: memory that the system has just given costs more to touch than the points to copy.
+/// Columns that are used again: memory that the system has just given costs more to touch than the
+/// points to copy.
 static COLUMNS: Mutex<Vec<PointCloud>> = Mutex::new(Vec::new());
 
 /// Most clouds whose columns are kept.

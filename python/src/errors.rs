@@ -11,11 +11,14 @@ create_exception!(
     divmerge,
     Error,
     PyException,
-    "What goes wrong in the library: a damaged recording, a field or a topic that is not there, an output that is there \
-     already. What the operating system refuses is an OSError, a wrong argument a ValueError or a TypeError."
+    "What goes wrong in the library: a damaged recording, a field or a topic that is not there, an \
+     output that is there \
+     already. What the operating system refuses is an OSError, a wrong argument a ValueError or a \
+     TypeError."
 );
 
-/// A library error: what the system refused as `OSError`, a parameter as `ValueError`, else `divmerge.Error`.
+/// A library error: what the system refused as `OSError`, a parameter as `ValueError`, else
+/// `divmerge.Error`.
 pub fn raised(error: impl Into<LibraryError>) -> PyErr {
     let error = error.into();
     match &error {

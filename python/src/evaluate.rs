@@ -23,15 +23,16 @@ use crate::taxonomy::PyTaxonomy;
     signature = (scans, *, taxonomy=None, min_points=MIN_POINTS, over_time=false, topic=None),
     text_signature = "(scans, *, taxonomy=None, min_points=50, over_time=False, topic=None)"
 )]
-/// Panoptic quality, as semantic-kitti-api has it and `divmerge evaluate` prints it: the figures as a dict, 0 to 1.
+/// Panoptic quality, as semantic-kitti-api has it and `divmerge evaluate` prints it: the figures as
+/// a dict, 0 to 1.
 ///
-/// scans: pairs (truth, prediction), one for each scan; either is a pair of integer arrays (class ids, instances) of one
-///     shape, or has them as `semantic` and `instance`, as a `Result` does. Or the path of an annotated recording whose clouds
-///     carry their truth as `label` and `true_instance`: then the figures of each annotated topic, by its name.
-/// taxonomy: as for `cluster`. A class that it does not know is an error.
-/// min_points: unmatched segments of fewer points are neither spurious nor missed.
-/// over_time: also LSTQ, for instances that last from scan to scan.
-/// topic: of a recording only this one.
+/// scans: pairs (truth, prediction), one for each scan; either is a pair of integer arrays (class
+/// ids, instances) of one shape, or has them as `semantic` and `instance`, as a `Result` does. Or
+/// the path of an annotated recording whose clouds carry their truth as `label` and
+/// `true_instance`: then the figures of each annotated topic, by its name. taxonomy: as for
+/// `cluster`. A class that it does not know is an error. min_points: unmatched segments of fewer
+/// points are neither spurious nor missed. over_time: also LSTQ, for instances that last from scan
+/// to scan. topic: of a recording only this one.
 pub fn evaluate<'py>(
     py: Python<'py>,
     scans: &Bound<'py, PyAny>,
@@ -96,7 +97,8 @@ fn side(side: &Bound<'_, PyAny>, name: &str) -> PyResult<ScanLabels> {
     Ok(ScanLabels::of_columns(&class, instance))
 }
 
-/// The figures of each annotated topic whose clouds carry their truth in `label` and `true_instance`.
+/// The figures of each annotated topic whose clouds carry their truth in `label` and
+/// `true_instance`.
 fn of_recording<'py>(
     py: Python<'py>,
     path: &Path,

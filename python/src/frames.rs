@@ -14,13 +14,14 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::PyDict;
 
 use crate::arrays::shaped;
-use crate::cluster::{Objects, cluster};
+use crate::clustering::{Columns, Objects, of_cloud};
 use crate::errors::{raised, wrong};
 use crate::parameters::{OBJECTS, Parameters, names, recording, set_objects, whole};
 use crate::result::{ClusterResult, rotation};
 use crate::taxonomy::PyTaxonomy;
 
-/// One cloud of a recording, as the clustering sees it: N points with z up, and classes where those are asked for.
+/// One cloud of a recording, as the clustering sees it: N points with z up, and classes where those
+/// are asked for.
 #[pyclass(frozen, module = "divmerge")]
 pub struct Frame {
     topic: String,
@@ -31,9 +32,9 @@ pub struct Frame {
     semantics: String,
     fields: Py<PyDict>,
     points: PyOnceLock<Py<PyAny>>,
-    pub cloud: Arc<PointCloud>,
-    pub objects: Objects,
-    pub taxonomy: Py<PyTaxonomy>,
+    cloud: Arc<PointCloud>,
+    objects: Objects,
+    taxonomy: Py<PyTaxonomy>,
 }
 
 #[pymethods]
@@ -110,7 +111,8 @@ impl Frame {
         self.cloud.source.as_deref().map(|source| PyArray1::from_slice(py, source))
     }
 
-    /// The fields that `frames(fields=...)` asked for, by name: (N,) int64, or float64 of fields of floats.
+    /// The fields that `frames(fields=...)` asked for, by name: (N,) int64, or float64 of fields of
+    /// floats.
     #[getter]
     fn fields(&self, py: Python<'_>) -> Py<PyDict> {
         self.fields.clone_ref(py)
@@ -128,8 +130,8 @@ impl Frame {
         self.taxonomy.clone_ref(py)
     }
 
-    /// Takes points as they are recorded to `points`: (3, 3) float64; the identity unless the sensor is mounted otherwise
-    /// than with z up.
+    /// Takes points as they are recorded to `points`: (3, 3) float64; the identity unless the
+    /// sensor is mounted otherwise than with z up.
     #[getter]
     fn rotation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         rotation(py, &self.cloud)
@@ -138,11 +140,13 @@ impl Frame {
     /// The same as `divmerge.cluster(frame, semantics, **parameters)`.
     #[pyo3(signature = (semantics=None, **parameters))]
     fn cluster<'py>(
-        slf: &Bound<'py, Self>,
+        &self,
+        py: Python<'py>,
         semantics: Option<&Bound<'py, PyAny>>,
         parameters: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<ClusterResult> {
-        cluster(slf.py(), slf.as_any(), semantics, parameters)
+        let (columns, parameters) = Columns::take(parameters)?;
+        self.cluster_with(py, semantics, &columns, &parameters)
     }
 
     fn __len__(&self) -> usize {
@@ -151,6 +155,20 @@ impl Frame {
 
     fn __repr__(&self) -> String {
         format!("Frame({} of {}, {} points)", self.number, self.topic, self.cloud.len())
+    }
+}
+
+impl Frame {
+    /// Its instances, given what `cluster` takes beside the points.
+    pub fn cluster_with<'py>(
+        &self,
+        py: Python<'py>,
+        semantics: Option<&Bound<'py, PyAny>>,
+        columns: &Columns<'py>,
+        parameters: &Parameters,
+    ) -> PyResult<ClusterResult> {
+        let own = (&self.cloud, &self.objects, &self.taxonomy);
+        of_cloud(py, own, semantics, columns, parameters)
     }
 }
 
@@ -269,29 +287,33 @@ impl Read {
     }
 }
 
-/// Names of the arguments of `frames` beside those about objects; of these it takes all but `batch`.
+/// Names of the arguments of `frames` beside those about objects; of these it takes all but
+/// `batch`.
 const OF_FRAMES: &[&str] =
     &["taxonomy", "rows", "columns", "fov", "sensor_frame", "start", "stop", "fields"];
 
 #[pyfunction]
 #[pyo3(
     signature = (path, topic=None, **parameters),
-    text_signature = "(path, topic=None, *, start=0, stop=None, fields=(), semantics='auto', taxonomy=None, rows=None, columns=None, fov=None, sensor_frame='auto', tolerance=0.01, model_config=None, model_image='auto', remission_scale=None, runtime='auto', onnxruntime=None, device='auto')"
+    text_signature = "(path, topic=None, *, start=0, stop=None, fields=(), semantics='auto', \
+        taxonomy=None, rows=None, columns=None, fov=None, sensor_frame='auto', tolerance=0.01, \
+        model_config=None, model_image='auto', remission_scale=None, runtime='auto', \
+        onnxruntime=None, device='auto')"
 )]
-/// The clouds of a topic of a recording, one at a time in memory, as `divmerge annotate` sees them: an iterator of `Frame`.
+/// The clouds of a topic of a recording, one at a time in memory, as `divmerge annotate` sees them:
+/// an iterator of `Frame`.
 ///
-/// path: an MCAP recording.
-/// topic: the topic; the first with clouds if not said (`topics` lists them).
-/// start, stop: numbers of the first frame and of the one behind the last, from 0.
-/// fields: names of further fields of the points that are wanted in `Frame.fields`.
-/// semantics: where classes come from, as at the command line: "auto" (a field label, semantic, class_id or class_ids if there
-///     is one, else ground removal), "field:NAME", "onnx:MODEL.onnx", "labels:DIR", "topic:T", "ground" or "all".
-/// taxonomy: as for `cluster`; if not said a network's own, else SemanticKITTI's.
-/// sensor_frame: as for `cluster`, or "tf": as the recorded static transforms have it; "auto": the same where they are there;
-///     "none": z up.
-/// rows, columns, fov: as for `cluster`, for the image that a network is given.
-/// tolerance: how far the stamps of "labels:" and "topic:" may be from that of their cloud, seconds.
-/// model_config, model_image, remission_scale, runtime, onnxruntime, device: how a network is run, as at the command line.
+/// path: an MCAP recording. topic: the topic; the first with clouds if not said (`topics` lists
+/// them). start, stop: numbers of the first frame and of the one behind the last, from 0. fields:
+/// names of further fields of the points that are wanted in `Frame.fields`. semantics: where
+/// classes come from, as at the command line: "auto" (a field label, semantic, class_id or
+/// class_ids if there is one, else ground removal), "field:NAME", "onnx:MODEL.onnx", "labels:DIR",
+/// "topic:T", "ground" or "all". taxonomy: as for `cluster`; if not said a network's own, else
+/// SemanticKITTI's. sensor_frame: as for `cluster`, or "tf": as the recorded static transforms have
+/// it; "auto": the same where they are there; "none": z up. rows, columns, fov: as for `cluster`,
+/// for the image that a network is given. tolerance: how far the stamps of "labels:" and "topic:"
+/// may be from that of their cloud, seconds. model_config, model_image, remission_scale, runtime,
+/// onnxruntime, device: how a network is run, as at the command line.
 ///
 /// A cloud that cannot be read raises `divmerge.Error`; `next` goes on with the one behind it.
 pub fn frames(

@@ -1,9 +1,10 @@
-//! divmerge for Python: a thin layer over the library. Arrays become clouds, results become arrays; what is done to
-//! them is the library's.
+//! divmerge for Python: a thin layer over the library. Arrays become clouds, results become arrays;
+//! what is done to them is the library's.
 
 mod annotate;
 mod arrays;
 mod cluster;
+mod clustering;
 mod errors;
 mod evaluate;
 mod frames;

@@ -56,8 +56,8 @@ pub const WITHOUT_CLASSES: &[&str] = ALL.split_at(1).1;
 const OURS: &str = "divide-and-merge";
 
 impl Parameters {
-    /// Takes the arguments of a function that takes those names, and gives `other` the ones that are not about the method.
-    /// None is as good as nothing said.
+    /// Takes the arguments of a function that takes those names, and gives `other` the ones that
+    /// are not about the method. None is as good as nothing said.
     pub fn take<'py>(
         function: &str,
         names: &[&[&str]],
@@ -107,13 +107,18 @@ impl Parameters {
         config.baseline = match self.method.as_deref() {
             None | Some(OURS) => None,
             Some("boxes") => {
-                return Err(wrong("method", "`boxes` needs boxes, which only the command line reads"));
+                return Err(wrong(
+                    "method",
+                    "`boxes` needs boxes, which only the command line \
+                    reads",
+                ));
             }
             Some(name) => Some(AnyBaseline::named(name, taxonomy).ok_or_else(|| {
                 wrong(
                     "method",
                     format!(
-                        "`{name}` is no method: use {OURS}, depth-clustering, scan-line-run, euclidean, dbscan, \
+                        "`{name}` is no method: use {OURS}, depth-clustering, scan-line-run, \
+                         euclidean, dbscan, \
                          supervoxel, alpine or one-per-class"
                     ),
                 )

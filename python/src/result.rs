@@ -15,7 +15,8 @@ use crate::arrays::{keep_columns, records, shaped};
 
 /// What became of the points of one cloud. N points, H x W pixels.
 ///
-/// Arrays for each point have the shape of the points without their last axis: (N,), or (H, W) of an organised cloud.
+/// Arrays for each point have the shape of the points without their last axis: (N,), or (H, W) of
+/// an organised cloud.
 #[pyclass(frozen, name = "Result", module = "divmerge")]
 pub struct ClusterResult {
     instance: Py<PyAny>,
@@ -115,8 +116,8 @@ impl ClusterResult {
         self.component.clone_ref(py)
     }
 
-    /// Class of each point's instance by majority, else the point's own, in the ids that were given; 0 where there are
-    /// no classes: uint16.
+    /// Class of each point's instance by majority, else the point's own, in the ids that were
+    /// given; 0 where there are no classes: uint16.
     #[getter]
     fn semantic(&self, py: Python<'_>) -> Py<PyAny> {
         self.semantic.clone_ref(py)
@@ -137,8 +138,8 @@ impl ClusterResult {
         self.ground.as_ref().map(|ground| ground.clone_ref(py))
     }
 
-    /// The range image: (H, W) float32, metres from the sensor, NaN in pixels without a point. Row 0 is the highest beam,
-    /// unless the cloud is organised and stored bottom up.
+    /// The range image: (H, W) float32, metres from the sensor, NaN in pixels without a point. Row
+    /// 0 is the highest beam, unless the cloud is organised and stored bottom up.
     #[getter]
     fn range_image(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let image = &self.stages.image;
@@ -167,8 +168,8 @@ impl ClusterResult {
         })
     }
 
-    /// The pixel that each point falls into, row * W + column, or -1 of what is no return: int64. A shadowed point has the
-    /// pixel of the point that shadows it.
+    /// The pixel that each point falls into, row * W + column, or -1 of what is no return: int64. A
+    /// shadowed point has the pixel of the point that shadows it.
     #[getter]
     fn pixel_of_point(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         lazily(py, &self.lazy.pixel_of_point, || {
@@ -177,8 +178,9 @@ impl ClusterResult {
         })
     }
 
-    /// Votes on the borders of components: records (`a`, `b`, `positive`, `negative`), a < b, sorted; pairs without a
-    /// common border are not there. Each pair of border pixels counts twice, as in the paper's Alg. 1.
+    /// Votes on the borders of components: records (`a`, `b`, `positive`, `negative`), a < b,
+    /// sorted; pairs without a common border are not there. Each pair of border pixels counts
+    /// twice, as in the paper's Alg. 1.
     #[getter]
     fn votes(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let pairs = &self.stages.votes.pairs;
@@ -193,8 +195,9 @@ impl ClusterResult {
         })
     }
 
-    /// Merges of components in their order: records (`target`, `query`, `positive`, `negative`); the component `query`
-    /// joined the instance of `target` with these votes, those that its row had inherited included.
+    /// Merges of components in their order: records (`target`, `query`, `positive`, `negative`);
+    /// the component `query` joined the instance of `target` with these votes, those that its row
+    /// had inherited included.
     #[getter]
     fn merges(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let steps = &self.stages.merge.steps;
@@ -209,8 +212,9 @@ impl ClusterResult {
         })
     }
 
-    /// Joins that follow the merge (preset `best`), in their order: records (`target`, `query`, `gap`); the piece `query`
-    /// joined `target` across a gap in metres. Pieces are the instances of the merge, from 1.
+    /// Joins that follow the merge (preset `best`), in their order: records (`target`, `query`,
+    /// `gap`); the piece `query` joined `target` across a gap in metres. Pieces are the instances
+    /// of the merge, from 1.
     #[getter]
     fn joins(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let joins = &self.stages.joins;
@@ -224,20 +228,21 @@ impl ClusterResult {
         })
     }
 
-    /// The instances by id: records (`id`, `semantic`, `class_name`, `confidence`, `likeness`, `probability`, `points`,
-    /// `pixels`, `components`, `centre`, `size`, `yaw`).
+    /// The instances by id: records (`id`, `semantic`, `class_name`, `confidence`, `likeness`,
+    /// `probability`, `points`, `pixels`, `components`, `centre`, `size`, `yaw`).
     ///
-    /// The box stands upright: `centre` (3,) and `size` (3,: length, width, height) in metres, `yaw` in radians from the x
-    /// axis, in the frame of the points turned by `rotation`. `confidence` is NaN where classes came without any;
-    /// `likeness` (what it looks like) and its `probability` are empty and NaN where there are classes.
+    /// The box stands upright: `centre` (3,) and `size` (3,: length, width, height) in metres,
+    /// `yaw` in radians from the x axis, in the frame of the points turned by `rotation`.
+    /// `confidence` is NaN where classes came without any; `likeness` (what it looks like) and its
+    /// `probability` are empty and NaN where there are classes.
     #[getter]
     fn instances(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let all = &self.stages.instances;
         lazily(py, &self.lazy.instances, || instance_records(py, all))
     }
 
-    /// Takes the points as they were given to a frame with z up: (3, 3) float64; the identity unless a sensor frame asked
-    /// for more.
+    /// Takes the points as they were given to a frame with z up: (3, 3) float64; the identity
+    /// unless a sensor frame asked for more.
     #[getter]
     pub fn rotation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         rotation(py, &self.cloud)

@@ -23,15 +23,21 @@ const ENCODINGS: [(&str, CloudFormat); 5] = [
 
 #[pyfunction]
 #[pyo3(
-    signature = (out, *, sensor=None, scene=None, frames=50, seed=1, encoding=None, compression=None, force=false),
-    text_signature = "(out, *, sensor='hdl-64e', scene='street', frames=50, seed=1, encoding='ros2', compression='zstd', force=False)"
+    signature = (
+        out, *, sensor=None, scene=None, frames=50, seed=1, encoding=None, compression=None,
+        force=false
+    ),
+    text_signature = "(out, *, sensor='hdl-64e', scene='street', frames=50, seed=1, \
+        encoding='ros2', compression='zstd', force=False)"
 )]
 #[expect(clippy::too_many_arguments, reason = "they are the keywords of a Python function")]
-/// Writes a simulated drive with truth as a recording, and returns its bytes: what `divmerge simulate` writes.
+/// Writes a simulated drive with truth as a recording, and returns its bytes: what `divmerge
+/// simulate` writes.
 ///
-/// Its clouds on /lidar/points carry `label` (SemanticKITTI's class) and `true_instance`. `sensor`: "hdl-64e", "vlp-16", "os1-128",
-/// ...; `scene`: "street", "parking", "crowd", "hills" or "yard"; `frames`: a tenth of a second each; `encoding`: "ros2", "ros1",
-/// "foxglove-protobuf", "foxglove-json" or "foxglove-ros2".
+/// Its clouds on /lidar/points carry `label` (SemanticKITTI's class) and `true_instance`. `sensor`:
+/// "hdl-64e", "vlp-16", "os1-128", ...; `scene`: "street", "parking", "crowd", "hills" or "yard";
+/// `frames`: a tenth of a second each; `encoding`: "ros2", "ros1", "foxglove-protobuf",
+/// "foxglove-json" or "foxglove-ros2".
 pub fn simulate<'py>(
     py: Python<'py>,
     out: PathBuf,

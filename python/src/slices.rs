@@ -14,16 +14,18 @@ use crate::parameters::{names, paths, recording, within};
 
 #[pyfunction]
 #[pyo3(signature = (inputs, shards, *, topics=None))]
-/// Cuts recordings into slices by their indexes alone, as `divmerge plan` does. Returns a dict a slice, of plain numbers and
-/// text, to be sent to whoever annotates it; the slices of a recording follow one another.
+/// Cuts recordings into slices by their indexes alone, as `divmerge plan` does. Returns a dict a
+/// slice, of plain numbers and text, to be sent to whoever annotates it; the slices of a recording
+/// follow one another.
 ///
-/// inputs: recordings (MCAP), folders of rosbag2, or other folders, of which every .mcap file is meant; one or several.
-/// shards: how many slices in all; each recording gets at least one.
-/// topics: share out the clouds of these topics alone, one or several; all if not said.
+/// inputs: recordings (MCAP), folders of rosbag2, or other folders, of which every .mcap file is
+/// meant; one or several. shards: how many slices in all; each recording gets at least one. topics:
+/// share out the clouds of these topics alone, one or several; all if not said.
 ///
-/// Of each: `input`, `input_bytes`, `name` (where what is made of the recording goes below a folder), `number` and `count`
-/// (from 0, among the slices of the recording), `start` and `end` (bytes in which its chunks begin), `clouds`, `from_ns` and
-/// `to_ns` (log times of its chunks, nanoseconds since 1970, or None).
+/// Of each: `input`, `input_bytes`, `name` (where what is made of the recording goes below a
+/// folder), `number` and `count` (from 0, among the slices of the recording), `start` and `end`
+/// (bytes in which its chunks begin), `clouds`, `from_ns` and `to_ns` (log times of its chunks,
+/// nanoseconds since 1970, or None).
 pub fn plan<'py>(
     py: Python<'py>,
     inputs: &Bound<'py, PyAny>,
@@ -40,10 +42,16 @@ pub fn plan<'py>(
 #[pyfunction]
 #[pyo3(
     signature = (slice, folder, *, input=None, **parameters),
-    text_signature = "(slice, folder, *, input=None, semantics='auto', taxonomy=None, preset='best', voxel=None, angle=None, gap_columns=None, gap_rows=None, min_points=None, bev=None, method=None, rows=None, columns=None, fov=None, sensor_frame='auto', topics=(), from_=None, to=None, objects=None, flavor='auto', compression=None, unchecked=False, only=False, in_place=False, resume=False, force=False, threads=None, progress=None, tolerance=0.01, model_config=None, model_image='auto', remission_scale=None, batch=None, runtime='auto', onnxruntime=None, device='auto')"
+    text_signature = "(slice, folder, *, input=None, semantics='auto', taxonomy=None, \
+        preset='best', voxel=None, angle=None, gap_columns=None, gap_rows=None, min_points=None, \
+        bev=None, method=None, rows=None, columns=None, fov=None, sensor_frame='auto', topics=(), \
+        from_=None, to=None, objects=None, flavor='auto', compression=None, unchecked=False, \
+        only=False, in_place=False, resume=False, force=False, threads=None, progress=None, \
+        tolerance=0.01, model_config=None, model_image='auto', remission_scale=None, batch=None, \
+        runtime='auto', onnxruntime=None, device='auto')"
 )]
-/// Annotates a slice of a plan into a folder, as `divmerge annotate --slice` does; `join` puts slices together. Returns the
-/// report, whose `output` is the file.
+/// Annotates a slice of a plan into a folder, as `divmerge annotate --slice` does; `join` puts
+/// slices together. Returns the report, whose `output` is the file.
 ///
 /// slice: one of `plan`.
 /// folder: where it goes, under a name of its own; made if it is not there.
@@ -74,15 +82,13 @@ pub fn annotate_slice<'py>(
     signature = (slices, out, *, input=None, force=false, threads=None, progress=None),
     text_signature = "(slices, out, *, input=None, force=False, threads=None, progress=None)"
 )]
-/// Puts the annotated slices of one recording together, as `divmerge join` does: the bytes that `annotate` writes of the whole
-/// recording with the same parameters. Returns the report.
+/// Puts the annotated slices of one recording together, as `divmerge join` does: the bytes that
+/// `annotate` writes of the whole recording with the same parameters. Returns the report.
 ///
-/// slices: the files that `annotate_slice` wrote, in any order. One that is missing or there twice is a `divmerge.Error`
-///     that names it.
-/// out: the annotated recording, which appears when it is whole.
-/// input: where the recording is, if not where it was planned.
-/// force: replace an existing output.
-/// threads, progress: as for `annotate`.
+/// slices: the files that `annotate_slice` wrote, in any order. One that is missing or there twice
+/// is a `divmerge.Error` that names it. out: the annotated recording, which appears when it is
+/// whole. input: where the recording is, if not where it was planned. force: replace an existing
+/// output. threads, progress: as for `annotate`.
 pub fn join<'py>(
     py: Python<'py>,
     slices: &Bound<'py, PyAny>,

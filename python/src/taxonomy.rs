@@ -10,8 +10,8 @@ use crate::errors::{raised, type_of, wrong_type};
 
 /// What the ids of classes mean: which are things, which are one class, what they are called.
 ///
-/// ``Taxonomy()`` is SemanticKITTI's; ``Taxonomy(path)`` reads a YAML file in semantic-kitti-api's form, with an optional
-/// map ``thing_class`` (class: true).
+/// ``Taxonomy()`` is SemanticKITTI's; ``Taxonomy(path)`` reads a YAML file in semantic-kitti-api's
+/// form, with an optional map ``thing_class`` (class: true).
 #[pyclass(frozen, name = "Taxonomy", module = "divmerge")]
 pub struct PyTaxonomy {
     pub inner: Taxonomy,

@@ -1,5 +1,5 @@
-//! Recordings at addresses, without a network: what is refused, and in which words. Reading from servers is tested in
-//! `tests/python/test_remote.py`.
+//! Recordings at addresses, without a network: what is refused, and in which words. Reading from
+//! servers is tested in `tests/python/test_remote.py`.
 
 use std::process::{Command, Output};
 

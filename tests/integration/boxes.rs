@@ -60,8 +60,8 @@ fn column(recording: &Path, topic: &str, name: &str) -> Vec<Vec<u32>> {
     columns
 }
 
-/// An annotated recording with the clouds and their boxes alone, the boxes on a topic of their own. `keep` says
-/// which of the arrays of boxes stay.
+/// An annotated recording with the clouds and their boxes alone, the boxes on a topic of their own.
+/// `keep` says which of the arrays of boxes stay.
 fn detected(annotated: &Path, keep: impl Fn(usize) -> bool) -> PathBuf {
     let output = annotated.with_file_name("detected.mcap");
     let overview = Overview::read(annotated).expect("a recording");
@@ -99,8 +99,8 @@ fn detected(annotated: &Path, keep: impl Fn(usize) -> bool) -> PathBuf {
     output
 }
 
-/// Of the points with a reference instance the share that is in the instance which most of its points are in, where
-/// no two reference instances may claim the same.
+/// Of the points with a reference instance the share that is in the instance which most of its
+/// points are in, where no two reference instances may claim the same.
 fn agreement(reference: &[u32], found: &[u32]) -> f64 {
     let mut shared: BTreeMap<(u32, u32), usize> = BTreeMap::new();
     for (&reference, &found) in reference.iter().zip(found).filter(|&(&r, &f)| r != 0 && f != 0) {
@@ -211,7 +211,8 @@ const TYPES: [(u16, &str); 4] = [(10, "Car"), (18, "Truck"), (30, "Pedestrian"),
 /// Angle by which the rectification of [`calibration`] turns about the camera's y, radians.
 const RECTIFIED_BY: f64 = 0.02;
 
-/// A calibration file of the object benchmark: a camera 0.27 m ahead of the LiDAR, 0.08 m below and 0.06 m right.
+/// A calibration file of the object benchmark: a camera 0.27 m ahead of the LiDAR, 0.08 m below and
+/// 0.06 m right.
 fn calibration() -> String {
     let (sin, cos) = RECTIFIED_BY.sin_cos();
     format!(

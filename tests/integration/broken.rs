@@ -1,5 +1,5 @@
-//! Messages, chunks and recordings that lie, one named case each. The fuzz harness (`fuzz/`) finds others; what it
-//! found is here with the fewest bytes that show it.
+//! Messages, chunks and recordings that lie, one named case each. The fuzz harness (`fuzz/`) finds
+//! others; what it found is here with the fewest bytes that show it.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;

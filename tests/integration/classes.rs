@@ -53,7 +53,8 @@ fn prediction(classes: &[u32], stamp_ns: i64, frame_id: &str) -> Vec<u8> {
     out
 }
 
-/// The recording with predictions `behind` nanoseconds after the stamps of the clouds; `change` may spoil them.
+/// The recording with predictions `behind` nanoseconds after the stamps of the clouds; `change` may
+/// spoil them.
 fn with_predictions(
     input: &Path,
     behind: i64,

@@ -429,7 +429,8 @@ fn sequence(folder: &Path) {
 
 const CAMERA: &str = "700 0 600 45 0 700 180 0.5 0 0 1 0.003";
 
-/// The scanner's x is the camera's z, its y the camera's -x, its z the camera's -y; it sits 0.25 m behind.
+/// The scanner's x is the camera's z, its y the camera's -x, its z the camera's -y; it sits 0.25 m
+/// behind.
 const TR: &str = "0 -1 0 0 0 0 -1 0 1 0 0 -0.25";
 
 fn kitti(arguments: &[&str]) -> (Option<i32>, String, String) {
@@ -479,7 +480,8 @@ fn a_sequence_becomes_a_recording() {
     }
     let poses: Vec<_> = messages(&output, "/tf").iter().map(|(_, data)| transform(data)).collect();
     let half = std::f64::consts::FRAC_1_SQRT_2;
-    // The camera began at x = 0.25 and went 2 m; 0.25 m behind it, when it looks to the right, is to the left.
+    // The camera began at x = 0.25 and went 2 m; 0.25 m behind it, when it looks to the right, is
+    // to the left.
     let expected = [
         [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
         [2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
@@ -718,7 +720,8 @@ fn labels_come_back_and_go_to_their_sequences() {
     let (code, said) = export(&[&again, &["--force"][..]].concat());
     assert!(code == Some(1) && said.contains("000003.label belongs to none"), "{said}");
 
-    // Two of one sequence, one folder for two, a recording that does not say, a name that leads elsewhere.
+    // Two of one sequence, one folder for two, a recording that does not say, a name that leads
+    // elsewhere.
     let one = &recordings[0][..];
     let labels = fields("label", "true_instance");
     let (code, said) = export(&[&[one, one, "--root", path(&mine)], &labels[..]].concat());
@@ -763,8 +766,8 @@ fn real_labels_come_back_byte_by_byte() {
     assert_eq!(scans, 32);
 }
 
-/// docs/semantickitti.md: convert, annotate, export, evaluate, with the classes of the truth and with another
-/// method's, which are here the truth's once more.
+/// docs/semantickitti.md: convert, annotate, export, evaluate, with the classes of the truth and
+/// with another method's, which are here the truth's once more.
 #[test]
 fn real_sequences_go_all_the_way_to_figures() {
     let Some(data) = shared_data() else { return };
@@ -849,7 +852,8 @@ proptest! {
             (pcd("binary", shape).into_bytes(), pcd_points(), Format::Pcd),
             (pcd("binary_compressed", shape).into_bytes(), compressed(&pcd_columns()), Format::Pcd),
             (npy("'<f4'", true, "(7, 4)", &[]), self::bytes(&numbers(4)), Format::Npy),
-            (npy("[('x', '<f4'), ('y', '<f4'), ('z', '<f8')]", true, "(7,)", &[]), vec![0; 112], Format::Npy),
+            (npy("[('x', '<f4'), ('y', '<f4'), ('z', \
+                '<f8')]", true, "(7,)", &[]), vec![0; 112], Format::Npy),
         ];
         for format in [Format::Bin, Format::Pcd, Format::Npy] {
             parse(bytes.clone(), format);

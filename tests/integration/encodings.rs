@@ -1,4 +1,5 @@
-//! Clouds of every format through the main job: each annotated as it came, all with the same labels.
+//! Clouds of every format through the main job: each annotated as it came, all with the same
+//! labels.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;

@@ -44,13 +44,15 @@ fn a_perfect_prediction_and_one_in_halves() {
     write(p.path(), "predictions", "000001", &halves);
     let (code, _, errors) = evaluate(t.path(), p.path(), &["--json", path(&json)]);
     assert_eq!(code, Some(0), "{errors}");
-    // One car found, one missed; halves of 30 points are not spurious, and with --min-points 1 they are.
+    // One car found, one missed; halves of 30 points are not spurious, and with --min-points 1 they
+    // are.
     assert_eq!(read()["classes"][0]["rq"], 1.0 / 1.5);
     evaluate(t.path(), p.path(), &["--json", path(&json), "--min-points", "1"]);
     assert_eq!(read()["classes"][0]["false_positives"], 2);
 }
 
-/// Simulated drive to label files to figures, which agree with what the demo's way of scoring finds.
+/// Simulated drive to label files to figures, which agree with what the demo's way of scoring
+/// finds.
 #[test]
 fn an_annotated_drive_is_exported_and_scored() {
     let (folder, input) = drive(2);

@@ -200,7 +200,8 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// Two points of different components of the largest instance of the first frame, as --at takes them.
+/// Two points of different components of the largest instance of the first frame, as --at takes
+/// them.
 fn two_points() -> [String; 2] {
     let cloud = Drive::new(Sensor::Vlp16, Scene::Parking, 1).frame(0).cloud;
     let taxonomy = Taxonomy::semantic_kitti();

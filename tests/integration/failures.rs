@@ -20,8 +20,8 @@ fn failures(input: &Path, more: &[&str]) -> (String, serde_json::Value) {
     (text(&done.stdout), figures)
 }
 
-/// Every command that is printed shows the failure: two points in one instance where something is joined, two
-/// in two where something is apart, one without an instance where something is missed.
+/// Every command that is printed shows the failure: two points in one instance where something is
+/// joined, two in two where something is apart, one without an instance where something is missed.
 #[test]
 fn the_commands_show_the_failures() {
     let (_folder, input) = drive(2);
@@ -81,7 +81,8 @@ fn counts_are_those_of_evaluate() {
     assert_eq!(verdicts["correct"]["true"], sum("true_positives"));
     assert_eq!(verdicts["correct"]["found"], sum("true_positives"));
     assert_eq!(failing("true"), sum("false_negatives"));
-    // Points of unreached pixels are false segments of no instance there, one a class and frame at most.
+    // Points of unreached pixels are false segments of no instance there, one a class and frame at
+    // most.
     assert!((0..=10).contains(&(sum("false_positives") - failing("found"))), "{figures}");
 }
 

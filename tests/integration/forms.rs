@@ -185,7 +185,8 @@ fn what_was_left_may_be_cut_anywhere() {
     }
 }
 
-/// The same recording uncompressed, so that its length stays when a byte of the last point of each cloud is another.
+/// The same recording uncompressed, so that its length stays when a byte of the last point of each
+/// cloud is another.
 fn uncompressed(input: &Path, output: &Path, change: u8) {
     let overview = Overview::read(input).expect("a recording");
     let (profile, compression) = (overview.profile, Compression::None);

@@ -1,4 +1,5 @@
-//! What `annotate` takes and gives besides one file: several files, bags, standard input and output.
+//! What `annotate` takes and gives besides one file: several files, bags, standard input and
+//! output.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -96,7 +97,8 @@ fn a_split_bag_comes_out_as_one() {
     let entry = |name: &str, type_name: &str| {
         format!(
             "    - topic_metadata:\n        name: {name}\n        type: {type_name}\n        \
-             serialization_format: cdr\n        offered_qos_profiles:\n          - history: keep_last\n            \
+             serialization_format: cdr\n        offered_qos_profiles:\n          - history: \
+             keep_last\n            \
              depth: 5\n        type_description_hash: RIHS01_aa\n      message_count: 99\n"
         )
     };
@@ -107,9 +109,12 @@ fn a_split_bag_comes_out_as_one() {
         )
     };
     let metadata = format!(
-        "rosbag2_bagfile_information:\n  version: 9\n  storage_identifier: mcap\n  duration:\n    nanoseconds: 4\n  \
-         starting_time:\n    nanoseconds_since_epoch: 5\n  message_count: 6\n  topics_with_message_count:\n{}{}  \
-         compression_format: \"\"\n  compression_mode: \"\"\n  relative_file_paths:\n    - bag_0.mcap\n    - \
+        "rosbag2_bagfile_information:\n  version: 9\n  storage_identifier: \
+         mcap\n  duration:\n    nanoseconds: 4\n  \
+         starting_time:\n    nanoseconds_since_epoch: 5\n  message_count: \
+         6\n  topics_with_message_count:\n{}{}  \
+         compression_format: \"\"\n  compression_mode: \"\"\n  relative_file_paths:\n    - \
+         bag_0.mcap\n    - \
          bag_1.mcap\n  files:\n{}{}  custom_data: ~\n  ros_distro: rolling\n",
         entry("/lidar/points", "sensor_msgs/msg/PointCloud2"),
         entry("/tf", "tf2_msgs/msg/TFMessage"),

@@ -1,5 +1,5 @@
-//! A literal, slow transcription of ALGORITHM sections 1 to 5, preset `paper`, for organised clouds:
-//! full m x m matrices, std queues, no shared code with the library.
+//! A literal, slow transcription of ALGORITHM sections 1 to 5, preset `paper`, for organised
+//! clouds: full m x m matrices, std queues, no shared code with the library.
 
 use std::collections::{HashMap, VecDeque};
 

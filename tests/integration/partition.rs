@@ -61,7 +61,8 @@ enum Cell {
     Object(f32),
 }
 
-/// Few distinct ranges, so that ties and equal points occur; steps that straddle the 10 degree condition.
+/// Few distinct ranges, so that ties and equal points occur; steps that straddle the 10 degree
+/// condition.
 fn cell() -> impl Strategy<Value = Cell> {
     prop_oneof![
         1 => Just(Cell::Nothing),
@@ -82,8 +83,9 @@ fn cloud(rows: usize, columns: usize, cells: &[Cell]) -> PointCloud {
     cloud_of_turn(rows, columns, cells, 200)
 }
 
-/// The organised cloud of a scene: `per_turn` columns to the full turn, rows 1.9 degrees apart: at 10 degrees
-/// below the horizon two equal ranges on opposite sides would lie on the limit of the condition.
+/// The organised cloud of a scene: `per_turn` columns to the full turn, rows 1.9 degrees apart: at
+/// 10 degrees below the horizon two equal ranges on opposite sides would lie on the limit of the
+/// condition.
 fn cloud_of_turn(rows: usize, columns: usize, cells: &[Cell], per_turn: usize) -> PointCloud {
     let mut cloud = PointCloud { height: rows, width: columns, ..PointCloud::default() };
     let mut class = Vec::new();

@@ -268,7 +268,8 @@ fn an_upside_down_sensor_is_warned_of_and_turned() {
     for (before, after) in before.points().zip(after.points()) {
         assert_eq!(before, &after[..before.len()]);
     }
-    // The box of each instance, written in the recording's frame, holds its points as they were recorded.
+    // The box of each instance, written in the recording's frame, holds its points as they were
+    // recorded.
     let recorded = &hanging.cloud;
     for instance in turned.stages.instances.iter().filter(|i| i.points >= 50) {
         let pose = turned.cloud.turned.inverse() * instance.bounds.pose();

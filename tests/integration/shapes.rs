@@ -1,5 +1,6 @@
-//! Recordings of every shape that the format allows, made at random and annotated: by the format's own reader, the
-//! input's records are a subsequence of the output's, byte for byte, and the output's index says what is in it.
+//! Recordings of every shape that the format allows, made at random and annotated: by the format's
+//! own reader, the input's records are a subsequence of the output's, byte for byte, and the
+//! output's index says what is in it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write as _;
@@ -292,8 +293,8 @@ fn clouds() -> Vec<Vec<u8>> {
     (0..3).map(cloud).collect()
 }
 
-/// A recording of a shape: two cloud topics, one of them of two channels, a topic without a schema, one without messages,
-/// two schemas that are equal; log times out of order.
+/// A recording of a shape: two cloud topics, one of them of two channels, a topic without a schema,
+/// one without messages, two schemas that are equal; log times out of order.
 fn recording(shape: Shape, clouds: &[Vec<u8>]) -> Vec<u8> {
     let mut recorder = Recorder::new(shape);
     let mut random = Pcg64Mcg::seed_from_u64(shape.seed ^ 0x77);
@@ -336,7 +337,8 @@ fn recording(shape: Shape, clouds: &[Vec<u8>]) -> Vec<u8> {
     recorder.finish(times)
 }
 
-/// What a file holds by the format's own reader, but for its bookkeeping; repeated definitions once.
+/// What a file holds by the format's own reader, but for its bookkeeping; repeated definitions
+/// once.
 fn content(file: &[u8]) -> Vec<Raw> {
     let (mut reader, mut rest) = (LinearReader::new(), file);
     let (mut records, mut defined) = (Vec::new(), BTreeSet::new());
@@ -401,7 +403,8 @@ fn assert_truthful(file: &[u8], what: &str) {
     assert_eq!(statistics.channel_count as usize, of(op::CHANNEL).count(), "{what}");
     assert_eq!(statistics.chunk_count as usize, summary.chunk_indexes.len(), "{what}");
     let mut indexed = 0;
-    // The format's reader takes a chunk without message indexes for an error; one without messages has none.
+    // The format's reader takes a chunk without message indexes for an error; one without messages
+    // has none.
     for chunk in summary.chunk_indexes.iter().filter(|c| !c.message_index_offsets.is_empty()) {
         let indexes = summary.read_message_indexes(file, chunk).expect("indexes");
         for entry in indexes.values().flatten() {

@@ -134,8 +134,8 @@ fn ground_f1(drive: &Drive, is_z_down: bool) -> f64 {
     hits / (hits + 0.5 * errors)
 }
 
-/// The goal for ground removal is an F1 of 0.94 everywhere; 16 beams miss it by a hair where returns are
-/// mirrored (docs/results.md), and are held to 0.92 here, one seed standing for three.
+/// The goal for ground removal is an F1 of 0.94 everywhere; 16 beams miss it by a hair where
+/// returns are mirrored (docs/results.md), and are held to 0.92 here, one seed standing for three.
 #[test]
 fn ground_is_found_on_hills_by_any_mount() {
     type Mounted = (&'static str, fn(&mut Drive), bool);

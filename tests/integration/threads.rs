@@ -122,8 +122,11 @@ fn additions_follow_right_behind_the_chunk_of_their_clouds() {
     while let Some(part) = reader.next_part().expect("readable") {
         let Part::Chunk(chunk) = part else { continue };
         let of = |test: &dyn Fn(u16) -> bool| {
-            let is = |item: &&Item| matches!(item, Item::Message { header, .. } if test(header.channel_id));
-            chunk.items.iter().filter(is).count()
+            let channel = |item: &Item| match item {
+                Item::Message { header, .. } => Some(header.channel_id),
+                Item::Record(_) => None,
+            };
+            chunk.items.iter().filter_map(channel).filter(|&channel| test(channel)).count()
         };
         let (clouds, added) = (of(&is_cloud), of(&is_added));
         assert!(clouds == 0 || added == 0, "additions in chunks of their own");

@@ -77,7 +77,8 @@ fn a_list_a_table_a_topic_and_pages() {
     );
     assert!(!said.contains("  5. "), "{said}");
 
-    // The table has every suspect of those frames, and the first of the list is the likeliest of them.
+    // The table has every suspect of those frames, and the first of the list is the likeliest of
+    // them.
     let table = std::fs::read_to_string(&csv).expect("the table");
     let lines: Vec<Vec<String>> = table.lines().map(cells).collect();
     assert_eq!(lines[0].len(), 18);

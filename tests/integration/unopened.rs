@@ -16,8 +16,8 @@ use crate::recordings::{assert_passed_through, drive, messages, records};
 /// Bytes of a picture.
 const PICTURE: usize = 40_000;
 
-/// A drive of four clouds with three pictures to each, every message in a chunk of its own; without a checksum over the
-/// data, as most recorders leave it out.
+/// A drive of four clouds with three pictures to each, every message in a chunk of its own; without
+/// a checksum over the data, as most recorders leave it out.
 fn with_cameras() -> Vec<u8> {
     let (_folder, clouds) = drive(4);
     let mut random = Pcg64Mcg::seed_from_u64(3);
@@ -114,7 +114,8 @@ fn a_damaged_picture_is_an_error_unless_that_is_not_asked_for() {
     std::fs::write(&input, &bytes).expect("written");
     let error = run(&input, false).expect_err("damaged").to_string();
     assert!(error.contains("CRC mismatch") && error.contains("/camera"), "{error}");
-    // Unchecked it passes as it is, and a reader of the output notices what a reader of the input would.
+    // Unchecked it passes as it is, and a reader of the output notices what a reader of the input
+    // would.
     let (output, _) = run(&input, true).expect("annotated");
     let mut reader = RecordingReader::open(&output).expect("a recording");
     let error = loop {

@@ -1,5 +1,5 @@
-//! The stream to the Rerun viewer, as far as it goes without one; tests/python/check_rerun.py looks at it
-//! in a viewer.
+//! The stream to the Rerun viewer, as far as it goes without one; tests/python/check_rerun.py looks
+//! at it in a viewer.
 
 use std::path::Path;
 use std::process::Command;

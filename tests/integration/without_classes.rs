@@ -44,7 +44,8 @@ fn score(
 /// A cloud with its classes and the ids of its things.
 type Frame = (PointCloud, Vec<u16>, Vec<u32>);
 
-/// Gaps in place of the angle: fewer pieces, fewer mixtures, more things whole, all frames together.
+/// Gaps in place of the angle: fewer pieces, fewer mixtures, more things whole, all frames
+/// together.
 fn assert_gaps_are_better(frames: &[Frame]) {
     let sum = |config: &Config| {
         let scores =

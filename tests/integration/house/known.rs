@@ -1,8 +1,8 @@
 //! Flaws that are known: `known.txt`, sorted, a line each: `kind place size`.
 //!
 //! The list may only shrink. A flaw that is not in it or has grown fails a test, and so does an
-//! entry whose flaw is gone. After renames, `PRINT_KNOWN=1 cargo test house:: -- --nocapture` prints
-//! what it should hold.
+//! entry whose flaw is gone. After renames, `PRINT_KNOWN=1 cargo test house:: -- --nocapture`
+//! prints what it should hold.
 
 use std::collections::BTreeMap;
 
