@@ -136,7 +136,7 @@ impl Parameters {
     ) -> PyResult<Method> {
         objects.taxonomy = self.taxonomy.as_ref().map(|taxonomy| taxonomy.get().inner.clone());
         let sensor_frame = self.sensor_frame.unwrap_or_default();
-        let opened = py.detach(|| {
+        let opened = py.detach(|| -> divmerge::Result<_> {
             let transforms = asked_transforms(&sensor_frame, recording)?;
             Ok::<_, divmerge::Error>((objects.method(recording)?, transforms))
         });
