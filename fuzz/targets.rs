@@ -11,11 +11,9 @@ use divmerge::io::boxes::kitti::KittiBoxes;
 use divmerge::io::boxes::messages::{detection_boxes, marker_boxes};
 use divmerge::io::classes::ClassFiles;
 use divmerge::io::classes::messages::image_classes;
-use divmerge::io::scans::{Format, Scan};
+use divmerge::io::scans::{Scan, ScanFormat};
 use divmerge::io::semantic_kitti::{drive_files, read_labels, read_scan};
-use divmerge::io::{
-    AskedCloud, CloudFormat, CloudNumber, Item, Overview, Part, Record, RecordingReader,
-};
+use divmerge::io::{CloudFormat, CloudNumber, Item, Overview, Part, Record, RecordingReader};
 use divmerge::network::NetworkConfig;
 use divmerge::pipeline::{self, Config};
 use divmerge::semantics::{GroundParams, MaskSource};
@@ -208,7 +206,7 @@ pub const TARGETS: [Target; 20] = [
         seeds: seeds::pcd_files,
         words: &[b"DATA binary_compressed\n", b"COUNT 4294967295 ", b"POINTS ", b"\xff\xff\xff"],
         make: None,
-        run: |bytes| scan(bytes, Format::Pcd),
+        run: |bytes| scan(bytes, ScanFormat::Pcd),
         bound: DECODER,
     },
     Target {
@@ -218,7 +216,7 @@ pub const TARGETS: [Target; 20] = [
         seeds: seeds::npy_files,
         words: &[b"(((((((((", b"[", b"4294967295,", b"True", b"'<f4'", b"'|V99999999'", b"0, "],
         make: None,
-        run: |bytes| scan(bytes, Format::Npy),
+        run: |bytes| scan(bytes, ScanFormat::Npy),
         bound: DECODER,
     },
     Target {
@@ -372,7 +370,7 @@ fn cluster(bytes: &[u8]) -> Ended {
     Ok(format!("{}, {}", stages.image.projection.describe(), config.preset))
 }
 
-fn scan(bytes: &[u8], format: Format) -> Ended {
+fn scan(bytes: &[u8], format: ScanFormat) -> Ended {
     let scan = Scan::parse(bytes.to_vec(), format, None).map_err(|error| error.to_string())?;
     let mut message = Vec::new();
     let wire = scan.message(1, "lidar").map_err(|error| error.to_string())?;
@@ -383,7 +381,7 @@ fn scan(bytes: &[u8], format: Format) -> Ended {
 fn bin(bytes: &[u8]) -> Ended {
     let path = place("scan.bin", bytes);
     let _ = (read_scan(&path), read_labels(&path));
-    scan(bytes, Format::Bin)
+    scan(bytes, ScanFormat::Bin)
 }
 
 fn kitti(bytes: &[u8]) -> Ended {
@@ -407,8 +405,7 @@ fn class_array(bytes: &[u8]) -> Ended {
     fs::create_dir_all(&folder).expect("a folder");
     fs::write(folder.join("0.npy"), bytes).expect("a file");
     let files = ClassFiles::open(&folder, taxonomy(), 0).expect("a file of classes");
-    let which = CloudNumber { topic: "/points", number: 0 };
-    files.of(&AskedCloud { which, stamp_ns: 0, frame_id: "lidar" }, 5).ends()
+    files.of("/points", 0, 0, 5).ends()
 }
 
 fn yaml(bytes: &[u8]) -> Ended {

@@ -28,10 +28,12 @@
 
 pub mod annotate;
 pub mod comparison;
+pub mod datasets;
 pub mod diagnose;
 pub mod error;
 pub mod evaluate;
 pub mod io;
+pub mod messages;
 pub mod network;
 pub mod palette;
 pub mod replay;

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use super::choose;
 use crate::error::{Error, Result};
 use crate::io::{Overview, Which, cloud_message_at, is_stream};
+use crate::messages::stamp::parse_rfc3339;
 
 /// What is said where a moment cannot be read.
 const FORMS: &str = "use seconds from the start (12.5), a time since 1970 (@1317384506.4), a date \
@@ -163,62 +164,8 @@ fn fraction_ns(text: &str) -> Option<u64> {
 
 /// Nanoseconds since 1970 of a date and time as RFC 3339 has them, with `Z` or an offset.
 fn date(text: &str) -> Option<u64> {
-    let text = text.to_ascii_uppercase();
-    let (day, time) = text.split_once('T')?;
-    let (time, offset_s) = zone(time)?;
-    let (time, fraction) = time.split_once('.').unwrap_or((time, ""));
-    let [year, month, day] = numbers(day, '-', [4, 2, 2])?;
-    let [hour, minute, second] = numbers(time, ':', [2, 2, 2])?;
-    let is_date = (1..=12).contains(&month) && (1..=days_in(year, month)).contains(&day);
-    if !is_date || hour > 23 || minute > 59 || second > 60 {
-        return None;
-    }
-    let days = days_since_1970(year, month, day);
-    let seconds = days * 86_400 + hour * 3600 + minute * 60 + second - offset_s;
-    u64::try_from(seconds).ok()?.checked_mul(NS_PER_S)?.checked_add(fraction_ns(fraction)?)
-}
-
-/// The time without its zone, and the seconds that the zone is ahead.
-fn zone(time: &str) -> Option<(&str, i64)> {
-    if let Some(time) = time.strip_suffix('Z') {
-        return Some((time, 0));
-    }
-    let at = time.rfind(['+', '-'])?;
-    let (time, zone) = time.split_at(at);
-    let [hours, minutes] = numbers(&zone[1..], ':', [2, 2])?;
-    let ahead = hours * 3600 + minutes * 60;
-    (hours < 24 && minutes < 60)
-        .then_some((time, if zone.starts_with('-') { -ahead } else { ahead }))
-}
-
-/// Numbers of so many digits each.
-fn numbers<const N: usize>(text: &str, between: char, lengths: [usize; N]) -> Option<[i64; N]> {
-    let mut parts = text.split(between);
-    let mut numbers = [0; N];
-    for (number, length) in numbers.iter_mut().zip(lengths) {
-        let part = parts.next().filter(|part| part.len() == length)?;
-        *number = i64::try_from(digits(part)?).ok()?;
-    }
-    parts.next().is_none().then_some(numbers)
-}
-
-fn is_leap(year: i64) -> bool {
-    year % 4 == 0 && (year % 100 != 0 || year % 400 == 0)
-}
-
-fn days_in(year: i64, month: i64) -> i64 {
-    match month {
-        2 => 28 + i64::from(is_leap(year)),
-        4 | 6 | 9 | 11 => 30,
-        _ => 31,
-    }
-}
-
-fn days_since_1970(year: i64, month: i64, day: i64) -> i64 {
-    // Leap days before the year, by the Gregorian rule.
-    let leap_days = |year: i64| (year - 1) / 4 - (year - 1) / 100 + (year - 1) / 400;
-    let years = (year - 1970) * 365 + leap_days(year) - leap_days(1970);
-    years + (1..month).map(|month| days_in(year, month)).sum::<i64>() + day - 1
+    let (seconds, nanoseconds) = parse_rfc3339(text)?;
+    u64::try_from(seconds).ok()?.checked_mul(NS_PER_S)?.checked_add(nanoseconds.into())
 }
 
 #[cfg(test)]

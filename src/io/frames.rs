@@ -263,10 +263,31 @@ pub fn cloud_format(overview: &Overview, channel: &Channel) -> Option<CloudForma
     CloudChannel::of(overview, channel).format()
 }
 
+impl CloudChannel {
+    /// What a channel of a recording carries, told from the name of its type and the encoding of its
+    /// messages.
+    pub fn of(overview: &Overview, channel: &Channel) -> Self {
+        CloudChannel::named(schema_name(overview, channel), &channel.message_encoding)
+    }
+
+    /// Why a topic's clouds cannot be read, if it has some that cannot.
+    pub fn why_unreadable(overview: &Overview, topic: &str) -> Option<String> {
+        let channels = overview.channels_of(topic);
+        channels.map(|channel| CloudChannel::of(overview, channel)).find_map(|found| match found {
+            CloudChannel::Unreadable(unreadable) => Some(unreadable.reason),
+            _ => None,
+        })
+    }
+}
+
+/// The name of the type of a channel's messages; empty where nothing says it.
+pub(super) fn schema_name<'a>(overview: &'a Overview, channel: &Channel) -> &'a str {
+    overview.schemas.get(&channel.schema_id).map_or("", |schema| &schema.name)
+}
+
 /// The last part of a type's name: `PointCloud2` of `sensor_msgs/msg/PointCloud2`.
 pub(super) fn type_name<'a>(overview: &'a Overview, channel: &Channel) -> &'a str {
-    let schema = overview.schemas.get(&channel.schema_id);
-    let name = schema.map_or("", |schema| schema.name.as_str());
+    let name = schema_name(overview, channel);
     name.rsplit(['/', '.']).next().unwrap_or(name)
 }
 

@@ -4,26 +4,16 @@
 //! message becomes a [`crate::PointCloud`] ([`clouds`]), and results become messages
 //! ([`annotation`], [`objects`]). [`bag`] knows the folders that rosbag2 makes of recordings.
 
-pub mod annotation;
-pub mod bag;
 pub mod boxes;
-pub mod camera_info;
 pub mod classes;
-pub mod cloud_recording;
-pub mod clouds;
-pub mod definitions;
-pub mod diagnostics;
-pub mod drive;
 pub mod frames;
 pub mod labelled;
-pub mod objects;
-pub mod problems;
-pub mod qos;
-pub mod ros;
-pub mod scans;
-pub mod semantic_kitti;
 pub mod static_transforms;
-pub mod transforms;
+
+pub use crate::datasets::{bag, cloud_recording, drive, problems, scans, semantic_kitti};
+pub use crate::messages::{
+    annotation, camera_info, clouds, definitions, diagnostics, objects, qos, ros, transforms,
+};
 
 pub use annotation::{Certainty, PointAnnotation, annotated_cloud};
 pub use bag::Bag;

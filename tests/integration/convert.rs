@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use divmerge::Error;
 use divmerge::io::frames::CloudMessages;
 use divmerge::io::ros::RosReader;
-use divmerge::io::scans::{Columns, FolderOptions, Format, Scan, ScanFolder};
+use divmerge::io::scans::{Columns, FolderOptions, Scan, ScanFolder, ScanFormat};
 use divmerge::io::{CloudFormat, Overview, Record, RecordingReader, WriteOptions};
 use proptest::prelude::*;
 use tempfile::TempDir;
@@ -397,16 +397,16 @@ fn broken_files_are_told_with_what_is_wrong() {
         (npy("'<f4'", false, "(4294967296, 4294967296, 3)", &flat), "more than a message can hold"),
         (npy("'<f4'", false, "(7, -4)", &flat), "cannot be read at"),
     ];
-    let problem = |content: Vec<u8>, format: Format| match Scan::parse(content, format, None) {
+    let problem = |content: Vec<u8>, format: ScanFormat| match Scan::parse(content, format, None) {
         Err(Error::Malformed { problem, .. }) => problem,
         other => panic!("{other:?}"),
     };
     for (content, part) in pcds {
-        let problem = problem(content, Format::Pcd);
+        let problem = problem(content, ScanFormat::Pcd);
         assert!(problem.contains(part), "`{part}` in: {problem}");
     }
     for (content, part) in npys {
-        let problem = problem(content, Format::Npy);
+        let problem = problem(content, ScanFormat::Npy);
         assert!(problem.contains(part), "`{part}` in: {problem}");
     }
 }
@@ -848,14 +848,14 @@ proptest! {
         };
         let shape = [1, POINTS];
         let whole = [
-            (pcd("ascii", shape).into_bytes(), pcd_lines().into_bytes(), Format::Pcd),
-            (pcd("binary", shape).into_bytes(), pcd_points(), Format::Pcd),
-            (pcd("binary_compressed", shape).into_bytes(), compressed(&pcd_columns()), Format::Pcd),
-            (npy("'<f4'", true, "(7, 4)", &[]), self::bytes(&numbers(4)), Format::Npy),
+            (pcd("ascii", shape).into_bytes(), pcd_lines().into_bytes(), ScanFormat::Pcd),
+            (pcd("binary", shape).into_bytes(), pcd_points(), ScanFormat::Pcd),
+            (pcd("binary_compressed", shape).into_bytes(), compressed(&pcd_columns()), ScanFormat::Pcd),
+            (npy("'<f4'", true, "(7, 4)", &[]), self::bytes(&numbers(4)), ScanFormat::Npy),
             (npy("[('x', '<f4'), ('y', '<f4'), ('z', \
-                '<f8')]", true, "(7,)", &[]), vec![0; 112], Format::Npy),
+                '<f8')]", true, "(7,)", &[]), vec![0; 112], ScanFormat::Npy),
         ];
-        for format in [Format::Bin, Format::Pcd, Format::Npy] {
+        for format in [ScanFormat::Bin, ScanFormat::Pcd, ScanFormat::Npy] {
             parse(bytes.clone(), format);
         }
         for (head, body, format) in whole {
@@ -869,8 +869,8 @@ proptest! {
         }
         let sizes = [bytes.len() as u32, 126].map(u32::to_le_bytes).concat();
         let packed = [pcd("binary_compressed", shape).into_bytes(), sizes, bytes.clone()].concat();
-        parse(packed, Format::Pcd);
+        parse(packed, ScanFormat::Pcd);
         let columns: Columns = "x,y,z,_,ring".parse().expect("names");
-        let _ = Scan::parse(bytes, Format::Bin, Some(&columns));
+        let _ = Scan::parse(bytes, ScanFormat::Bin, Some(&columns));
     }
 }

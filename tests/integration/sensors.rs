@@ -306,7 +306,9 @@ fn axes_are_turned_and_turned_back() {
 fn recorded_transforms_say_which_way_is_up() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("hanging.mcap");
-    let mut recording = CloudRecording::create(&path, "/points", &WriteOptions::default()).unwrap();
+    let mut recording =
+        CloudRecording::create(CloudFormat::Ros2, &path, "/points", &WriteOptions::default())
+            .unwrap();
     let pose = nalgebra::Isometry3::from_parts(
         nalgebra::Translation3::new(0.0, 0.0, 2.0),
         nalgebra::UnitQuaternion::from_euler_angles(PI, 0.0, 0.3),

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand};
 use divmerge::Error;
 use divmerge::annotate::moments::since_1970;
-use divmerge::io::scans::{Columns, FolderOptions, ScanFolder, Stamps, Written};
+use divmerge::io::scans::{Columns, FolderOptions, ScanFolder, StampSource, WriteSummary};
 use divmerge::io::semantic_kitti::sequence::{CLOUD_TOPIC, Sequence, SequenceOptions, sequences};
 use divmerge::io::{Compression, WriteOptions};
 
@@ -264,8 +264,8 @@ fn folder(arguments: &Folder) -> Result<Outcome> {
     bar.finish_and_clear();
     let written = written.context("nothing written")?;
     let times = match scans.stamps {
-        Stamps::Names => "times from the file names".to_owned(),
-        Stamps::Rate(rate) => format!("{rate} per second"),
+        StampSource::Names => "times from the file names".to_owned(),
+        StampSource::Rate(rate) => format!("{rate} per second"),
     };
     print(
         &written,
@@ -275,7 +275,7 @@ fn folder(arguments: &Folder) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-fn print(written: &Written, output: &Path, source: &str) {
+fn print(written: &WriteSummary, output: &Path, source: &str) {
     for left_out in &written.left_out {
         eprintln!("note: skipped: {left_out}");
     }

@@ -1,7 +1,5 @@
 //! Detection boxes for the clouds of a recording: from a topic beside them, or from KITTI's label files.
 
-pub mod kitti;
-pub mod messages;
 pub mod topic;
 
 use std::borrow::Cow;
@@ -12,6 +10,8 @@ use crate::error::Result;
 use crate::instances::Detection;
 use crate::taxonomy::Taxonomy;
 
+pub use crate::datasets::kitti_boxes as kitti;
+pub use crate::messages::boxes as messages;
 use kitti::KittiBoxes;
 use topic::TopicBoxes;
 
@@ -77,7 +77,13 @@ impl FrameBoxes {
         match self {
             FrameBoxes::Nothing => Ok(FrameDetections::default()),
             FrameBoxes::Topic(boxes) => boxes.of(cloud),
-            FrameBoxes::Kitti(boxes) => boxes.of(cloud.which.number),
+            FrameBoxes::Kitti(boxes) => {
+                let found = boxes.of(cloud.which.number)?;
+                let path = boxes.label_file(cloud.which.number);
+                let missing = found.is_none().then(|| format!("no label file {}", path.display()));
+                let detections = Cow::Owned(found.unwrap_or_default());
+                Ok(FrameDetections { detections, missing })
+            }
         }
     }
 

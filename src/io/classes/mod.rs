@@ -1,17 +1,17 @@
 //! Classes of points that someone else found, for the clouds of a recording: in files, or on a topic beside the clouds.
 
-mod files;
-pub mod messages;
 mod topic;
 
 use std::path::{Path, PathBuf};
 
-use super::frames::AskedCloud;
+use super::frames::{AskedCloud, CloudNumber};
 use crate::cloud::PointClasses;
 use crate::error::{Error, Result};
 use crate::taxonomy::Taxonomy;
 
-pub use files::ClassFiles;
+pub use crate::datasets::class_files::ClassFiles;
+pub use crate::messages::classes as messages;
+use crate::messages::stamp::seconds;
 pub use topic::{ClassTopic, TOLERANCE_NS};
 
 /// Where classes are.
@@ -61,7 +61,10 @@ impl FrameClasses {
     /// cannot be read, so that every other cloud is likely to meet the same.
     pub fn of(&self, cloud: &AskedCloud, shape: [usize; 2]) -> Result<PointClasses> {
         match self {
-            FrameClasses::Files(files) => files.of(cloud, shape[0] * shape[1]),
+            FrameClasses::Files(files) => {
+                let CloudNumber { topic, number } = cloud.which;
+                files.of(topic, number, cloud.stamp_ns, shape[0] * shape[1])
+            }
             FrameClasses::Topic(topic) => topic.of(cloud, shape),
         }
     }
@@ -94,10 +97,4 @@ impl FrameClasses {
 /// Nothing for one cloud.
 fn no_classes(cloud: &AskedCloud, problem: String) -> Error {
     Error::NoClasses { number: cloud.which.number, problem }
-}
-
-/// Nanoseconds as seconds, for people.
-fn seconds(ns: i64) -> String {
-    let (sign, ns) = (if ns < 0 { "-" } else { "" }, ns.unsigned_abs());
-    format!("{sign}{}.{:09}", ns / 1_000_000_000, ns % 1_000_000_000)
 }

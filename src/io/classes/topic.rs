@@ -8,8 +8,8 @@ use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use super::super::frames::{AskedCloud, BesideWords, channels_beside};
-use super::super::recording::{Overview, ReadFilter, Record, RecordingReader};
+use super::super::frames::{AskedCloud, BesideWords, channels_beside, schema_name};
+use super::super::recording::{Channel, Overview, ReadFilter, Record, RecordingReader};
 use super::messages::{ClassFormat, ClassMessage};
 use super::{no_classes, seconds};
 use crate::cloud::PointClasses;
@@ -223,6 +223,8 @@ fn formats(overview: &Overview, topic: &str) -> Result<BTreeMap<u16, ClassFormat
         on: "clouds and images are on",
         none: "none of its topics could carry classes",
     };
-    channels_beside(overview, topic, ClassFormat::of, &words)
-        .map_err(|words| of_topic(topic, words))
+    let format = |overview: &Overview, channel: &Channel| {
+        ClassFormat::named(schema_name(overview, channel), &channel.message_encoding)
+    };
+    channels_beside(overview, topic, format, &words).map_err(|words| of_topic(topic, words))
 }

@@ -1,0 +1,513 @@
+//! The annotated cloud: every byte of the input's points, and behind each its labels and colour.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use divmerge_core::CloudError;
+
+use super::clouds::{CloudFormat, Datatype, PackedCloud, PointField};
+use super::ros::ByteOrder;
+use crate::error::Result;
+use crate::palette::{INSTANCE_COLOURS, instance_colour, reason_colour};
+
+/// Bytes appended to each point of a PointCloud2.
+pub const ANNOTATION_LEN: u32 = LABELS_LEN + 8;
+
+/// Bytes appended to each point of one of Foxglove's clouds.
+pub const FOXGLOVE_ANNOTATION_LEN: u32 = LABELS_LEN + 4;
+
+/// Bytes of the labels, which are in front of the colours.
+const LABELS_LEN: u32 = 12;
+
+/// Bytes behind the colours that say how sure the classes are, where that is known.
+const CERTAINTY_LEN: u32 = 4;
+
+/// What is put in front of a field name that the input already has.
+pub const CLASH_PREFIX: &str = "divmerge_";
+
+/// An appended field: name, bytes behind the original point, type.
+type Appended = (&'static str, u32, Datatype);
+
+/// The labels. Byte 11 is padding where there is no `ground`.
+const LABELS: [Appended; 5] = [
+    ("instance", 0, Datatype::UInt32),
+    ("component", 4, Datatype::UInt32),
+    ("semantic", 8, Datatype::UInt16),
+    ("reason", 10, Datatype::UInt8),
+    (GROUND, 11, Datatype::UInt8),
+];
+
+/// The colour as PCL and Rerun have it, in a PointCloud2.
+const COLOURS: [Appended; 2] = [("rgb", 12, Datatype::Float32), ("colors", 16, Datatype::UInt32)];
+
+/// The colour as Foxglove's viewers have it in their cloud: in four fields of these very names.
+const FOXGLOVE_COLOURS: [Appended; 4] = [
+    ("red", 12, Datatype::UInt8),
+    ("green", 13, Datatype::UInt8),
+    ("blue", 14, Datatype::UInt8),
+    ("alpha", 15, Datatype::UInt8),
+];
+
+/// How sure the classes are, bytes behind the colours; two of padding follow.
+const CERTAINTY: [Appended; 2] =
+    [("confidence", 0, Datatype::UInt8), ("entropy", 1, Datatype::UInt8)];
+
+/// The field that only clouds without classes have.
+const GROUND: &str = "ground";
+
+/// Labels of every point of a cloud, in its order.
+#[derive(Debug, Clone, Copy)]
+pub struct PointAnnotation<'a> {
+    /// Instance, 0 for none.
+    pub instance: &'a [u32],
+    /// Connected component before merging, 0 for none.
+    pub component: &'a [u32],
+    /// Class in the recording's own ids.
+    pub semantic: &'a [u16],
+    /// Why the point has no instance; see [`reason_colour`].
+    pub reason: &'a [u8],
+    /// How likely the point is ground, 255 for certain; only where ground removal told objects
+    /// apart.
+    pub ground: Option<&'a [u8]>,
+    /// How sure the classes are, where whoever gave them said so.
+    pub certainty: Option<Certainty<'a>>,
+}
+
+/// How sure the class of every point of a cloud is.
+#[derive(Debug, Clone, Copy)]
+pub struct Certainty<'a> {
+    /// Probability of the class, 255 for certain.
+    pub confidence: &'a [u8],
+    /// Entropy over the classes, 255 where all have the same probability.
+    pub entropy: &'a [u8],
+}
+
+/// Writes `cloud` with its annotation as a message of its format, replacing what is in `out`.
+///
+/// The rows are packed; everything else of the message, and every byte of every point, is the
+/// input's. Each point grows by `instance` UINT32, `component` UINT32, `semantic` UINT16, `reason`
+/// UINT8 and `ground` UINT8 (without it a zero); then, in a PointCloud2 ([`ANNOTATION_LEN`] bytes
+/// in all), by `rgb` FLOAT32 holding 0xFFRRGGBB as PCL does and `colors` UINT32 0xRRGGBBFF, in one
+/// of Foxglove's clouds ([`FOXGLOVE_ANNOTATION_LEN`]) by `red`, `green`, `blue` and `alpha` UINT8;
+/// where it is known how sure the classes are, by four more: `confidence` and `entropy` UINT8 and
+/// two of padding. A name that the cloud already has is written with [`CLASH_PREFIX`].
+///
+/// # Errors
+/// [`CloudError::ColumnLength`] if a column does not have one value for each point,
+/// [`Error::Malformed`] if the result would not fit the message's 32-bit sizes,
+/// [`Error::Unsupported`] if the format cannot hold the cloud.
+pub fn annotated_cloud(
+    cloud: &PackedCloud,
+    annotation: &PointAnnotation,
+    out: &mut Vec<u8>,
+) -> Result<()> {
+    check(cloud, annotation)?;
+    let more = annotation_len(cloud.format)
+        + if annotation.certainty.is_some() { CERTAINTY_LEN } else { 0 };
+    let (point_step, row_step, length) = sizes(cloud, more)?;
+    let annotated = PackedCloud {
+        fields: fields(cloud, annotation),
+        point_step,
+        row_step,
+        frame_id: cloud.frame_id.clone(),
+        data: Cow::Borrowed(&[]),
+        ..*cloud
+    };
+    annotated.encode_with(length, out, |out| append_all(cloud, annotation, out))
+}
+
+fn append_all(cloud: &PackedCloud, annotation: &PointAnnotation, out: &mut Vec<u8>) {
+    const ROS: usize = ANNOTATION_LEN as usize;
+    const FOXGLOVE: usize = FOXGLOVE_ANNOTATION_LEN as usize;
+    const MORE: usize = CERTAINTY_LEN as usize;
+    let order = cloud.data_order();
+    let is_certain = annotation.certainty.is_some();
+    if cloud.format.is_foxglove() {
+        let colours = Colours::new(|[red, green, blue]| [red, green, blue, 0xff]);
+        match is_certain {
+            true => append_points::<{ FOXGLOVE + MORE }, 4>(cloud, annotation, &colours, out),
+            false => append_points::<FOXGLOVE, 4>(cloud, annotation, &colours, out),
+        }
+    } else {
+        let colours = Colours::new(|colour| colour_fields(order, colour));
+        match is_certain {
+            true => append_points::<{ ROS + MORE }, 8>(cloud, annotation, &colours, out),
+            false => append_points::<ROS, 8>(cloud, annotation, &colours, out),
+        }
+    }
+}
+
+/// Bytes appended to each point of a cloud.
+fn annotation_len(format: CloudFormat) -> u32 {
+    if format.is_foxglove() { FOXGLOVE_ANNOTATION_LEN } else { ANNOTATION_LEN }
+}
+
+/// Appends the points and their tails, some hundred at a time: they are put together in a buffer
+/// that stays in the nearest cache. N bytes are appended to each, C of them its colour.
+fn append_points<const N: usize, const C: usize>(
+    cloud: &PackedCloud,
+    annotation: &PointAnnotation,
+    colours: &Colours<C>,
+    out: &mut Vec<u8>,
+) {
+    const BLOCK: usize = 256;
+    let step = (cloud.point_step as usize).max(1);
+    let record = step + N;
+    // A message without points may claim points of any size.
+    let mut buffer = vec![0; BLOCK.min(cloud.point_count()) * record];
+    let mut first = 0;
+    for row in cloud.rows() {
+        for points in row.chunks(BLOCK * step) {
+            let count = points.len() / step;
+            let labels = annotation.range(first..first + count);
+            let records = &mut buffer[..count * record];
+            copy_points::<N>(points, step, records.chunks_exact_mut(record));
+            let tails =
+                records.chunks_exact_mut(record).filter_map(|record| record.last_chunk_mut());
+            // The order of the bytes is known inside each loop.
+            match cloud.data_order() {
+                order @ ByteOrder::Little => write_tails::<N, C>(order, colours, labels, tails),
+                order @ ByteOrder::Big => write_tails::<N, C>(order, colours, labels, tails),
+            }
+            if let Some(certainty) = annotation.certainty {
+                let bytes = LABELS_LEN as usize + C;
+                let points = first..first + count;
+                let certain = certainty.confidence[points.clone()].iter();
+                let each = certain.zip(&certainty.entropy[points]);
+                for (record, (&confidence, &entropy)) in records.chunks_exact_mut(record).zip(each)
+                {
+                    record[step + bytes..].copy_from_slice(&[confidence, entropy, 0, 0]);
+                }
+            }
+            out.extend_from_slice(records);
+            first += count;
+        }
+    }
+}
+
+/// Copies points of `step` bytes to the beginnings of records. Whole pieces of [`PIECE`] bytes are
+/// moved, which is faster than any odd number; what is too much lands where the tail is written
+/// afterwards.
+fn copy_points<'a, const N: usize>(
+    points: &[u8],
+    step: usize,
+    records: impl Iterator<Item = &'a mut [u8]>,
+) {
+    const PIECE: usize = 16;
+    const { assert!(PIECE <= N) };
+    let padded = step.next_multiple_of(PIECE);
+    for (start, record) in (0..).step_by(step).zip(records) {
+        match points[start..].get(..padded) {
+            Some(point) => {
+                let pieces = record.as_chunks_mut::<PIECE>().0.iter_mut();
+                pieces.zip(point.as_chunks::<PIECE>().0).for_each(|(to, from)| *to = *from);
+            }
+            None => record[..step].copy_from_slice(&points[start..][..step]),
+        }
+    }
+}
+
+/// Instance, component, class, reason and ground of a point.
+type Labels = (u32, u32, u16, [u8; 2]);
+
+impl PointAnnotation<'_> {
+    fn range(&self, points: Range<usize>) -> impl Iterator<Item = Labels> {
+        let ids = self.instance[points.clone()].iter().zip(&self.component[points.clone()]);
+        let others = self.semantic[points.clone()].iter().zip(&self.reason[points.clone()]);
+        let ground = self.ground.map(|ground| &ground[points]);
+        let ground = ground.into_iter().flatten().copied().chain(std::iter::repeat(0));
+        ids.zip(others).zip(ground).map(
+            |(((&instance, &component), (&semantic, &reason)), ground)| {
+                (instance, component, semantic, [reason, ground])
+            },
+        )
+    }
+}
+
+#[inline(always)]
+fn write_tails<'a, const N: usize, const C: usize>(
+    order: ByteOrder,
+    colours: &Colours<C>,
+    labels: impl Iterator<Item = Labels>,
+    tails: impl Iterator<Item = &'a mut [u8; N]>,
+) {
+    for ((instance, component, semantic, [reason, ground]), tail) in labels.zip(tails) {
+        tail[0..4].copy_from_slice(&order.put_u32(instance));
+        tail[4..8].copy_from_slice(&order.put_u32(component));
+        tail[8..10].copy_from_slice(&order.put_u16(semantic));
+        tail[10..12].copy_from_slice(&[reason, ground]);
+        tail[12..12 + C].copy_from_slice(colours.fields(instance, reason));
+    }
+}
+
+/// The C bytes of the fields of every colour that a point can have.
+struct Colours<const C: usize> {
+    of_instance: Vec<[u8; C]>,
+    of_reason: [[u8; C]; REASONS],
+}
+
+/// Codes of reasons that have a colour of their own; all above have that of the last.
+const REASONS: usize = 8;
+
+impl<const C: usize> Colours<C> {
+    fn new(bytes: impl Fn([u8; 3]) -> [u8; C]) -> Self {
+        let ids = 1..=INSTANCE_COLOURS as u32;
+        Colours {
+            of_instance: ids.map(|id| bytes(instance_colour(id))).collect(),
+            of_reason: std::array::from_fn(|reason| bytes(reason_colour(reason as u8))),
+        }
+    }
+
+    #[inline]
+    fn fields(&self, instance: u32, reason: u8) -> &[u8; C] {
+        match instance {
+            0 => &self.of_reason[usize::from(reason).min(REASONS - 1)],
+            id => &self.of_instance[(id - 1) as usize % INSTANCE_COLOURS],
+        }
+    }
+}
+
+/// The fields `rgb` and `colors`.
+fn colour_fields(order: ByteOrder, [red, green, blue]: [u8; 3]) -> [u8; 8] {
+    let (argb, rgba) = ([0xff, red, green, blue], [red, green, blue, 0xff]);
+    let mut fields = [0; 8];
+    fields[..4].copy_from_slice(&order.put_u32(u32::from_be_bytes(argb)));
+    fields[4..].copy_from_slice(&order.put_u32(u32::from_be_bytes(rgba)));
+    fields
+}
+
+fn check(cloud: &PackedCloud, annotation: &PointAnnotation) -> Result<()> {
+    let expected = cloud.point_count();
+    let columns = [
+        ("instance", annotation.instance.len()),
+        ("component", annotation.component.len()),
+        ("semantic", annotation.semantic.len()),
+        ("reason", annotation.reason.len()),
+        (GROUND, annotation.ground.map_or(expected, <[u8]>::len)),
+        ("confidence", annotation.certainty.map_or(expected, |certain| certain.confidence.len())),
+        ("entropy", annotation.certainty.map_or(expected, |certain| certain.entropy.len())),
+    ];
+    match columns.into_iter().find(|&(_, found)| found != expected) {
+        None => Ok(()),
+        Some((column, found)) => Err(CloudError::ColumnLength { column, expected, found }.into()),
+    }
+}
+
+/// Point step, row step and data length of the result, whose points are so many bytes longer.
+fn sizes(cloud: &PackedCloud, more: u32) -> Result<(u32, u32, usize)> {
+    let fit = || {
+        let point_step = cloud.point_step.checked_add(more)?;
+        let row_step = cloud.width.checked_mul(point_step)?;
+        let length = row_step.checked_mul(cloud.height)?;
+        Some((point_step, row_step, length as usize))
+    };
+    fit().ok_or_else(|| {
+        cloud.malformed(format!(
+            "{} x {} points of {} + {more} bytes are more than one message can hold",
+            cloud.height, cloud.width, cloud.point_step
+        ))
+    })
+}
+
+fn fields(cloud: &PackedCloud, annotation: &PointAnnotation) -> Vec<PointField> {
+    let mut fields = cloud.fields.clone();
+    let labels =
+        LABELS.into_iter().filter(|field| annotation.ground.is_some() || field.0 != GROUND);
+    let behind_colours = annotation_len(cloud.format);
+    let certainty = CERTAINTY.into_iter().filter(|_| annotation.certainty.is_some());
+    let certainty = certainty.map(|(name, behind, kind)| (name, behind_colours + behind, kind));
+    let colours = match cloud.format.is_foxglove() {
+        true => &FOXGLOVE_COLOURS[..],
+        false => &COLOURS[..],
+    };
+    for (name, behind, datatype) in labels.chain(colours.iter().copied()).chain(certainty) {
+        let mut name = name.to_owned();
+        while fields.iter().any(|field| field.name == name) {
+            name.insert_str(0, CLASH_PREFIX);
+        }
+        fields.push(PointField { name, offset: cloud.point_step + behind, datatype, count: 1 });
+    }
+    fields
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::clouds::tests::{cloud, field, xyz};
+    use super::*;
+    use crate::error::Error;
+
+    const ANNOTATION: PointAnnotation = PointAnnotation {
+        instance: &[0, 1, 70_000, 0],
+        component: &[0, 9, 8, 7],
+        semantic: &[40, 10, 65_535, 0],
+        reason: &[3, 0, 0, 6],
+        ground: None,
+        certainty: None,
+    };
+
+    /// 4 points of 13 bytes in 2 rows with 3 bytes behind each.
+    fn data() -> Vec<u8> {
+        (0..2 * (2 * 13 + 3)).map(|i| i as u8 ^ 0x5a).collect()
+    }
+
+    fn input(data: &[u8]) -> PackedCloud<'_> {
+        PackedCloud { height: 2, width: 2, row_step: 29, is_dense: false, ..cloud(xyz(), 13, data) }
+    }
+
+    #[test]
+    fn how_sure_classes_are_stands_behind_the_colours() {
+        let data = data();
+        let certainty = Certainty { confidence: &[255, 128, 0, 7], entropy: &[0, 40, 255, 9] };
+        for format in [CloudFormat::Ros2, CloudFormat::FoxgloveProtobuf] {
+            let input = PackedCloud { format, ..input(&data) };
+            let known = PointAnnotation { certainty: Some(certainty), ..ANNOTATION };
+            let decoded = |annotation| {
+                let mut message = Vec::new();
+                annotated_cloud(&input, annotation, &mut message).unwrap();
+                message
+            };
+            let (with, without) = (decoded(&known), decoded(&ANNOTATION));
+            let (with, without) = (format.decode(&with).unwrap(), format.decode(&without).unwrap());
+            assert_eq!(with.point_step, without.point_step + 4);
+            assert_eq!(with.column_u32("confidence").unwrap(), [255, 128, 0, 7]);
+            assert_eq!(with.column_u32("entropy").unwrap(), [0, 40, 255, 9]);
+            for (with, without) in with.points().zip(without.points()) {
+                assert_eq!(with[..without.len()], *without);
+                assert_eq!(with[with.len() - 2..], [0, 0]);
+            }
+            let short = Certainty { entropy: &[0; 3], ..certainty };
+            let short = PointAnnotation { certainty: Some(short), ..ANNOTATION };
+            assert!(annotated_cloud(&input, &short, &mut Vec::new()).is_err());
+        }
+    }
+
+    #[test]
+    fn the_points_are_unchanged_and_the_labels_come_back() {
+        let data = data();
+        for (order, is_bigendian) in [
+            (ByteOrder::Little, false),
+            (ByteOrder::Little, true),
+            (ByteOrder::Big, false),
+            (ByteOrder::Big, true),
+        ] {
+            let input = PackedCloud { byte_order: order, is_bigendian, ..input(&data) };
+            let mut cdr = Vec::new();
+            annotated_cloud(&input, &ANNOTATION, &mut cdr).unwrap();
+            let output = CloudFormat::Ros2.decode(&cdr).unwrap();
+            assert_eq!((output.point_step, output.row_step), (33, 66));
+            assert_eq!(&output.fields[..3], &input.fields[..]);
+            let head = |cloud: &PackedCloud| {
+                let shape = (cloud.height, cloud.width, cloud.is_bigendian, cloud.is_dense);
+                (cloud.byte_order, cloud.stamp_ns(), cloud.frame_id.clone(), shape)
+            };
+            assert_eq!(head(&output), head(&input));
+            for (before, after) in input.points().zip(output.points()) {
+                assert_eq!(after[..13], *before);
+                assert_eq!(after[13 + 11], 0);
+            }
+            let column = |name| output.column_u32(name).unwrap();
+            assert_eq!(column("instance"), ANNOTATION.instance);
+            assert_eq!(column("component"), ANNOTATION.component);
+            assert_eq!(column("semantic"), [40, 10, 65_535, 0]);
+            assert_eq!(column("reason"), [3, 0, 0, 6]);
+        }
+    }
+
+    #[test]
+    fn known_bytes_of_one_point() {
+        let data = data();
+        let mut cdr = Vec::new();
+        annotated_cloud(&input(&data), &ANNOTATION, &mut cdr).unwrap();
+        let output = CloudFormat::Ros2.decode(&cdr).unwrap();
+        let [red, green, blue] = instance_colour(70_000);
+        let point = output.points().nth(2).unwrap();
+        let expected = [
+            [0x70, 0x11, 1, 0, 8, 0, 0, 0, 0xff, 0xff, 0, 0].as_slice(),
+            &[blue, green, red, 0xff],
+            &[0xff, blue, green, red],
+        ];
+        assert_eq!(point[13..], expected.concat());
+        let [red, green, blue] = reason_colour(3);
+        let point = output.points().next().unwrap();
+        assert_eq!(point[13 + 12..][..4], [blue, green, red, 0xff]);
+    }
+
+    #[test]
+    fn ground_takes_the_padding_and_only_where_it_is_known() {
+        let data = data();
+        let mut cdr = Vec::new();
+        let known = PointAnnotation { ground: Some(&[255, 0, 127, 3]), ..ANNOTATION };
+        annotated_cloud(&input(&data), &known, &mut cdr).unwrap();
+        let output = CloudFormat::Ros2.decode(&cdr).unwrap();
+        assert_eq!(output.point_step, 33);
+        assert_eq!(output.column_u32("ground").unwrap(), [255, 0, 127, 3]);
+        assert_eq!(output.column_u32("reason").unwrap(), [3, 0, 0, 6]);
+        annotated_cloud(&input(&data), &ANNOTATION, &mut cdr).unwrap();
+        let output = CloudFormat::Ros2.decode(&cdr).unwrap();
+        assert!(output.fields.iter().all(|field| field.name != "ground"));
+        let short = PointAnnotation { ground: Some(&[0; 3]), ..ANNOTATION };
+        assert!(matches!(
+            annotated_cloud(&input(&data), &short, &mut Vec::new()),
+            Err(Error::Cloud(CloudError::ColumnLength { column: "ground", expected: 4, found: 3 }))
+        ));
+    }
+
+    #[test]
+    fn names_that_clash_get_a_prefix() {
+        let data = data();
+        let mut input = input(&data);
+        input.fields.push(field("rgb", 0, Datatype::Float32));
+        input.fields.push(field("instance", 0, Datatype::UInt8));
+        input.fields.push(field("divmerge_instance", 0, Datatype::UInt8));
+        let mut cdr = Vec::new();
+        annotated_cloud(&input, &ANNOTATION, &mut cdr).unwrap();
+        let output = CloudFormat::Ros2.decode(&cdr).unwrap();
+        let names: Vec<_> = output.fields[6..].iter().map(|f| f.name.as_str()).collect();
+        assert_eq!(
+            names,
+            [
+                "divmerge_divmerge_instance",
+                "component",
+                "semantic",
+                "reason",
+                "divmerge_rgb",
+                "colors"
+            ]
+        );
+    }
+
+    #[test]
+    fn the_buffer_is_allocated_once_and_reused() {
+        let data = data();
+        let mut cdr = Vec::new();
+        annotated_cloud(&input(&data), &ANNOTATION, &mut cdr).unwrap();
+        let (first, place) = (cdr.clone(), cdr.as_ptr());
+        assert!(cdr.capacity() < cdr.len() + 200);
+        annotated_cloud(&input(&data), &ANNOTATION, &mut cdr).unwrap();
+        assert_eq!((cdr.as_ptr(), &cdr), (place, &first));
+    }
+
+    #[test]
+    fn columns_must_fit_the_cloud() {
+        let data = data();
+        let short = PointAnnotation { reason: &[0; 3], ..ANNOTATION };
+        assert!(matches!(
+            annotated_cloud(&input(&data), &short, &mut Vec::new()),
+            Err(Error::Cloud(CloudError::ColumnLength { column: "reason", expected: 4, found: 3 }))
+        ));
+        let mut huge = input(&[]);
+        (huge.height, huge.width, huge.point_step) = (0, 1 << 20, 1 << 20);
+        let nothing = PointAnnotation {
+            instance: &[],
+            component: &[],
+            semantic: &[],
+            reason: &[],
+            ground: None,
+            certainty: None,
+        };
+        assert!(matches!(
+            annotated_cloud(&huge, &nothing, &mut Vec::new()),
+            Err(Error::Malformed { .. })
+        ));
+    }
+}

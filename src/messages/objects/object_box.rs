@@ -1,0 +1,77 @@
+//! One instance as messages of objects show it, and how a box is drawn in all of them.
+
+use nalgebra::Isometry3;
+
+use crate::instances::likeness::Kind;
+use crate::instances::{Instance, Likeness};
+use crate::messages::ros::RosWriter;
+
+/// Opacity of a box.
+pub(super) const BOX_ALPHA: f32 = 0.35;
+/// Shortest side of a drawn box in metres; a flat box would not be seen.
+pub(super) const SHORTEST_SIDE: f64 = 0.05;
+/// Height of the letters in metres.
+pub(super) const TEXT_HEIGHT: f64 = 0.4;
+
+/// One instance as messages show it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObjectBox {
+    /// Instance, which gives the box its id and its colour.
+    pub id: u32,
+    /// From the box's own axes (x along the length, y along the width, z along the height, origin
+    /// in the centre; metres) to the coordinate frame of the message.
+    pub pose: Isometry3<f64>,
+    /// Length, width and height in metres.
+    pub size: [f64; 3],
+    /// Class in the recording's own ids, 0 without classes.
+    pub class: u16,
+    /// Name of the class or of what the object looks like; empty where nothing is known.
+    pub name: String,
+    /// How likely that is, 0 to 1; 1 for a class of the recording.
+    pub probability: f64,
+    /// What is written above the box.
+    pub title: String,
+    /// Points in it.
+    pub points: u32,
+}
+
+impl ObjectBox {
+    /// An instance's box. `frame` takes the sensor frame to the coordinate frame of the message.
+    pub fn of(instance: &Instance, frame: &Isometry3<f64>) -> Self {
+        let (name, probability) = match instance.likeness {
+            Some(Likeness { kind: Kind::Unknown, .. }) => ("", 0.0),
+            Some(Likeness { kind, probability, .. }) => (kind.name(), probability),
+            None => (instance.class_name.as_str(), instance.confidence.unwrap_or(1.0)),
+        };
+        ObjectBox {
+            id: instance.id,
+            pose: frame * instance.bounds.pose(),
+            size: instance.bounds.size,
+            class: instance.semantic,
+            name: name.to_owned(),
+            probability,
+            title: instance.title(),
+            points: instance.points,
+        }
+    }
+
+    /// Where the text of a box stands: above its middle.
+    pub(super) fn above(&self) -> [f64; 3] {
+        let up = self.size[2] / 2.0 + TEXT_HEIGHT;
+        let nalgebra::Point3 { coords } = self.pose * nalgebra::Point3::new(0.0, 0.0, up);
+        coords.into()
+    }
+}
+
+/// Appends a `geometry_msgs/Pose`.
+pub(super) fn write_pose(writer: &mut RosWriter, pose: &Isometry3<f64>) {
+    let rotation = pose.rotation.coords; // x, y, z, w
+    // Never -0, which turning boxes back makes of zeros.
+    writer.f64s(pose.translation.vector.iter().chain(rotation.iter()).map(|value| value + 0.0));
+}
+
+/// Appends a `geometry_msgs/PoseWithCovariance` of unknown covariance.
+pub(super) fn write_pose_with_covariance(writer: &mut RosWriter, pose: &Isometry3<f64>) {
+    write_pose(writer, pose);
+    writer.f64s([0.0; 36]);
+}
