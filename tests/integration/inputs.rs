@@ -86,14 +86,8 @@ fn yaml(path: &Path) -> serde_json::Value {
     serde_saphyr::from_str(&text).expect("YAML")
 }
 
-#[test]
-fn a_split_bag_comes_out_as_one() {
-    let (folder, drives) = drives();
-    let bag = folder.path().join("bag");
-    std::fs::create_dir(&bag).expect("a folder");
-    for (from, to) in drives[1..].iter().zip(["bag_0.mcap", "bag_1.mcap"]) {
-        std::fs::copy(from, bag.join(to)).expect("copied");
-    }
+/// The metadata of a bag of two files as rosbag2 writes them, with counts that are wrong.
+fn bag_metadata() -> String {
     let entry = |name: &str, type_name: &str| {
         format!(
             "    - topic_metadata:\n        name: {name}\n        type: {type_name}\n        \
@@ -108,7 +102,7 @@ fn a_split_bag_comes_out_as_one() {
              duration:\n        nanoseconds: 2\n      message_count: 3\n"
         )
     };
-    let metadata = format!(
+    format!(
         "rosbag2_bagfile_information:\n  version: 9\n  storage_identifier: \
          mcap\n  duration:\n    nanoseconds: 4\n  \
          starting_time:\n    nanoseconds_since_epoch: 5\n  message_count: \
@@ -120,7 +114,18 @@ fn a_split_bag_comes_out_as_one() {
         entry("/tf", "tf2_msgs/msg/TFMessage"),
         file("bag_0.mcap"),
         file("bag_1.mcap"),
-    );
+    )
+}
+
+#[test]
+fn a_split_bag_comes_out_as_one() {
+    let (folder, drives) = drives();
+    let bag = folder.path().join("bag");
+    std::fs::create_dir(&bag).expect("a folder");
+    for (from, to) in drives[1..].iter().zip(["bag_0.mcap", "bag_1.mcap"]) {
+        std::fs::copy(from, bag.join(to)).expect("copied");
+    }
+    let metadata = bag_metadata();
     std::fs::write(bag.join("metadata.yaml"), &metadata).expect("written");
     let out = folder.path().join("annotated");
     let done = divmerge(&["annotate", path(&bag), "-o", path(&out)]);
@@ -128,10 +133,20 @@ fn a_split_bag_comes_out_as_one() {
     let layouts = ["bag_0.layout.json", "bag_1.layout.json"];
     assert_eq!(names(&out), [layouts[0], "bag_0.mcap", layouts[1], "bag_1.mcap", "metadata.yaml"]);
     assert_eq!(std::fs::read_to_string(bag.join("metadata.yaml")).expect("it"), metadata);
+    check_joined_slices(&bag, &out, folder.path());
+    check_bag_metadata(&out);
 
-    // The same in slices.
-    let [plan, slices, joined] = ["plan.json", "slices", "joined"].map(|n| folder.path().join(n));
-    divmerge(&["plan", path(&bag), "--shards", "2", "-o", path(&plan)]);
+    // Not twice, and not without its metadata.
+    assert_eq!(divmerge(&["annotate", path(&bag), "-o", path(&out)]).status.code(), Some(1));
+    std::fs::remove_file(bag.join("metadata.yaml")).expect("removed");
+    let refused = divmerge(&["annotate", path(&bag), "-o", path(&out), "--force"]);
+    assert!(text(&refused.stderr).contains("has no metadata.yaml"), "{}", text(&refused.stderr));
+}
+
+/// Annotates a bag in two slices; joined, they are what one run made of it.
+fn check_joined_slices(bag: &Path, annotated: &Path, here: &Path) {
+    let [plan, slices, joined] = ["plan.json", "slices", "joined"].map(|n| here.join(n));
+    divmerge(&["plan", path(bag), "--shards", "2", "-o", path(&plan)]);
     for number in 0..2 {
         divmerge(&[
             "annotate",
@@ -143,17 +158,20 @@ fn a_split_bag_comes_out_as_one() {
     }
     let done = divmerge(&["join", path(&slices), "--plan", path(&plan), "-o", path(&joined)]);
     assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
-    assert_eq!(names(&joined), names(&out));
-    for name in names(&out) {
-        let [ours, theirs] = [&joined, &out].map(|folder| std::fs::read(folder.join(&name)));
+    assert_eq!(names(&joined), names(annotated));
+    for name in names(annotated) {
+        let [ours, theirs] = [&joined, annotated].map(|folder| std::fs::read(folder.join(&name)));
         assert!(ours.expect("joined") == theirs.expect("annotated"), "{name}");
     }
+}
 
-    let made = yaml(&out.join("metadata.yaml"));
+/// The metadata written for an annotated bag have its own counts, and entries for what was added.
+fn check_bag_metadata(annotated: &Path) {
+    let made = yaml(&annotated.join("metadata.yaml"));
     let made = &made["rosbag2_bagfile_information"];
     assert_eq!((&made["version"], &made["ros_distro"]), (&9.into(), &"rolling".into()));
-    let overviews =
-        ["bag_0.mcap", "bag_1.mcap"].map(|name| Overview::read(&out.join(name)).expect("whole"));
+    let overviews = ["bag_0.mcap", "bag_1.mcap"]
+        .map(|name| Overview::read(&annotated.join(name)).expect("whole"));
     for (file, overview) in made["files"].as_array().expect("files").iter().zip(&overviews) {
         assert_eq!(file["message_count"], overview.message_count);
         assert_eq!(
@@ -175,12 +193,6 @@ fn a_split_bag_comes_out_as_one() {
     let objects = &topic("/lidar/points/objects")["topic_metadata"];
     assert_eq!(objects["type"], "visualization_msgs/msg/MarkerArray");
     assert_eq!(objects["type_description_hash"], "");
-
-    // Not twice, and not without its metadata.
-    assert_eq!(divmerge(&["annotate", path(&bag), "-o", path(&out)]).status.code(), Some(1));
-    std::fs::remove_file(bag.join("metadata.yaml")).expect("removed");
-    let refused = divmerge(&["annotate", path(&bag), "-o", path(&out), "--force"]);
-    assert!(text(&refused.stderr).contains("has no metadata.yaml"), "{}", text(&refused.stderr));
 }
 
 /// The binary with pipes to all its streams.

@@ -76,10 +76,15 @@ fn a_list_a_table_a_topic_and_pages() {
         "{said}"
     );
     assert!(!said.contains("  5. "), "{said}");
+    check_table(&csv);
+    check_command(&said);
+    check_topic(&input, Path::new(&mcap));
+    check_pages(Path::new(&pages));
+}
 
-    // The table has every suspect of those frames, and the first of the list is the likeliest of
-    // them.
-    let table = std::fs::read_to_string(&csv).expect("the table");
+/// The table has every suspect of the frames, and the first of the list is the most likely.
+fn check_table(csv: &str) {
+    let table = std::fs::read_to_string(csv).expect("the table");
     let lines: Vec<Vec<String>> = table.lines().map(cells).collect();
     assert_eq!(lines[0].len(), 18);
     assert_eq!(lines[0][..6], ["topic", "frame", "log_time_ns", "seconds", "score", "kind"]);
@@ -88,8 +93,10 @@ fn a_list_a_table_a_topic_and_pages() {
     let scores = lines[1..].iter().map(|line| line[4].parse::<f64>().expect("a score"));
     assert!(scores.clone().all(|score| (0.0..1.0).contains(&score)));
     assert!(scores.clone().any(|score| score > 0.01));
+}
 
-    // The command that is printed explains.
+/// The command that is printed explains.
+fn check_command(said: &str) {
     let command =
         said.lines().find(|line| line.trim().starts_with("divmerge explain")).expect("one");
     let words = command.trim().strip_prefix("divmerge ").expect("the binary");
@@ -98,9 +105,11 @@ fn a_list_a_table_a_topic_and_pages() {
         .output()
         .expect("a shell");
     assert_eq!(output.status.code(), Some(0), "{command}: {}", text(&output.stderr));
+}
 
-    // Everything of the input is there; the topic has a message for each triaged cloud, after it.
-    let (before, after) = (messages(&input), messages(Path::new(&mcap)));
+/// Everything of the input is there; the topic has a message for each triaged cloud, after it.
+fn check_topic(input: &Path, output: &Path) {
+    let (before, after) = (messages(input), messages(output));
     let is_added = |message: &&(String, u64, Vec<u8>)| message.0.ends_with("/suspicion");
     let kept: Vec<_> = after.iter().filter(|message| !is_added(message)).collect();
     assert_eq!(kept, before.iter().collect::<Vec<_>>());
@@ -110,14 +119,17 @@ fn a_list_a_table_a_topic_and_pages() {
     for (added, cloud) in added.iter().zip(&clouds[1..]) {
         assert_eq!((added.0.as_str(), added.1), ("/lidar/points/suspicion", cloud.1));
     }
-    let overview = Overview::read(Path::new(&mcap)).expect("a recording");
+    let overview = Overview::read(output).expect("a recording");
     let channel = overview.channels_of("/lidar/points/suspicion").next().expect("the topic");
     assert_eq!(overview.schema_of(channel.id).expect("a schema").name, DIAGNOSTIC_ARRAY.name);
+}
 
-    let index = std::fs::read_to_string(Path::new(&pages).join("index.html")).expect("the index");
+/// A page for each of the four cases, which loads nothing from elsewhere.
+fn check_pages(pages: &Path) {
+    let index = std::fs::read_to_string(pages.join("index.html")).expect("the index");
     assert!(index.contains("a &lt;b&gt; &amp; c.mcap") && !index.contains("<b> &"), "{index}");
     assert_eq!(index.matches("<tr tabindex").count(), 4);
-    let page = std::fs::read_to_string(Path::new(&pages).join("case-004.html")).expect("a page");
+    let page = std::fs::read_to_string(pages.join("case-004.html")).expect("a page");
     assert!(
         page.contains("<svg") && page.contains("bird&#39;s-eye") || page.contains("bird's-eye")
     );
