@@ -31,7 +31,6 @@ mod remote;
 mod source;
 pub mod stopwatch;
 mod summary;
-mod tail;
 pub mod workers;
 mod writer;
 
@@ -49,7 +48,7 @@ pub use index::{ChunkPlace, window_around};
 pub use names::checksum;
 pub use overview::Overview;
 pub use part::{Item, Part, SharedBytes, SourceChunk};
-pub use partial::{PartialFile, abandon_partial_files};
+pub use partial::{PartialFile, abandon_partial_files, write_file};
 pub use reader::{ReadTimes, RecordingReader};
 pub use record::{Position, Record, Schema};
-pub use writer::{RecordingWriter, WriteOptions, WriteTimes, write_file};
+pub use writer::{RecordingWriter, WriteOptions, WriteTimes};

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs::{File, TryLockError};
-use std::io::{self, ErrorKind};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -184,4 +184,15 @@ fn exists(output: &Path) -> Error {
         ErrorKind::AlreadyExists,
         "exists already and may not be replaced",
     ))
+}
+
+/// Writes a file of any kind in the same way: it appears under its name when it is complete.
+///
+/// # Errors
+/// [`Error::Io`], also if the output exists and may not be replaced.
+pub fn write_file(output: &Path, bytes: &[u8], force: bool) -> Result<()> {
+    let (mut file, partial) = PartialFile::create(output, force)?;
+    file.write_all(bytes).and_then(|()| file.flush()).map_err(Error::io(output))?;
+    drop(file);
+    partial.put()
 }

@@ -8,31 +8,72 @@ use mcap::records::{
 };
 
 use crate::encode;
+use crate::error::{Error, Result};
 use crate::record::Schema;
 
 /// Definitions, counts and indexes.
 #[derive(Debug, Default)]
-pub(crate) struct Summary {
-    pub(crate) schemas: BTreeMap<u16, Schema>,
-    pub(crate) channels: BTreeMap<u16, Channel>,
-    pub(crate) chunks: Vec<ChunkIndex>,
-    pub(crate) attachments: Vec<AttachmentIndex>,
-    pub(crate) metadata: Vec<MetadataIndex>,
+pub(super) struct Summary {
+    schemas: BTreeMap<u16, Schema>,
+    channels: BTreeMap<u16, Channel>,
+    pub(super) chunks: Vec<ChunkIndex>,
+    pub(super) attachments: Vec<AttachmentIndex>,
+    pub(super) metadata: Vec<MetadataIndex>,
     message_counts: BTreeMap<u16, u64>,
     bounds: Option<(u64, u64)>,
 }
 
 impl Summary {
-    /// Counts messages of a channel, logged from the first to the last time.
-    pub(crate) fn count(&mut self, channel: u16, count: u64, (first, last): (u64, u64)) {
+    /// Takes a schema that is in the file; whether it is new.
+    pub(super) fn define_schema(&mut self, schema: &Schema) -> Result<bool> {
+        if schema.id == 0 {
+            return Err(Error::SchemaIdZero);
+        }
+        match self.schemas.get(&schema.id) {
+            Some(known) if known == schema => return Ok(false),
+            Some(_) => return Err(Error::ConflictingSchemas { name: schema.name.clone() }),
+            None => {}
+        }
+        self.schemas.insert(schema.id, schema.clone());
+        Ok(true)
+    }
+
+    /// Takes a channel that is in the file; whether it is new.
+    pub(super) fn define_channel(&mut self, channel: &Channel) -> Result<bool> {
+        let topic = || channel.topic.clone();
+        if channel.schema_id != 0 && !self.schemas.contains_key(&channel.schema_id) {
+            return Err(Error::UnknownSchema { topic: topic(), schema: channel.schema_id });
+        }
+        match self.channels.get(&channel.id) {
+            Some(known) if known == channel => return Ok(false),
+            Some(_) => return Err(Error::ConflictingChannels { topic: topic() }),
+            None => {}
+        }
+        self.channels.insert(channel.id, channel.clone());
+        Ok(true)
+    }
+
+    /// Counts messages of a channel, the first of this sequence number, logged from the first to the
+    /// last time.
+    pub(super) fn count(
+        &mut self,
+        channel: u16,
+        sequence: u32,
+        count: u64,
+        (first, last): (u64, u64),
+    ) -> Result<()> {
+        if !self.channels.contains_key(&channel) {
+            return Err(Error::UnknownChannel { sequence, channel });
+        }
         *self.message_counts.entry(channel).or_default() += count;
         let (start, end) = self.bounds.unwrap_or((first, last));
         self.bounds = Some((start.min(first), end.max(last)));
+        Ok(())
     }
 
     /// The records from the end of the data, which lies at `offset` bytes of the file and has the
     /// checksum `data_section_crc`, to the end of the file.
-    pub(crate) fn close(self, offset: u64, data_section_crc: u32) -> Vec<u8> {
+    pub(super) fn close(self, offset: u64, data_section_crc: u32) -> Vec<u8> {
         let mut end = encode::record(op::DATA_END, &DataEnd { data_section_crc });
         let start = end.len();
         let mut offsets = Vec::new();
