@@ -134,11 +134,11 @@ pub fn play(
                 }
             }
             Record::Skipped { counts } => tally.pass(&clouds, counts),
-            Record::Damaged { offset, problem } => {
-                watcher.event(Event::Warning(&format!("{problem} (byte {offset})")))?;
+            Record::Damaged { offset, damage } => {
+                watcher.event(Event::Warning(&format!("{damage} (byte {offset})")))?;
             }
-            Record::Truncated { offset, problem } => {
-                watcher.event(Event::Warning(&format!("cut off: {problem} (byte {offset})")))?;
+            Record::Truncated { offset, damage } => {
+                watcher.event(Event::Warning(&format!("cut off: {damage} (byte {offset})")))?;
                 tally.replayed.is_cut_off = true;
             }
             _ => continue,

@@ -446,12 +446,12 @@ impl<'a> Job<'a> {
 
     fn record(&mut self, record: &Record) -> Result<()> {
         match record {
-            Record::Damaged { offset, problem } => {
-                self.warn(format!("{problem} (byte {offset})"));
+            Record::Damaged { offset, damage } => {
+                self.warn(format!("{damage} (byte {offset})"));
             }
-            Record::Truncated { offset, problem } => {
+            Record::Truncated { offset, damage } => {
                 let cut = format!(
-                    "cut off: {problem} (byte {offset}); annotated up to the last readable message"
+                    "cut off: {damage} (byte {offset}); annotated up to the last readable message"
                 );
                 self.warn(cut.clone());
                 self.report.truncated = Some(cut);

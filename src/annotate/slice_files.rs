@@ -234,12 +234,12 @@ impl Slices {
                 let notes = notes.map_err(|error| self.wrong(format!("notes: {error}")))?;
                 self.notes.extend(notes);
             }
-            Item::Record(Record::Truncated { problem, .. }) => {
-                return Err(self.wrong(format!("cut off: {problem}; annotate it again")));
+            Item::Record(Record::Truncated { damage, .. }) => {
+                return Err(self.wrong(format!("cut off: {damage}; annotate it again")));
             }
             // Also where no message is lost by it: the checksum over everything covers what the slice says of itself.
-            Item::Record(Record::Damaged { problem, .. }) => {
-                return Err(self.wrong(format!("damaged: {problem}; annotate it again")));
+            Item::Record(Record::Damaged { damage, .. }) => {
+                return Err(self.wrong(format!("damaged: {damage}; annotate it again")));
             }
             Item::Record(_) => {}
         }

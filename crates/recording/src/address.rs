@@ -21,13 +21,13 @@ pub fn is_stream(path: &Path) -> bool {
     path == STANDARD_STREAM || !is_remote(path) && path.metadata().is_ok_and(is_other)
 }
 
-/// Whether a path is an address, as in `s3://bucket/drive.mcap`, and not the name of a file. A file
-/// of such a name can be had with `./` before it.
+/// Whether a path is an address, such as `s3://bucket/drive.mcap`, and not the name of a file.
+/// Write `./` before the name of such a file.
 pub fn is_remote(path: &Path) -> bool {
     path.to_str().is_some_and(|text| scheme(text).is_some())
 }
 
-/// The part of an address before `://`, if that is what it is.
+/// The part of an address before `://`; `None` if the text is no address.
 pub(crate) fn scheme(text: &str) -> Option<&str> {
     let (scheme, _) = text.split_once(BEHIND_SCHEME)?;
     let is_scheme = scheme.starts_with(|c: char| c.is_ascii_alphabetic())
@@ -35,19 +35,18 @@ pub(crate) fn scheme(text: &str) -> Option<&str> {
     is_scheme.then_some(scheme)
 }
 
-/// Puts what is secret of an http(s) address aside: its query, by which a server lets whoever has
-/// it read, and a user's name and password. What is returned stands for the whole in this process,
-/// and may be shown and written; opened, the whole is sent. Anything else is returned as it is.
+/// Hides the secrets of an http(s) address: its query, which can grant access, and the user's name
+/// and password. The name that is returned stands for the whole address in this process and may be
+/// shown and written; to open it, the whole address is sent. Other texts are returned as they are.
 ///
-/// An address with such a part is refused by what opens recordings, since it could come into
-/// messages and outputs.
+/// Readers refuse an address with secrets, since it could get into messages and outputs.
 pub fn put_secrets_aside(address: &str) -> PathBuf {
     let open = open_part(address);
     if open == address {
         return PathBuf::from(address);
     }
     let mut whole = aside();
-    // What differs in its secrets alone may be something else.
+    // Addresses that differ in their secrets only may be different objects.
     let mut names = (1_u64..).map(|number| match number {
         1 => open.clone(),
         number => format!("{open}#{number}"),
@@ -64,7 +63,7 @@ pub(crate) fn whole(name: &str) -> String {
     aside().get(name).cloned().unwrap_or_else(|| name.to_owned())
 }
 
-/// An address without what is secret.
+/// An address without its secrets.
 pub(crate) fn open_part(address: &str) -> String {
     let Some(scheme) = scheme(address).filter(|scheme| is_http(scheme)) else {
         return address.to_owned();

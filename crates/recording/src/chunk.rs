@@ -2,15 +2,16 @@
 
 use std::io::{self, Read};
 
+use crate::damage::Damage;
 use crate::fields::{Fields, HEAD_LEN, MAX_RECORD, split_head};
-use crate::names::{crc_mismatch, record_name};
+use crate::names::record_name;
 
-/// Bytes of records that a chunk may hold however few it has in the file: many times a usual chunk,
-/// and more than the largest message that compresses to nothing, such as an empty map.
+/// Bytes of records that any chunk may hold, however small it is in the file: many times a usual
+/// chunk, and more than the largest message that compresses to nothing, such as an empty map.
 const ALWAYS: u64 = 256 << 20;
 
-/// How many times smaller than its records a chunk may be beyond that. Points compress to a half,
-/// images to a tenth.
+/// How many times smaller than its records a larger chunk may be. Points compress to a half, images
+/// to a tenth.
 const MOST_TIMES_SMALLER: u64 = 64;
 
 struct Header<'a> {
@@ -20,7 +21,7 @@ struct Header<'a> {
     uncompressed_crc: u32,
     compression: &'a str,
     compressed_size: u64,
-    /// What is there of the compressed records.
+    /// The compressed records, as far as they are there.
     data: &'a [u8],
 }
 
@@ -49,7 +50,7 @@ pub(crate) struct Sizes {
     pub(crate) compression: String,
 }
 
-/// What the header says; nothing if there is more or less behind it than it says.
+/// What the header says; `None` if the bytes behind it are more or fewer.
 pub(crate) fn sizes(body: &[u8]) -> Option<Sizes> {
     let Header { times, uncompressed_size, compressed_size, compression, data, .. } =
         Header::parse(body)?;
@@ -63,28 +64,21 @@ pub(crate) fn compression(body: &[u8]) -> Option<&str> {
     Header::parse(body).map(|header| header.compression)
 }
 
-/// Puts the records of a whole chunk into `records`, one behind the other with their heads, after
-/// checking the chunk's checksum and that every record is whole. Says what is wrong otherwise.
-pub(crate) fn unpack(body: &[u8], records: &mut Vec<u8>) -> Result<(), String> {
+/// Puts the records of a whole chunk into `records`, one behind the other with their heads.
+///
+/// # Errors
+/// Any [`Damage`] of a chunk: its checksum and the lengths of its records are checked.
+pub(crate) fn unpack(body: &[u8], records: &mut Vec<u8>) -> Result<(), Damage> {
     records.clear();
-    let header = Header::parse(body).ok_or("the chunk's header cannot be parsed")?;
-    let Some(data) =
-        usize::try_from(header.compressed_size).ok().and_then(|size| header.data.get(..size))
-    else {
-        return Err(format!(
-            "the chunk claims {} bytes of records and has {}",
-            header.compressed_size,
-            header.data.len()
-        ));
-    };
-    let most = most_records(data.len());
-    if header.uncompressed_size > most {
-        return Err(format!(
-            "the chunk claims {} bytes of records in {} bytes, more than the {most} that are \
-             believed",
-            header.uncompressed_size,
-            data.len()
-        ));
+    let unreadable = Damage::Unreadable { record: "the chunk's header" };
+    let header = Header::parse(body).ok_or(unreadable)?;
+    let (claimed, found) = (header.compressed_size, header.data.len() as u64);
+    let data = usize::try_from(claimed).ok().and_then(|size| header.data.get(..size));
+    let data = data.ok_or(Damage::ChunkSize { claimed, found })?;
+    let (claimed, most) = (header.uncompressed_size, most_records(data.len()));
+    if claimed > most {
+        let compressed = data.len() as u64;
+        return Err(Damage::ChunkTooLarge { claimed, compressed, most });
     }
     if quick(&header, data, records) {
         return Ok(());
@@ -94,39 +88,30 @@ pub(crate) fn unpack(body: &[u8], records: &mut Vec<u8>) -> Result<(), String> {
     })
 }
 
-/// The most bytes of records that are unpacked from so many bytes: a chunk can claim anything, and
-/// a small one can truly hold a thousand times its size of zeros.
+/// The most bytes of records that are unpacked from this many bytes. A chunk can claim anything,
+/// and a small one can hold a thousand times its size in zeros.
 fn most_records(compressed: usize) -> u64 {
     (compressed as u64).saturating_mul(MOST_TIMES_SMALLER).clamp(ALWAYS, MAX_RECORD)
 }
 
 impl Header<'_> {
-    /// Whether records are what the header says, and whole.
-    fn check(&self, records: &[u8]) -> Result<(), String> {
-        if records.len() as u64 != self.uncompressed_size {
-            let (found, claimed) = (records.len() as u64, self.uncompressed_size);
-            let more = if found > claimed { " or more" } else { "" };
-            return Err(format!(
-                "the chunk claims {claimed} bytes of records and has {found}{more}"
-            ));
+    /// Fails unless the records are what the header says, and whole.
+    fn check(&self, records: &[u8]) -> Result<(), Damage> {
+        let (found, claimed) = (records.len() as u64, self.uncompressed_size);
+        if found != claimed {
+            return Err(Damage::ChunkSize { claimed, found });
         }
-        let (stored, computed) = (self.uncompressed_crc, crc32fast::hash(records));
-        if stored != 0 && stored != computed {
-            return Err(crc_mismatch("chunk", stored, computed));
-        }
-        let whole = whole_records(records);
-        match records.get(whole) {
+        Damage::check("chunk", self.uncompressed_crc, crc32fast::hash(records))?;
+        match records.get(whole_records(records)) {
             None => Ok(()),
-            Some(&opcode) => {
-                Err(format!("the chunk ends in the middle of {}", record_name(opcode)))
-            }
+            Some(&opcode) => Err(Damage::ChunkEnds { record: record_name(opcode) }),
         }
     }
 }
 
-/// Unpacks a chunk of one Zstandard frame at once, which takes half the time of doing it piece by
-/// piece. Whether that could be done and nothing is wrong; `records` are as they were otherwise.
-/// Claims far beyond what points compress to are not believed.
+/// Unpacks a chunk of one Zstandard frame at once, in half the time of unpacking it piece by piece.
+/// Returns whether that worked and the records are right; if not, `records` is unchanged. Claims
+/// far beyond what points compress to are not believed.
 fn quick(header: &Header, data: &[u8], records: &mut Vec<u8>) -> bool {
     let size = header.uncompressed_size;
     if header.compression != "zstd" || size / MOST_TIMES_SMALLER > data.len() as u64 {
@@ -139,9 +124,9 @@ fn quick(header: &Header, data: &[u8], records: &mut Vec<u8>) -> bool {
     true
 }
 
-/// Appends what `data` holds to `records`, a byte beyond what the header says at most. Memory grows
-/// with what has come out, not with what is claimed. What came before an error is there.
-fn inflate(header: &Header, data: &[u8], records: &mut Vec<u8>) -> Result<(), String> {
+/// Appends the records in `data` to `records`, at most one byte more than the header says. Memory
+/// grows with the unpacked bytes, not with the claim. Records before an error are kept.
+fn inflate(header: &Header, data: &[u8], records: &mut Vec<u8>) -> Result<(), Damage> {
     let most = header.uncompressed_size.saturating_add(1);
     let mut take = |source: &mut dyn Read| source.take(most).read_to_end(records).map(drop);
     let inflated = match header.compression {
@@ -150,17 +135,12 @@ fn inflate(header: &Header, data: &[u8], records: &mut Vec<u8>) -> Result<(), St
             zstd::stream::read::Decoder::with_buffer(data).and_then(|mut zstd| take(&mut zstd))
         }
         "lz4" => lz4::Decoder::new(data).and_then(|mut lz4| take(&mut lz4)),
-        other => {
-            return Err(format!(
-                "the chunk is compressed with `{other}`, which cannot be read here"
-            ));
-        }
+        name => return Err(Damage::Compression { name: name.to_owned() }),
     };
-    inflated.map_err(|error: io::Error| format!("the chunk cannot be decompressed: {error}"))
+    inflated.map_err(|error: io::Error| Damage::Decompression { problem: error.to_string() })
 }
 
-/// Puts what records are still whole of a chunk that was cut off into `records`. There is no
-/// checksum to check them with.
+/// Puts the records that are still whole in a cut chunk into `records`, unchecked.
 pub(crate) fn salvage(body: &[u8], records: &mut Vec<u8>) {
     records.clear();
     let Some(mut header) = Header::parse(body) else {
@@ -168,12 +148,12 @@ pub(crate) fn salvage(body: &[u8], records: &mut Vec<u8>) {
     };
     let data = &header.data[..header.data.len().min(clamp(header.compressed_size))];
     header.uncompressed_size = header.uncompressed_size.min(most_records(data.len()));
-    // Ends in an error at the cut; what came before it is whole.
+    // The cut is an error; the records before it are whole.
     let _ = inflate(&header, data, records);
     records.truncate(whole_records(records));
 }
 
-/// Length of the part of `data` that is whole records.
+/// Bytes of the whole records at the start of `data`.
 fn whole_records(data: &[u8]) -> usize {
     let mut whole = 0;
     while let Some((_, length)) = split_head(&data[whole..]) {

@@ -1,4 +1,4 @@
-//! Records as bytes. What they hold is laid out by `mcap`'s own structures.
+//! Records as bytes, from the structures of `mcap`.
 
 use std::io::Cursor;
 
@@ -8,7 +8,7 @@ use mcap::records::{AttachmentHeader, MessageHeader, SchemaHeader, op};
 use crate::fields::{MESSAGE_HEADER_LEN, head};
 use crate::record::Schema;
 
-/// A structure of the format, which needs nothing to be written.
+/// A structure of the format that is written without arguments.
 pub(crate) trait Structure: for<'a> BinWrite<Args<'a> = ()> {}
 
 impl<T: for<'a> BinWrite<Args<'a> = ()>> Structure for T {}

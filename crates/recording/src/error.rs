@@ -3,22 +3,24 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::damage::Damage;
+
 /// An error of a recording, with the file that it is about.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The recording is damaged, or no recording at all.
-    #[error("{}: {problem} (byte {offset})", path.display())]
+    /// The file is damaged, or is not a recording.
+    #[error("{}: {damage} (byte {offset})", path.display())]
     Damaged {
         /// The recording.
         path: PathBuf,
-        /// Byte offset in the file at which the damage was met.
+        /// Byte offset of the damage in the file.
         offset: u64,
-        /// What is wrong, in words.
-        problem: String,
+        /// What is wrong.
+        damage: Damage,
     },
 
-    /// The operating system or the object store refused.
+    /// The operating system or the object store failed.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file that was being read or written.

@@ -1,6 +1,6 @@
-//! What a file is that is no recording.
+//! What a file is that is not an MCAP.
 
-/// What a file that starts with `start` is instead.
+/// What a file is that starts with these bytes, and what to do.
 pub(crate) fn not_a_recording(start: &[u8]) -> String {
     const PACKETS: &str = "a capture of network packets; play it through the sensor's ROS 2 \
                            driver (or its maker's tools) and record the clouds: `ros2 bag record \

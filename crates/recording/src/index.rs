@@ -9,7 +9,7 @@ use crate::fields::HEAD_LEN;
 use crate::overview::Overview;
 use crate::summary::visit_summary;
 
-/// What the summary says of the chunks, for readers that pass some over.
+/// The chunks that the summary lists.
 pub(crate) struct Index {
     /// In the order of the file.
     pub(crate) chunks: Vec<IndexedChunk>,
@@ -35,10 +35,9 @@ pub(crate) struct IndexedChunk {
 }
 
 impl Index {
-    /// Reads the index, keeping counts of the messages of some channels. `None` if it cannot be
-    /// relied on: there is no summary or no checksum over it, it does not list as many chunks as it
-    /// counts, they overlap in the file, or the message indexes behind one cannot lie where it
-    /// says.
+    /// Reads the index with the message counts of some channels. `None` if it is unsound: there is
+    /// no summary or no checksum over it, it does not list as many chunks as it counts, chunks
+    /// overlap in the file, or message indexes cannot lie where it says.
     pub(crate) fn read(path: &Path, size: u64, keep: &dyn Fn(u16) -> bool) -> Option<Self> {
         let (mut chunks, mut counted) = (Vec::new(), None);
         let seen = visit_summary(path, size, |record| match record {
@@ -81,22 +80,22 @@ impl IndexedChunk {
     }
 }
 
-/// A chunk by the recording's own index.
+/// A chunk as the index of the recording lists it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ChunkPlace {
     /// Where it begins in the file.
     pub start: u64,
     /// Earliest and latest log time in nanoseconds since 1970; 0 and 0 without messages.
     pub times: (u64, u64),
-    /// Messages of the channels that were asked for.
+    /// Messages of the counted channels.
     pub messages: u64,
     /// Whether it has messages of any channel.
     pub has_messages: bool,
 }
 
 impl ChunkPlace {
-    /// The chunks of a recording in the order of the file, and how many messages they have of some
-    /// channels. `None` if there is no index, or none that can be relied on.
+    /// The chunks of a recording in the order of the file, with the number of messages of some
+    /// channels. `None` if there is no index, or it is unsound.
     pub fn all(overview: &Overview, is_counted: &dyn Fn(u16) -> bool) -> Option<Vec<Self>> {
         let index = Index::read(&overview.path, overview.file_size, is_counted)
             .filter(|_| overview.from_summary)?;
@@ -110,9 +109,9 @@ impl ChunkPlace {
     }
 }
 
-/// Messages of each channel, from the lengths of the message indexes that begin at these offsets,
-/// one behind the other, the last of which ends at `end`. `None` if those are no lengths of such
-/// records.
+/// Messages of each channel, from the lengths of its message indexes. These begin at the offsets,
+/// one behind the other, and the last ends at `end`. `None` if a message index cannot have that
+/// length.
 fn message_counts(offsets: &BTreeMap<u16, u64>, end: u64) -> Option<Vec<(u16, u64)>> {
     /// Log time and offset of a message.
     const ENTRY_LEN: u64 = 8 + 8;
@@ -128,8 +127,8 @@ fn message_counts(offsets: &BTreeMap<u16, u64>, end: u64) -> Option<Vec<(u16, u6
     places.iter().zip(ends).map(count).collect()
 }
 
-/// Log times, from and to (left out), between which the message of some channels lies that is
-/// nearest to a log time, as far as the index tells; all times where it does not.
+/// A window of log times, nanoseconds, that holds the message of some channels nearest to a log
+/// time: its start, and its end, which is outside. Both are `None` if the index does not tell.
 pub fn window_around(
     overview: &Overview,
     channels: &[u16],
@@ -140,8 +139,8 @@ pub fn window_around(
     let Some(index) = index.filter(|_| overview.from_summary) else {
         return (None, None);
     };
-    // Each chunk with such a message has one at most so far away. Chunks that tell of no messages,
-    // and messages outside of chunks, are read whatever the window.
+    // A chunk with such a message has one at most this far away. Chunks without message indexes,
+    // and messages outside of chunks, are read whatever the window is.
     let with_one = index.chunks.iter().filter(|chunk| !chunk.counts.is_empty());
     let reach = with_one.map(|chunk| {
         let (first, last) = chunk.times;

@@ -11,7 +11,7 @@ use crate::fetched::Fetched;
 #[cfg(feature = "remote")]
 use crate::remote::RemoteFile;
 
-/// The bytes of an input. Reading fills what it is given, unless the bytes end.
+/// The bytes of an input. A read fills its buffer unless the bytes end.
 pub(crate) enum Input {
     File(File),
     Stdin(io::Stdin),
@@ -20,7 +20,7 @@ pub(crate) enum Input {
 }
 
 impl Input {
-    /// Opens a file, a stream, or what an address names.
+    /// Opens a file, a stream, or the object at an address.
     ///
     /// # Errors
     /// [`Error::Io`]; [`Error::NoRemote`] if addresses cannot be read here.
@@ -34,7 +34,7 @@ impl Input {
         }
     }
 
-    /// Bytes of the input. Of a stream they say nothing.
+    /// Bytes of the input; an error for a stream.
     pub(crate) fn size(&self) -> io::Result<u64> {
         match self {
             Input::File(file) => Ok(file.metadata()?.len()),
@@ -52,8 +52,8 @@ impl Input {
         }
     }
 
-    /// Says which stretches will be read, in order, so that what is far away can be fetched in
-    /// fitting pieces.
+    /// Tells which stretches will be read, in order, so that a remote object is fetched in pieces
+    /// of fitting sizes.
     pub(crate) fn expect(&mut self, stretches: Vec<Range<u64>>) {
         match self {
             #[cfg(feature = "remote")]
@@ -62,8 +62,8 @@ impl Input {
         }
     }
 
-    /// Says that all from here on to the end will be read more than once, so that what is far away
-    /// is kept.
+    /// Tells that everything from here to the end will be read more than once, so that it is kept
+    /// of a remote object.
     pub(crate) fn keep_end(&mut self, from: u64) -> io::Result<()> {
         match self {
             #[cfg(feature = "remote")]
@@ -75,7 +75,7 @@ impl Input {
         }
     }
 
-    /// A number that this process gives to one state of a remote object.
+    /// A number for one state of a remote object, unique in this process.
     pub(crate) fn object_id(&self) -> Option<u64> {
         match self {
             #[cfg(feature = "remote")]
@@ -128,7 +128,7 @@ fn open_remote(address: &Path) -> Result<Input> {
     Err(Error::NoRemote { path: shown.into() })
 }
 
-/// Names the input, without what is secret of its address.
+/// Names the input, without the secrets of its address.
 fn at(path: &Path, source: io::Error) -> Error {
     let path = match is_remote(path) {
         true => open_part(&path.to_string_lossy()).into(),

@@ -7,6 +7,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use mcap::records;
 
 use crate::address::is_stream;
+use crate::damage::Damage;
 use crate::error::{Error, Result};
 use crate::overview::Overview;
 use crate::reader::RecordingReader;
@@ -34,10 +35,10 @@ impl Overview {
     /// damaged. A file that is cut off is no error.
     pub fn read(path: &Path) -> Result<Self> {
         if is_stream(path) {
-            let problem = "is no file but a stream, which is gone once it is read; `annotate` \
+            let kind = "is no file but a stream, which is gone once it is read; `annotate` \
                            alone reads from one";
-            let (path, problem) = (path.to_owned(), problem.to_owned());
-            return Err(Error::Damaged { path, offset: 0, problem });
+            let damage = Damage::NotARecording { kind: kind.to_owned() };
+            return Err(Error::Damaged { path: path.to_owned(), offset: 0, damage });
         }
         let mut reader = RecordingReader::open_unhashed(path, &Workers::none())?;
         let object = reader.object_id();
@@ -102,9 +103,9 @@ impl Overview {
                 self.start_ns = Some(self.start_ns.map_or(time, |start| start.min(time)));
                 self.end_ns = Some(self.end_ns.map_or(time, |end| end.max(time)));
             }
-            Record::Damaged { offset, problem } | Record::Truncated { offset, problem } => {
+            Record::Damaged { offset, damage } | Record::Truncated { offset, damage } => {
                 if self.problems.len() < MAX_PROBLEMS {
-                    self.problems.push(format!("{problem} (byte {offset})"));
+                    self.problems.push(format!("{damage} (byte {offset})"));
                 }
             }
             Record::Attachment { .. }

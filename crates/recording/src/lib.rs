@@ -1,13 +1,77 @@
-//! Recordings in the MCAP format, read record by record and written again as the same recording.
+//! MCAP recordings, read with every byte checked and written again as they are.
 //!
-//! [`Overview`] says what is in a file, [`RecordingReader`] gives every record with its place and
-//! checks every checksum on the way, [`RecordingWriter`] takes the records as they come and others
-//! besides, and puts the file under its name only when it is whole. No memory grows with the length
-//! of the recording beyond the index that the format itself asks for.
+//! [`Overview`] says what is in a recording. [`RecordingReader`] gives its records in the order of
+//! the file, each with its place, and checks every checksum on the way. [`RecordingWriter`] copies
+//! records, adds others, and gives the file its name when it is complete.
+//!
+//! ```
+//! use std::collections::BTreeMap;
+//!
+//! use divmerge_recording::{
+//!     MessageHeader, Overview, Record, RecordingReader, RecordingWriter, WriteOptions,
+//! };
+//!
+//! # let folder = tempfile::tempdir()?;
+//! # let [input, output] = ["in.mcap", "out.mcap"].map(|name| folder.path().join(name));
+//! // A recording of one message.
+//! let mut writer = RecordingWriter::create(&input, &WriteOptions::default())?;
+//! let schema = writer.add_schema("std_msgs/msg/String", "ros2msg", b"string data")?;
+//! let channel_id = writer.add_channel("/chatter", schema, "cdr", &BTreeMap::new())?;
+//! let header = MessageHeader { channel_id, sequence: 0, log_time: 5, publish_time: 5 };
+//! writer.write_message(&header, b"\0\x01\0\0\x03\0\0\0hi\0")?;
+//! writer.finish()?;
+//!
+//! // A copy of it with one topic more.
+//! let overview = Overview::read(&input)?;
+//! let mut writer = RecordingWriter::create(&output, &WriteOptions::default())?;
+//! writer.reserve(&overview);
+//! let lengths = writer.add_channel("/lengths", 0, "json", &BTreeMap::new())?;
+//! let mut reader = RecordingReader::open(&input)?;
+//! while let Some(record) = reader.next_record()? {
+//!     writer.copy(&record)?;
+//!     if let Record::Message { header, data, .. } = record {
+//!         let header = MessageHeader { channel_id: lengths, ..header };
+//!         writer.write_message(&header, data.len().to_string().as_bytes())?;
+//!     }
+//! }
+//! writer.finish()?;
+//! assert_eq!(Overview::read(&output)?.message_count, 2);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Damage
+//!
+//! Damage of a message ends reading with [`Error::Damaged`], which names the byte and what is wrong
+//! there. What costs no message comes as a record: [`Record::Damaged`], such as a summary with a
+//! wrong checksum, and [`Record::Truncated`] behind the last whole message of a file that is cut
+//! off.
+//!
+//! # Chunks as they lie
+//!
+//! [`RecordingReader::next_part`] gives whole chunks, and [`RecordingWriter::copy_chunk`] places
+//! them without compressing them again. With a [`ReadFilter`], chunks without a wanted message are
+//! skipped, and others may stay unopened.
+//!
+//! # Threads and memory
+//!
+//! [`workers::Workers`] unpack and compress chunks; the bytes are the same on any number of
+//! threads. A length is not believed before the bytes have been seen, and nothing grows with the
+//! length of the recording but the index that the format itself keeps.
+//!
+//! # Addresses
+//!
+//! With the feature `remote`, paths can be addresses in object stores and on web servers
+//! ([`address`]), which are read by range.
+//!
+//! # Types of the format
+//!
+//! [`Channel`], [`MessageHeader`], [`Metadata`] and [`AttachmentHeader`] are those of the `mcap`
+//! crate, re-exported on purpose. No other type of a dependency is in the public face.
 
 pub mod address;
 mod chunk;
 mod compression;
+mod damage;
 mod encode;
 mod error;
 mod fetched;
@@ -41,6 +105,7 @@ pub use mcap::records::{AttachmentHeader, Channel, MessageHeader, Metadata};
 
 pub use address::{STANDARD_STREAM, is_remote, is_stream};
 pub use compression::Compression;
+pub use damage::Damage;
 pub use error::{Error, Result};
 pub use fetched::Fetched;
 pub use filter::{MessageRange, ReadFilter, is_past};

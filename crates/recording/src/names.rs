@@ -1,8 +1,8 @@
-//! Damage in plain words.
+//! Names of records, and the checksum of the format.
 
 use mcap::records::op;
 
-/// Name of a record with its article.
+/// Name of a record, with its article.
 pub(crate) fn record_name(opcode: u8) -> &'static str {
     match opcode {
         op::HEADER => "a header record",
@@ -25,17 +25,7 @@ pub(crate) fn record_name(opcode: u8) -> &'static str {
     }
 }
 
-/// The checksum that the format uses, CRC-32.
+/// CRC-32, the checksum of the format.
 pub fn checksum(bytes: &[u8]) -> u32 {
     crc32fast::hash(bytes)
-}
-
-/// What a checksum says.
-pub(crate) fn crc_mismatch(what: &str, stored: u32, computed: u32) -> String {
-    format!("{what} CRC mismatch: stored {stored:08x}, computed {computed:08x}")
-}
-
-/// A record whose content is not what its opcode says.
-pub(crate) fn unreadable(opcode: u8) -> String {
-    format!("{} cannot be parsed", record_name(opcode))
 }

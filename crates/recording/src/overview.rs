@@ -21,7 +21,7 @@ pub struct Overview {
     pub library: String,
     /// Whether the file ends with the magic that closes a recording.
     pub is_complete: bool,
-    /// Whether all this comes from the file's own index, without reading the messages.
+    /// Whether all this comes from the summary of the file, without reading its messages.
     pub from_summary: bool,
     /// Schemas by id.
     pub schemas: BTreeMap<u16, Schema>,
@@ -37,25 +37,25 @@ pub struct Overview {
     pub end_ns: Option<u64>,
     /// Chunks.
     pub chunk_count: u64,
-    /// Chunks by compression, the empty name for none. An index without chunks tells of none.
+    /// Chunks by compression, the empty name for none; empty if the summary lists no chunks.
     pub compression: BTreeMap<String, u64>,
     /// Attachments.
     pub attachment_count: u64,
     /// Metadata records.
     pub metadata_count: u64,
-    /// What was found wrong that costs no message, and where the file is cut off, in words. Only if
-    /// the file had to be read through.
+    /// Damage that costs no message, and where the file is cut off, in words. Filled only if the
+    /// file had to be read through.
     pub problems: Vec<String>,
 }
 
 impl Overview {
-    /// The compression of most chunks; nothing if there is none, or none of it can be written here.
+    /// The compression of most chunks; `None` without chunks, or if it cannot be written here.
     pub fn usual_compression(&self) -> Option<Compression> {
         let most = self.compression.iter().max_by_key(|(_, count)| **count);
         most.and_then(|(name, _)| Compression::of_name(name))
     }
 
-    /// Name of a message's definition by channel, if the channel has one.
+    /// The schema of a channel, if it has one.
     pub fn schema_of(&self, channel_id: u16) -> Option<&Schema> {
         self.schemas.get(&self.channels.get(&channel_id)?.schema_id)
     }

@@ -1,4 +1,4 @@
-//! Chunks being made: records put together, compressed, and indexed.
+//! Chunks that are being written: records are put together, compressed and indexed.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -17,7 +17,7 @@ use crate::stopwatch::ms_since;
 /// Zstandard's level.
 const ZSTD_LEVEL: i32 = 1;
 
-/// Where the messages of a chunk are: of each channel, log times and places among the records.
+/// Where the messages of a chunk are: log times and offsets among its records, by channel.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct MessagePlaces {
     by_channel: BTreeMap<u16, Vec<MessageIndexEntry>>,
@@ -35,8 +35,8 @@ impl MessagePlaces {
         entries.push(MessageIndexEntry { log_time, offset });
     }
 
-    /// The places that the records of message indexes in `bytes` tell. `None` if anything else is
-    /// there, or a channel twice or without a message.
+    /// The places that message index records tell. `None` if there is another record, or a channel
+    /// comes twice or has no message.
     pub(crate) fn read(mut bytes: &[u8]) -> Option<Self> {
         let mut places = MessagePlaces::default();
         while !bytes.is_empty() {
@@ -70,7 +70,7 @@ impl MessagePlaces {
         self.by_channel.values().flatten().all(|entry| entry.offset < end)
     }
 
-    /// Earliest and latest log time, 0 and 0 without messages, as the format has it.
+    /// Earliest and latest log time; 0 and 0 without messages, as the format prescribes.
     pub(crate) fn times(&self) -> (u64, u64) {
         self.bounds.unwrap_or_default()
     }
@@ -139,7 +139,7 @@ impl OpenChunk {
 }
 
 /// One frame without checksums of blocks or content: the chunk has its own, and some readers of
-/// MCAP stumble over those of blocks.
+/// MCAP fail on those of blocks.
 fn lz4(records: &[u8]) -> io::Result<Vec<u8>> {
     let mut encoder = lz4::EncoderBuilder::new()
         .level(0)
@@ -166,7 +166,7 @@ pub(crate) struct PackedChunk {
 }
 
 impl PackedChunk {
-    /// The indexes that follow the chunk, which lies at `offset`, and what the summary says of it.
+    /// The message indexes that follow a chunk at `offset`, and its entry in the summary.
     pub(crate) fn index(&self, offset: u64) -> (Vec<u8>, ChunkIndex) {
         let length = (self.start.len() + self.data.len()) as u64;
         let mut indexes = Vec::new();

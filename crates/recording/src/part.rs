@@ -1,4 +1,4 @@
-//! A recording in parts: chunks as a whole with everything in them, and records outside of chunks.
+//! A recording in parts: whole chunks with their records, and records outside of chunks.
 
 use std::ops::{Deref, Range};
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use crate::fields::{HEAD_LEN, MESSAGE_HEADER_LEN, head};
 use crate::pack::{MessagePlaces, PackedChunk};
 use crate::record::{Position, Record};
 
-/// Bytes that are kept, or used in another thread, together with those around them, and not copied.
+/// Bytes to keep or to use in another thread without a copy. The bytes around them are kept, too.
 #[derive(Debug, Clone)]
 pub struct SharedBytes {
     all: Arc<Vec<u8>>,
@@ -54,20 +54,20 @@ pub enum Item {
     Record(Record<'static>),
 }
 
-/// What is read at once.
+/// A part of a recording, as it is read.
 #[derive(Debug, Clone)]
 pub enum Part {
-    /// A whole chunk that is what it says it is.
+    /// A whole chunk that can be copied as it is.
     Chunk(SourceChunk),
     /// Records outside of chunks, or of a chunk that cannot be copied as it is.
     Items(Vec<Item>),
 }
 
-/// A chunk as it lies in its file, and what is in it. Its checksum, the times in its header and its
-/// records have been checked, unless it was not opened.
+/// A chunk as it lies in its file, and its records. Its checksum, the times in its header and its
+/// records have been checked, unless it is unopened.
 #[derive(Debug, Clone)]
 pub struct SourceChunk {
-    /// Its records, those left out that repeat a definition; none if it was not opened.
+    /// Its records without repeated definitions; empty if it is unopened.
     pub items: Vec<Item>,
     body: Arc<Vec<u8>>,
     places: MessagePlaces,
@@ -94,8 +94,8 @@ impl SourceChunk {
         }
     }
 
-    /// The chunk unopened, its messages where the records of message indexes say that they are.
-    /// `None` if those, or the chunk's header, cannot be, or there are not so many channels.
+    /// The chunk unopened, its messages where the message indexes say that they are. `None` if
+    /// these do not fit the header of the chunk, or are not of this many channels.
     pub(crate) fn unopened(body: &Arc<Vec<u8>>, indexes: &[u8], channels: usize) -> Option<Self> {
         let places = MessagePlaces::read(indexes)?;
         let header = chunk::sizes(body)?;
@@ -106,7 +106,7 @@ impl SourceChunk {
         is_sound.then_some(SourceChunk { items, body, places, header })
     }
 
-    /// Its body in the file.
+    /// The content of its record in the file.
     pub(crate) fn body(&self) -> &Arc<Vec<u8>> {
         &self.body
     }
@@ -116,7 +116,7 @@ impl SourceChunk {
         self.places.counts()
     }
 
-    /// Its records, unpacked; nothing if it was not opened, or holds no message.
+    /// Its records, unpacked; `None` if it is unopened or has no message.
     pub(crate) fn records(&self) -> Option<&[u8]> {
         self.items.iter().find_map(|item| match item {
             Item::Message { data, .. } => Some(data.all.as_slice()),
@@ -139,7 +139,7 @@ impl SourceChunk {
         self.counts().map(|(_, count)| count).sum()
     }
 
-    /// Bytes of it in memory: as it lies in its file, and unpacked if it was opened.
+    /// Its bytes in memory: as it lies in its file, and unpacked unless it is unopened.
     pub fn size(&self) -> usize {
         let unpacked = if self.items.is_empty() { 0 } else { self.header.uncompressed_size };
         self.body.len() + unpacked as usize

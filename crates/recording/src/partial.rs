@@ -1,4 +1,4 @@
-//! A file being written beside its final name, and put there when it is whole.
+//! A file that is written under a temporary name, and gets its own when it is complete.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -12,9 +12,9 @@ use tempfile::TempPath;
 use crate::address::is_remote;
 use crate::error::{Error, Result};
 
-/// A file under a temporary name in the folder of its final one (`.NAME.partial`); it is removed if
-/// it is never put there. What an earlier run left under that name is replaced, unless that run
-/// still goes on.
+/// A file under a temporary name (`.NAME.partial`) in the folder of its final one. It is removed if
+/// it never gets its name. A file that an earlier run left under the temporary name is replaced,
+/// unless that run still goes on.
 pub struct PartialFile {
     partial: TempPath,
     output: PathBuf,
@@ -22,14 +22,14 @@ pub struct PartialFile {
     listed: Listed,
 }
 
-/// The partial files of this process, for who must end it without waiting for those who write them.
+/// The partial files of this process, so that it can be ended without waiting for their writers.
 static UNFINISHED: Mutex<Unfinished> =
     Mutex::new(Unfinished { outputs: BTreeMap::new(), is_over: false });
 
 struct Unfinished {
-    /// By the path of the partial file what it should become.
+    /// Final paths by the paths of the partial files.
     outputs: BTreeMap<PathBuf, PathBuf>,
-    /// Whether no file may come to its place any more.
+    /// Whether no file may get its name any more.
     is_over: bool,
 }
 
@@ -37,14 +37,14 @@ fn unfinished() -> MutexGuard<'static, Unfinished> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Removes the partial files of this process but for those of some outputs. None can come to its
-/// place afterwards, so this is for a process that is about to end, as on a signal.
+/// Removes the partial files of this process, except those of some outputs. No file gets its name
+/// after this call. It is for a process that is about to end, as on a signal.
 pub fn abandon_partial_files(but: &[PathBuf]) {
     let mut unfinished = unfinished();
     unfinished.is_over = true;
     for (partial, output) in std::mem::take(&mut unfinished.outputs) {
         if !but.contains(&output) {
-            // Whoever writes it may be removing it at this moment.
+            // Its writer may be removing it at this moment.
             let _ = std::fs::remove_file(partial);
         }
     }
@@ -79,11 +79,11 @@ impl PartialFile {
         output.with_file_name(name)
     }
 
-    /// Makes a file that will be `output`; with `force` it may replace one.
+    /// Creates the file that will be `output`; with `force` it may replace another.
     ///
     /// # Errors
     /// [`Error::Io`] if the folder cannot be written to, if the output exists and may not be
-    /// replaced, or if it is being written by somebody else.
+    /// replaced, or if another run is writing it.
     pub fn create(output: &Path, force: bool) -> Result<(File, Self)> {
         if is_remote(output) {
             let problem = "is an address; outputs are files";
@@ -105,7 +105,7 @@ impl PartialFile {
         self.partial.to_path_buf()
     }
 
-    /// Refuses a file that somebody is writing.
+    /// Fails if another run is writing the file.
     ///
     /// # Errors
     /// [`Error::Io`].
@@ -113,7 +113,7 @@ impl PartialFile {
         File::open(path).and_then(|file| lock(&file)).map_err(Error::io(path))
     }
 
-    /// Gives the file its name. It should be closed by then.
+    /// Gives the file its name. Close it before.
     ///
     /// # Errors
     /// [`Error::Io`] if that name is taken by now.
@@ -124,7 +124,7 @@ impl PartialFile {
             true => Err(Error::Interrupted { path: output }),
             false => put(partial, &output, force),
         };
-        // The list must be open for the file to leave it.
+        // Dropping `listed` locks the list once more.
         drop(unfinished);
         drop(listed);
         put
@@ -142,7 +142,7 @@ fn create_partial(output: &Path) -> io::Result<(File, TempPath)> {
     Ok((file, TempPath::try_from_path(path)?))
 }
 
-/// Removes what a run left behind that was ended. One that goes on holds a lock.
+/// Removes the file of a run that ended. A run that goes on holds a lock.
 fn remove_stale(path: &Path) -> io::Result<()> {
     match File::open(path) {
         Ok(file) => {
@@ -154,8 +154,7 @@ fn remove_stale(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Locks a file for as long as it is open. Some file systems have no locks; then nothing is known
-/// of other runs.
+/// Locks a file for as long as it is open. On file systems without locks, other runs go unnoticed.
 fn lock(file: &File) -> io::Result<()> {
     match file.try_lock() {
         Err(TryLockError::WouldBlock) => {
@@ -186,7 +185,7 @@ fn exists(output: &Path) -> Error {
     ))
 }
 
-/// Writes a file of any kind in the same way: it appears under its name when it is complete.
+/// Writes a file of any kind, which appears under its name when it is complete.
 ///
 /// # Errors
 /// [`Error::Io`], also if the output exists and may not be replaced.

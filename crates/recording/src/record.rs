@@ -1,9 +1,11 @@
-//! What a reader gives and a writer takes.
+//! The records of a recording.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use mcap::records::{AttachmentHeader, Channel, MessageHeader, Metadata, SchemaHeader};
+
+use crate::damage::Damage;
 
 /// A message definition.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -36,8 +38,8 @@ pub struct Position {
 
 /// One record, in the order of the file.
 ///
-/// Bookkeeping of the container (indexes, statistics, offsets) is checked but not given; a writer
-/// makes its own. Schemas and channels that are repeated are given once.
+/// Indexes, statistics and offsets are checked but not given; a writer makes its own. Repeated
+/// schemas and channels are given once.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Record<'a> {
     /// The first record.
@@ -83,20 +85,20 @@ pub enum Record<'a> {
         /// Messages in them by numbered channel.
         counts: BTreeMap<u16, u64>,
     },
-    /// Something is wrong that costs no message: the index at the end of the file is damaged, or
-    /// there is a record that this version of the format does not know. A writer leaves it out.
+    /// Damage that costs no message: of the summary, or a record that this version of the format
+    /// does not know. A writer leaves it out.
     Damaged {
         /// Byte offset in the file.
         offset: u64,
-        /// What is wrong, in words.
-        problem: String,
+        /// What is wrong.
+        damage: Damage,
     },
-    /// The file is cut off here; every message that could be saved has been given. The last record.
+    /// The file is cut off here, behind its last whole message. No record follows.
     Truncated {
         /// Byte offset in the file of the record that is cut.
         offset: u64,
-        /// What is missing, in words.
-        problem: String,
+        /// What is missing.
+        damage: Damage,
     },
 }
 
@@ -118,8 +120,8 @@ impl Record<'_> {
                 Record::Private { opcode, data: Cow::Owned(data.into_owned()), in_chunk }
             }
             Record::Skipped { counts } => Record::Skipped { counts },
-            Record::Damaged { offset, problem } => Record::Damaged { offset, problem },
-            Record::Truncated { offset, problem } => Record::Truncated { offset, problem },
+            Record::Damaged { offset, damage } => Record::Damaged { offset, damage },
+            Record::Truncated { offset, damage } => Record::Truncated { offset, damage },
         }
     }
 }

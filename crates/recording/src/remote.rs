@@ -1,5 +1,4 @@
-//! An object in a store, read like a file: in large pieces, some of which are under way while one
-//! is read.
+//! A remote object, read like a file: in large pieces, some of which are fetched while one is read.
 
 mod object;
 mod store;
@@ -15,16 +14,15 @@ use std::sync::Arc;
 use self::object::{Bytes, Object, UnderWay};
 use crate::fetched::Fetched;
 
-/// Bytes of a piece. With these a request's delay is a small part of the time that its bytes take
-/// at a gigabit a second.
+/// Bytes of a piece: at a gigabit a second, the delay of a request is a small part of its time.
 const PIECE: u64 = 8 << 20;
 /// Pieces in memory, the one that is being read included.
 const PIECES: usize = 4;
-/// Bytes of the first piece of a run of which nobody knows how long it will be.
+/// Bytes of the first piece of a run of unknown length.
 const FIRST: u64 = 1 << 20;
 /// How much larger each piece is than the one before, up to [`PIECE`].
 const GROWTH: u64 = 4;
-/// Bytes that are rather fetched in vain than left out, which takes a request more.
+/// Gaps smaller than this are fetched, to save a request.
 const SMALL_GAP: u64 = 1 << 20;
 
 /// An object that is read.
@@ -45,7 +43,7 @@ pub(crate) struct RemoteFile {
 }
 
 impl RemoteFile {
-    /// Opens what an address names, or the same object once more.
+    /// Opens the object at an address.
     pub(crate) fn open(address: &Path) -> io::Result<Self> {
         Object::open(address).map(Self::of)
     }
@@ -76,7 +74,7 @@ impl RemoteFile {
         self.object.fetched()
     }
 
-    /// Says which stretches will be read, in order; anything else can be read, too.
+    /// Tells which stretches will be read, in order; anything else can be read, too.
     pub(crate) fn expect(&mut self, stretches: Vec<Range<u64>>) {
         let mut joined: Vec<Range<u64>> = Vec::new();
         for stretch in stretches.into_iter().filter(|stretch| !stretch.is_empty()) {
@@ -95,7 +93,7 @@ impl RemoteFile {
         self.object.keep_end(from)
     }
 
-    /// Copies bytes that are here.
+    /// Copies bytes that have been fetched; returns how many.
     fn at_hand(&mut self, into: &mut [u8]) -> io::Result<usize> {
         let position = self.position;
         let is_in = |&(start, ref bytes): &(u64, Bytes)| {
@@ -122,7 +120,7 @@ impl RemoteFile {
         while self.under_way.pop_front_if(|piece| piece.range.end <= position).is_some() {}
         let is_coming = |piece: &UnderWay| piece.range.contains(&position);
         let is_under_way = self.under_way.front().is_some_and(is_coming);
-        // What is asked for where the last piece ended will go on.
+        // A read where the last piece ended continues the run.
         let goes_on =
             is_under_way || self.next > 0 && self.expected_from(self.next).start == position;
         self.run = if goes_on { self.run + 1 } else { 0 };
@@ -130,7 +128,7 @@ impl RemoteFile {
             self.begin();
         }
         let piece = self.under_way.pop_front().ok_or(ErrorKind::UnexpectedEof)?;
-        // Whoever has come to a third piece will want a fourth.
+        // A run of three pieces will go on.
         while self.under_way.len() < self.run.saturating_sub(1).min(PIECES - 1) && self.ask() {}
         let start = piece.range.start;
         self.piece = Some((start, self.object.take(piece)?));
@@ -148,7 +146,7 @@ impl RemoteFile {
             return self.ask_for(position..end);
         }
         if self.run == 0 {
-            // A short stretch that is wanted is wanted whole.
+            // A short expected stretch is fetched whole.
             let is_short = self.stretches.is_some() && expected.end - position <= PIECE;
             self.length = if is_short { PIECE } else { FIRST };
         }
@@ -172,8 +170,8 @@ impl RemoteFile {
         self.under_way.push_back(self.object.ask(range));
     }
 
-    /// The rest of what will be read in one go, at a place or behind it; nothing from the end on
-    /// that is kept.
+    /// The rest of the expected stretch at a place, or the next behind it, up to the end of the
+    /// object that is kept.
     fn expected_from(&self, place: u64) -> Range<u64> {
         let end = self.object.start_of_end();
         match &self.stretches {

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use crate::address::is_stream;
+use crate::damage::Damage;
 use crate::error::{Error, Result};
 use crate::fetched::Fetched;
 use crate::file_kind::not_a_recording;
@@ -18,11 +19,10 @@ const PIECE: usize = 1 << 20;
 /// The bytes of a file or a stream in order, hashed as they go by unless some are skipped.
 pub(crate) struct Source {
     pub(crate) path: PathBuf,
-    /// Bytes of the file; of a stream those are not known.
+    /// Bytes of the file; `None` for a stream.
     pub(crate) size: Option<u64>,
     pub(crate) offset: u64,
-    /// Whether the file ends as a recording does; of a stream that is not known either, and not
-    /// taken for granted.
+    /// Whether the file ends with the magic that closes a recording; `false` for a stream.
     pub(crate) is_complete: bool,
     file: io::BufReader<Counted>,
     hasher: Option<Sha256>,
@@ -82,8 +82,9 @@ impl Source {
         self.size.map_or(u64::MAX, |size| size.saturating_sub(self.offset))
     }
 
-    /// Appends the next `length` bytes, of a file as many as remain at most, and returns their
-    /// number: of a stream that ends before, fewer. No more memory is taken than bytes come.
+    /// Appends the next `length` bytes and returns their number, which is smaller only if a stream
+    /// ends before. No file must be asked for more than remain. Memory grows with the bytes that
+    /// come.
     pub(crate) fn read(&mut self, length: u64, into: &mut Vec<u8>) -> Result<u64> {
         let start = into.len();
         let read = (&mut self.file).take(length).read_to_end(into);
@@ -101,7 +102,7 @@ impl Source {
         Ok(read)
     }
 
-    /// Goes on at a later place; there is no hash of the file then.
+    /// Goes on at a later place; the file has no hash then.
     pub(crate) fn skip_to(&mut self, offset: u64) -> Result<()> {
         let sought = self.file.seek(SeekFrom::Start(offset));
         self.offset = sought.map_err(|error| self.io_error(error))?;
@@ -129,8 +130,8 @@ impl Source {
         self.file.get_ref().bytes
     }
 
-    /// Reads what is left and returns the SHA-256 of the file in lowercase hexadecimal; of one that
-    /// is not hashed, nothing.
+    /// Reads the rest and returns the SHA-256 of the file in lowercase hexadecimal; `None` if it is
+    /// not hashed.
     pub(crate) fn finish(&mut self) -> Result<Option<String>> {
         if self.hasher.is_none() {
             return Ok(None);
@@ -144,8 +145,8 @@ impl Source {
     }
 
     /// An error about what is at `offset`.
-    pub(crate) fn damage(&self, offset: u64, problem: impl Into<String>) -> Error {
-        Error::Damaged { path: self.path.clone(), offset, problem: problem.into() }
+    pub(crate) fn damage(&self, offset: u64, damage: Damage) -> Error {
+        Error::Damaged { path: self.path.clone(), offset, damage }
     }
 
     fn io_error(&self, source: io::Error) -> Error {
@@ -162,7 +163,7 @@ impl Source {
         let mut more = [0; 8];
         let length = self.file.read(&mut more).unwrap_or(0);
         start.extend_from_slice(&more[..length]);
-        Err(self.damage(0, not_a_recording(&start)))
+        Err(self.damage(0, Damage::NotARecording { kind: not_a_recording(&start) }))
     }
 }
 
@@ -178,12 +179,13 @@ fn ends_with_magic(file: &mut Input, size: u64) -> io::Result<bool> {
 }
 
 fn a_folder(path: &Path) -> Error {
-    let problem = match path.join("metadata.yaml").exists() {
+    let kind = match path.join("metadata.yaml").exists() {
         true => {
             "is the folder of a rosbag2 recording; `annotate` takes it as it is, other commands \
              want an .mcap file in it"
         }
         false => "is a folder, not an MCAP recording",
     };
-    Error::Damaged { path: path.to_owned(), offset: 0, problem: problem.to_owned() }
+    let damage = Damage::NotARecording { kind: kind.to_owned() };
+    Error::Damaged { path: path.to_owned(), offset: 0, damage }
 }

@@ -1,4 +1,4 @@
-//! How long the steps of a kind take.
+//! How long steps take.
 
 use std::time::Instant;
 
@@ -7,18 +7,18 @@ use serde::Serialize;
 /// Steps of one kind: reading, compressing, writing.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Steps {
-    /// How many.
+    /// Number of steps.
     pub count: u64,
-    /// Milliseconds of all, those of several threads added up.
+    /// Milliseconds of all, added up over threads.
     pub ms: f64,
-    /// Milliseconds of the slowest.
+    /// Milliseconds of the slowest step.
     pub slowest_ms: f64,
-    /// Bytes that they worked through.
+    /// Bytes that they processed.
     pub bytes: u64,
 }
 
 impl Steps {
-    /// Takes a step.
+    /// Adds a step.
     pub fn take(&mut self, ms: f64, bytes: u64) {
         self.count += 1;
         self.ms += ms;
@@ -26,13 +26,13 @@ impl Steps {
         self.bytes += bytes;
     }
 
-    /// Takes a step that ends now.
+    /// Adds a step that ends now.
     pub fn take_since(&mut self, started: Instant, bytes: u64) {
         self.take(ms_since(started), bytes);
     }
 }
 
-/// Milliseconds since then.
+/// Milliseconds since an instant.
 pub fn ms_since(started: Instant) -> f64 {
     started.elapsed().as_secs_f64() * 1e3
 }

@@ -10,19 +10,19 @@ use crate::fields::{HEAD_LEN, split_head};
 use crate::input::Input;
 use crate::parse::parse_record;
 
-/// The footer's record: head, two offsets and a checksum.
+/// The footer record: head, two offsets and a checksum.
 const FOOTER_LEN: u64 = (HEAD_LEN + 8 + 8 + 4) as u64;
 
-/// A summary that was gone through.
+/// A summary that was read.
 pub(crate) struct Seen {
     /// Where it begins in the file.
     pub(crate) start: u64,
-    /// Whether it has a checksum, which was right.
+    /// Whether it has a checksum, which fits.
     pub(crate) has_crc: bool,
 }
 
-/// Goes through the records of the summary one by one. `None` if there is no summary or anything
-/// about it is wrong, its checksum included.
+/// Visits the definitions, statistics and chunk indexes of the summary. `None` if there is no
+/// summary or it is damaged; its checksum is checked, if it has one, behind the last record.
 pub(crate) fn visit_summary(
     path: &Path,
     size: u64,
@@ -38,7 +38,7 @@ pub(crate) fn visit_summary(
     if magic != mcap::MAGIC || split_head(head)? != (op::FOOTER, body.len() as u64) {
         return None;
     }
-    let Some(records::Record::Footer(places)) = parse_record(op::FOOTER, body) else {
+    let Ok(records::Record::Footer(places)) = parse_record(op::FOOTER, body) else {
         return None;
     };
     let mut left = match places.summary_start {
@@ -60,7 +60,7 @@ pub(crate) fn visit_summary(
         crc.update(&record);
         let body = record.get(HEAD_LEN..).filter(|body| body.len() as u64 == length)?;
         if let op::SCHEMA | op::CHANNEL | op::STATISTICS | op::CHUNK_INDEX = opcode {
-            visit(parse_record(opcode, body)?);
+            visit(parse_record(opcode, body).ok()?);
         }
     }
     crc.update(&footer[..HEAD_LEN + 16]);
@@ -69,7 +69,7 @@ pub(crate) fn visit_summary(
     is_sound.then_some(Seen { start: places.summary_start, has_crc })
 }
 
-/// Topics of the messages in the chunk at an offset, if the index knows the chunk.
+/// Topics of the messages in the chunk at an offset; `None` if the summary does not list it.
 pub(crate) fn topics_of_chunk(path: &Path, size: u64, offset: u64) -> Option<BTreeSet<String>> {
     let mut topics = BTreeMap::new();
     let mut channels = None;

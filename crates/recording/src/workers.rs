@@ -1,4 +1,4 @@
-//! Threads that do jobs, and tickets for what comes of them.
+//! Threads that do jobs, and tickets for their results.
 
 use std::num::NonZero;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -8,12 +8,11 @@ use std::thread::{self, JoinHandle};
 
 type Job = Box<dyn FnOnce() + Send>;
 
-/// A number of threads that take jobs in the order in which they are given. With one thread there
-/// is none besides the caller's: a job is done where it is given, before [`Workers::run`] returns,
-/// so that everything happens one thing after the other.
+/// Threads that take jobs in the order in which they are given. One thread is the caller's own: a
+/// job is done before [`Workers::run`] returns.
 ///
-/// A clone gives jobs to the same threads. They end when the last clone is gone and its jobs are
-/// done; who drops the last clone waits for that.
+/// A clone gives jobs to the same threads. Dropping the last clone waits until its jobs are done
+/// and the threads have ended.
 #[derive(Clone)]
 pub struct Workers {
     pool: Option<Arc<Pool>>,
@@ -27,7 +26,7 @@ struct Pool {
 }
 
 impl Workers {
-    /// Starts so many threads; none for 1, and 0 is taken as 1.
+    /// Starts this many threads; none for 0 and 1.
     pub fn start(threads: usize) -> Self {
         if threads <= 1 {
             return Workers { pool: None, threads: 1 };
@@ -42,12 +41,12 @@ impl Workers {
         Workers { pool: Some(Arc::new(pool)), threads }
     }
 
-    /// Everything in the caller's thread.
+    /// No threads: jobs are done by the caller.
     pub fn none() -> Self {
         Workers::start(1)
     }
 
-    /// As many threads as the machine has cores for this process; 1 where that cannot be told.
+    /// The number of cores that this process may use; 1 where that is unknown.
     pub fn per_core() -> usize {
         thread::available_parallelism().map_or(1, NonZero::get)
     }
@@ -62,7 +61,7 @@ impl Workers {
         self.pool.is_some()
     }
 
-    /// Gives a job that nobody waits for itself; a panic in it is lost but for its message.
+    /// Gives a job without a ticket. A panic in it is lost, except for its message.
     pub fn detach(&self, job: impl FnOnce() + Send + 'static) {
         match self.pool.as_ref().and_then(|pool| pool.jobs.as_ref()) {
             None => job(),
@@ -73,8 +72,8 @@ impl Workers {
         }
     }
 
-    /// Gives a job and returns the ticket for its result. A ticket that is dropped gives up the
-    /// result, and the job itself if no thread has begun it.
+    /// Gives a job and returns the ticket for its result. Dropping the ticket gives up the result,
+    /// and the job if no thread has begun it.
     pub fn run<R: Send + 'static>(&self, job: impl FnOnce() -> R + Send + 'static) -> Ticket<R> {
         let Some(jobs) = self.pool.as_ref().and_then(|pool| pool.jobs.as_ref()) else {
             return Ticket(Progress::Done(job()));
@@ -94,7 +93,7 @@ impl Workers {
 
 fn work(queue: &Mutex<Receiver<Job>>) {
     loop {
-        // The lock is for the queue alone, and is open again before the job begins.
+        // The lock is released before the job begins.
         let job = queue.lock().unwrap_or_else(PoisonError::into_inner).recv();
         match job {
             Ok(job) => job(),
@@ -117,21 +116,21 @@ pub struct Ticket<R>(Progress<R>);
 
 enum Progress<R> {
     Done(R),
-    /// Comes from a thread, which sees by the other part whether the ticket is still held.
+    /// Comes from a thread. The second part tells the thread whether the ticket is still held.
     Waiting(Receiver<thread::Result<R>>, #[expect(dead_code)] Arc<()>),
 }
 
-/// Stands for a result that will be given to the holder of a ticket.
+/// Gives a result to the holder of a ticket.
 pub struct Promise<R>(SyncSender<thread::Result<R>>);
 
 impl<R> Promise<R> {
-    /// A promise, and the ticket for what is promised.
+    /// A promise, and the ticket for its result.
     pub fn new() -> (Self, Ticket<R>) {
         let (sender, result) = sync_channel(1);
         (Promise(sender), Ticket(Progress::Waiting(result, Arc::new(()))))
     }
 
-    /// Gives the result, to whoever still waits for it.
+    /// Gives the result.
     pub fn keep(self, result: R) {
         let _ = self.0.send(Ok(result));
     }
@@ -150,10 +149,10 @@ impl<R> Ticket<R> {
         true
     }
 
-    /// The result, as soon as it is there.
+    /// Waits for the result.
     ///
     /// # Panics
-    /// If the job did.
+    /// If the job panicked.
     pub fn wait(self) -> R {
         match self.0 {
             Progress::Done(result) => result,

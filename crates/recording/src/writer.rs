@@ -28,12 +28,12 @@ use crate::workers::Workers;
 /// Uncompressed bytes after which a chunk is closed.
 const CHUNK_SIZE: u64 = 4 << 20;
 
-/// A recording being written. Until [`RecordingWriter::finish`] it has a temporary name in the folder
-/// of the output (`.NAME.partial`), and is removed if it is never finished.
+/// A recording being written. Until [`RecordingWriter::finish`] it has a temporary name in the
+/// folder of the output (`.NAME.partial`), and is removed if it is never finished.
 ///
 /// Records go into chunks as they come. A chunk that is full is compressed by the [`Workers`], and
-/// placed in the file when its turn has come. Which records share a chunk depends on their bytes and
-/// order alone, so the file is the same on any number of threads.
+/// placed in the file when its turn has come. Which records share a chunk depends on their bytes
+/// and order alone, so the file is the same on any number of threads.
 pub struct RecordingWriter {
     queue: Queue,
     compression: Compression,
@@ -50,8 +50,8 @@ impl RecordingWriter {
     /// ([`STANDARD_STREAM`](crate::STANDARD_STREAM)).
     ///
     /// # Errors
-    /// [`Error::Io`](crate::Error::Io) if the folder cannot be written to, or if the output exists and
-    /// may not be replaced.
+    /// [`Error::Io`](crate::Error::Io) if the folder cannot be written to, or if the output exists
+    /// and may not be replaced.
     pub fn create(output: &Path, options: &WriteOptions) -> Result<Self> {
         let mut queue = Queue::new(Output::create(output, options.force)?);
         let header = Header { profile: options.profile.clone(), library: options.library() };
@@ -82,14 +82,14 @@ impl RecordingWriter {
         self.ids.reserve(overview);
     }
 
-    /// Gives out the highest ids first, for a copy of a recording whose ids are not known yet. It is
-    /// not likely to have them. If it does, copying its definition of one is an error.
+    /// Gives out the highest ids first, for a copy of a recording whose ids are not known yet. It
+    /// is not likely to have them. If it does, copying its definition of one is an error.
     pub fn reserve_all_but_the_highest(&mut self) {
         self.ids.start_at_the_top();
     }
 
-    /// Writes a record of another recording as it is, ids and times included. Its header, damage and
-    /// skipped chunks are left out.
+    /// Writes a record of another recording as it is, ids and times included. Its header, damage
+    /// and skipped chunks are left out.
     ///
     /// # Errors
     /// [`Error::ConflictingSchemas`](crate::Error::ConflictingSchemas),
@@ -122,8 +122,8 @@ impl RecordingWriter {
         }
     }
 
-    /// Places a chunk of another recording as it lies there, with indexes of its messages behind it.
-    /// The definitions in it count as copied. This closes the current chunk.
+    /// Places a chunk of another recording as it lies there, with indexes of its messages behind
+    /// it. The definitions in it count as copied. This closes the current chunk.
     ///
     /// # Errors
     /// Those of [`RecordingWriter::copy`] for the records in it.
@@ -159,8 +159,8 @@ impl RecordingWriter {
         Ok(id)
     }
 
-    /// Adds a channel under a new id, which is returned. `schema_id` is 0 for none, or must have been
-    /// returned by [`RecordingWriter::add_schema`].
+    /// Adds a channel under a new id, which is returned. `schema_id` is 0 for none, or must have
+    /// been returned by [`RecordingWriter::add_schema`].
     ///
     /// # Errors
     /// [`Error::UnknownSchema`](crate::Error::UnknownSchema),
@@ -178,8 +178,8 @@ impl RecordingWriter {
     }
 
     /// Adds a schema (name, encoding and definition) and a channel of it as
-    /// [`RecordingWriter::add_channel`] does, but leaves both to be written before the channel's first
-    /// message, or by [`RecordingWriter::write_declared`].
+    /// [`RecordingWriter::add_channel`] does, but leaves both to be written before the channel's
+    /// first message, or by [`RecordingWriter::write_declared`].
     ///
     /// # Errors
     /// [`Error::TooManySchemas`](crate::Error::TooManySchemas),
@@ -198,8 +198,8 @@ impl RecordingWriter {
         Ok(id)
     }
 
-    /// Leaves a channel of a recording whose ids are kept ([`RecordingWriter::reserve`]) to be written
-    /// before its first message, if it has one.
+    /// Leaves a channel of a recording whose ids are kept ([`RecordingWriter::reserve`]) to be
+    /// written before its first message, if it has one.
     pub fn declare(&mut self, channel: Channel) {
         self.ids.take_channel(channel.id);
         self.declared.insert(channel.id, channel);
@@ -224,8 +224,8 @@ impl RecordingWriter {
         self.close_chunk()
     }
 
-    /// Offers a chunk that holds the next message that is written. If the chunk that is closed has the
-    /// same records, the offered one is placed instead of compressing them once more.
+    /// Offers a chunk that holds the next message that is written. If the chunk that is closed has
+    /// the same records, the offered one is placed instead of compressing them once more.
     pub fn offer(&mut self, chunk: &Arc<SourceChunk>) {
         if !self.offered.back().is_some_and(|last| Arc::ptr_eq(last, chunk)) {
             self.offered.push_back(Arc::clone(chunk));
@@ -278,18 +278,18 @@ impl RecordingWriter {
         self.copy(&Record::Attachment { header, data: data.into() })
     }
 
-    /// Leaves the half-written file under its temporary name, which is returned. Chunks that are not
-    /// placed yet are lost.
+    /// Leaves the half-written file under its temporary name, which is returned. Chunks that are
+    /// not placed yet are lost.
     pub fn leave(self) -> PathBuf {
         self.queue.leave()
     }
 
-    /// Completes the recording, makes sure that it is on the disk, gives it its name, and returns its
-    /// size in bytes.
+    /// Completes the recording, makes sure that it is on the disk, gives it its name, and returns
+    /// its size in bytes.
     ///
     /// # Errors
-    /// [`Error::Io`](crate::Error::Io), also if the output exists by now and may not be replaced. The
-    /// temporary file is then removed.
+    /// [`Error::Io`](crate::Error::Io), also if the output exists by now and may not be replaced.
+    /// The temporary file is then removed.
     pub fn finish(self) -> Result<u64> {
         self.finish_timed().map(|(size, _)| size)
     }

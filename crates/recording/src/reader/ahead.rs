@@ -1,5 +1,4 @@
-//! The records of a file one after the other, whole ones read ahead and chunks of them unpacked by
-//! threads.
+//! The records of a file, read ahead, with chunks unpacked by threads.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::iter;
@@ -10,6 +9,7 @@ use std::time::Instant;
 use mcap::records::op;
 
 use crate::chunk;
+use crate::damage::Damage;
 use crate::error::Result;
 use crate::fields::{HEAD_LEN, MAX_RECORD, split_head};
 use crate::names::record_name;
@@ -19,16 +19,16 @@ use crate::source::Source;
 use crate::stopwatch::{Steps, ms_since};
 use crate::workers::{Ticket, Workers};
 
-/// Bytes read ahead for each thread, records of chunks counted as unpacked: a few chunks as
-/// recorders make them. A record that is larger is read ahead alone.
+/// Bytes read ahead for each thread, unpacked chunks included: a few chunks of usual size. A larger
+/// record is read ahead alone.
 const AHEAD_PER_THREAD: u64 = 8 << 20;
 /// Bytes read ahead, however many threads there are.
 const MOST_AHEAD: u64 = 32 << 20;
 
-/// The records of a chunk one behind the other, or what is wrong with it.
-pub(super) type Records = std::result::Result<Vec<u8>, String>;
+/// The records of a chunk one behind the other.
+pub(super) type Records = std::result::Result<Vec<u8>, Damage>;
 
-/// Those, and milliseconds.
+/// The records of a chunk, and how many milliseconds unpacking took.
 pub(super) type Unpacked = (Records, f64);
 
 /// A record of the file.
@@ -39,16 +39,16 @@ pub(super) struct Raw {
     pub(super) opcode: u8,
     pub(super) head: Vec<u8>,
     pub(super) body: Arc<Vec<u8>>,
-    /// If it is a chunk.
+    /// Its records, if it is a chunk.
     pub(super) unpacked: Option<Ticket<Unpacked>>,
-    /// Bytes that it counts for.
+    /// Bytes that it counts for, of those read ahead.
     size: u64,
 }
 
 /// What comes next in the file.
 pub(super) enum Next {
     Record(Raw),
-    /// The file ends within a record, `left` bytes behind its head. Of a chunk those are in `body`.
+    /// The file ends within a record, `left` bytes behind its head. They are in `body` for a chunk.
     Cut {
         offset: u64,
         opcode: u8,
@@ -64,7 +64,7 @@ pub(super) enum Next {
         body: Arc<Vec<u8>>,
         /// The records behind it.
         indexes: Arc<Vec<u8>>,
-        /// Nothing if those do not fit the chunk.
+        /// `None` if those do not fit the chunk.
         chunk: Ticket<Option<SourceChunk>>,
     },
     /// A stretch of the file was skipped.
@@ -74,7 +74,7 @@ pub(super) enum Next {
         /// Messages in it by numbered channel.
         counts: BTreeMap<u16, u64>,
     },
-    /// The file ends, or nearly, `left` bytes before where a record should be.
+    /// No record follows: only `left` bytes remain, too few for a head.
     RunOut {
         offset: u64,
         left: u64,
@@ -102,7 +102,7 @@ pub(super) struct Ahead {
     unopened: BTreeMap<u64, UnopenedChunk>,
     queue: VecDeque<Result<Next>>,
     size: u64,
-    /// Whether nothing more is to be read ahead: behind the footer, a cut or an error.
+    /// Whether nothing is left to be read: behind the footer, a cut or an error.
     is_over: bool,
     /// Reading and hashing.
     pub(super) steps: Steps,
@@ -126,7 +126,7 @@ impl Ahead {
         }
     }
 
-    /// What comes next. Not to be called behind a footer, a cut or an error.
+    /// What comes next. Must not be called behind a footer, a cut or an error.
     pub(super) fn next(&mut self) -> Result<Next> {
         self.fill();
         let next = self.queue.pop_front().unwrap_or_else(|| self.read())?;
@@ -135,8 +135,7 @@ impl Ahead {
     }
 
     fn fill(&mut self) {
-        // A stream is not read ahead: what it has given should not have to wait for what it has
-        // not.
+        // A stream is not read ahead: its records should not wait for those to come.
         let budget = match self.workers.is_parallel() && self.source.size.is_some() {
             true => MOST_AHEAD.min(AHEAD_PER_THREAD * self.workers.threads() as u64),
             false => 0,
@@ -184,10 +183,7 @@ impl Ahead {
         }
         let body_length = match split_head(&head) {
             Some((op::CHUNK, body)) if body <= length - HEAD_LEN as u64 => body,
-            _ => {
-                let problem = "the index says that a chunk begins here, and none does";
-                return Err(source.damage(offset, problem));
-            }
+            _ => return Err(source.damage(offset, Damage::NoChunk)),
         };
         let indexes_length = length - HEAD_LEN as u64 - body_length;
         let [mut body, mut indexes] =
@@ -225,9 +221,10 @@ impl Ahead {
             return Ok(Next::Cut { offset, opcode, length, left, body });
         }
         if length > left || length > MAX_RECORD {
-            return Err(source.damage(offset, too_long(opcode, length, left)));
+            let (record, most) = (record_name(opcode), MAX_RECORD);
+            return Err(source.damage(offset, Damage::TooLong { record, length, left, most }));
         }
-        // Of a file so many bytes are there; of a stream they are still to come.
+        // The bytes of a file are there; those of a stream are still to come.
         let capacity = source.size.map_or(0, |_| length as usize);
         let mut body = Vec::with_capacity(capacity);
         let there = source.read(length, &mut body)?;
@@ -240,7 +237,7 @@ impl Ahead {
     }
 }
 
-/// What is read of a file of which some is skipped.
+/// The stretches between the gaps, which are read.
 fn between(gaps: &VecDeque<Gap>, source: &Source) -> Vec<Range<u64>> {
     let starts = iter::once(0).chain(gaps.iter().map(|gap| gap.end));
     let ends = gaps.iter().map(|gap| gap.start).chain(source.size);
@@ -254,19 +251,8 @@ fn unpack(body: &[u8]) -> Unpacked {
     (unpacked, ms_since(started))
 }
 
-/// Bytes of a chunk's records, as it claims.
+/// Bytes that a chunk claims for its records.
 fn chunk_size(opcode: u8, body: &[u8]) -> u64 {
     let sizes = (opcode == op::CHUNK).then(|| chunk::sizes(body)).flatten();
     sizes.map_or(0, |sizes| sizes.uncompressed_size.min(MAX_RECORD))
-}
-
-fn too_long(opcode: u8, length: u64, left: u64) -> String {
-    let left = match left {
-        u64::MAX => String::new(),
-        left => format!("{left} are left in the file, and "),
-    };
-    format!(
-        "{} claims {length} bytes; {left}{MAX_RECORD} are the most that can be read here",
-        record_name(opcode)
-    )
 }

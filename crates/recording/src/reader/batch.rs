@@ -7,9 +7,10 @@ use std::sync::Arc;
 use mcap::records::{self, AttachmentHeader, MessageHeader, op};
 
 use super::counts::Counts;
-use super::definitions::{Definitions, unknown_schema};
+use super::definitions::Definitions;
+use crate::damage::Damage;
 use crate::fields::{Fields, HEAD_LEN, MESSAGE_HEADER_LEN, split_head};
-use crate::names::{crc_mismatch, record_name, unreadable};
+use crate::names::record_name;
 use crate::parse::parse_record;
 use crate::part::{Item, SharedBytes};
 use crate::record::{Position, Record, Schema};
@@ -50,7 +51,7 @@ impl Batch {
         &mut self,
         definitions: &mut Definitions,
         counts: &mut Counts,
-    ) -> Result<Option<Found>, String> {
+    ) -> Result<Option<Found>, Damage> {
         let (opcode, length) = split_head(&self.bytes[self.next..]).unwrap_or_default();
         let start = self.next + HEAD_LEN;
         let place = start..start + length as usize;
@@ -58,7 +59,7 @@ impl Batch {
         let body = &self.bytes[place.clone()];
         match opcode {
             op::MESSAGE => {
-                let header = message_header(body).ok_or_else(|| unreadable(opcode))?;
+                let header = message_header(body).ok_or(unreadable(opcode))?;
                 self.message(header, place, definitions, counts).map(Some)
             }
             op::SCHEMA | op::CHANNEL => definition(opcode, body, definitions),
@@ -68,8 +69,8 @@ impl Batch {
             }
             op::METADATA if !self.in_chunk => {
                 counts.metadata += 1;
-                match parse_record(opcode, body) {
-                    Some(records::Record::Metadata(metadata)) => {
+                match parse_record(opcode, body)? {
+                    records::Record::Metadata(metadata) => {
                         Ok(Some(Found::Owned(Record::Metadata(metadata))))
                     }
                     _ => Err(unreadable(opcode)),
@@ -78,12 +79,12 @@ impl Batch {
             0x80.. => Ok(Some(Found::Private(opcode, place))),
             0x10.. => Ok(Some(Found::Owned(Record::Damaged {
                 offset: self.offset,
-                problem: format!(
-                    "a record of {length} bytes with opcode {opcode:#04x}, which this version of \
-                     the format does not know, is left out"
-                ),
+                damage: Damage::UnknownRecord { opcode, length },
             }))),
-            _ => Err(format!("{} (opcode {opcode:#04x}) inside a chunk", record_name(opcode))),
+            _ => {
+                let (record, place) = (record_name(opcode), "inside a chunk");
+                Err(Damage::Misplaced { record, opcode, place })
+            }
         }
     }
 
@@ -93,12 +94,10 @@ impl Batch {
         place: Range<usize>,
         definitions: &Definitions,
         counts: &mut Counts,
-    ) -> Result<Found, String> {
+    ) -> Result<Found, Damage> {
         if !definitions.channels.contains_key(&header.channel_id) {
-            return Err(format!(
-                "a message (sequence {}, log time {} ns) of channel {}, which has not been defined",
-                header.sequence, header.log_time, header.channel_id
-            ));
+            let MessageHeader { channel_id: channel, sequence, log_time, .. } = header;
+            return Err(Damage::UndefinedChannel { channel, sequence, log_time });
         }
         let position = Position { chunk_offset: self.offset, index_in_chunk: self.messages };
         self.messages += 1;
@@ -137,9 +136,9 @@ fn definition(
     opcode: u8,
     body: &[u8],
     definitions: &mut Definitions,
-) -> Result<Option<Found>, String> {
-    match parse_record(opcode, body) {
-        Some(records::Record::Schema { header, data }) => {
+) -> Result<Option<Found>, Damage> {
+    match parse_record(opcode, body)? {
+        records::Record::Schema { header, data } => {
             let schema = Schema::new(header, &data);
             if !definitions.is_new_schema(&schema)? {
                 return Ok(None);
@@ -147,13 +146,11 @@ fn definition(
             definitions.schemas.insert(schema.id, schema.clone());
             Ok(Some(Found::Owned(Record::Schema(schema))))
         }
-        Some(records::Record::Channel(channel)) => {
+        records::Record::Channel(channel) => {
             if !definitions.is_new_channel(&channel)? {
                 return Ok(None);
             }
-            if !definitions.has_schema_of(&channel) {
-                return Err(unknown_schema(&channel));
-            }
+            definitions.require_schema_of(&channel)?;
             definitions.channels.insert(channel.id, channel.clone());
             Ok(Some(Found::Owned(Record::Channel(channel))))
         }
@@ -171,7 +168,7 @@ fn message_header(body: &[u8]) -> Option<MessageHeader> {
     })
 }
 
-fn attachment(body: &[u8]) -> Result<Record<'static>, String> {
+fn attachment(body: &[u8]) -> Result<Record<'static>, Damage> {
     let mut fields = Fields(body);
     let mut parse = || {
         let header = AttachmentHeader {
@@ -185,11 +182,12 @@ fn attachment(body: &[u8]) -> Result<Record<'static>, String> {
         let covered = body.len() - fields.0.len();
         Some((header, data, &body[..covered], fields.u32()?))
     };
-    let (header, data, covered, stored) = parse().ok_or("an attachment record cannot be parsed")?;
-    let computed = crc32fast::hash(covered);
-    if stored != 0 && stored != computed {
-        let what = format!("attachment `{}`:", header.name);
-        return Err(crc_mismatch(&what, stored, computed));
-    }
+    let (header, data, covered, stored) = parse().ok_or(unreadable(op::ATTACHMENT))?;
+    let name = format!("attachment `{}`:", header.name);
+    Damage::check(&name, stored, crc32fast::hash(covered))?;
     Ok(Record::Attachment { header, data: Cow::Owned(data.to_vec()) })
+}
+
+fn unreadable(opcode: u8) -> Damage {
+    Damage::Unreadable { record: record_name(opcode) }
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use mcap::records::Channel;
 
+use crate::damage::Damage;
 use crate::record::Schema;
 
 /// Schemas and channels by id.
@@ -14,43 +15,44 @@ pub(super) struct Definitions {
 }
 
 impl Definitions {
-    /// Whether a schema is not known yet; what is wrong if it contradicts one that is.
-    pub(super) fn is_new_schema(&self, schema: &Schema) -> Result<bool, String> {
+    /// Whether a schema is not known yet; fails if it contradicts one that is.
+    pub(super) fn is_new_schema(&self, schema: &Schema) -> Result<bool, Damage> {
         if schema.id == 0 {
-            return Err(format!("schema `{}` has the id 0, which means no schema", schema.name));
+            return Err(Damage::SchemaIdZero { name: schema.name.clone() });
         }
         match self.schemas.get(&schema.id) {
             None => Ok(true),
             Some(known) if known == schema => Ok(false),
-            Some(known) => Err(format!(
-                "schema {} is defined twice, as `{}` and differently as `{}`",
-                schema.id, known.name, schema.name
-            )),
+            Some(known) => Err(Damage::DefinedTwice {
+                kind: "schema",
+                id: schema.id,
+                first: known.name.clone(),
+                second: schema.name.clone(),
+            }),
         }
     }
 
-    /// Whether a channel is not known yet; what is wrong if it contradicts one that is.
-    pub(super) fn is_new_channel(&self, channel: &Channel) -> Result<bool, String> {
+    /// Whether a channel is not known yet; fails if it contradicts one that is.
+    pub(super) fn is_new_channel(&self, channel: &Channel) -> Result<bool, Damage> {
         match self.channels.get(&channel.id) {
             None => Ok(true),
             Some(known) if known == channel => Ok(false),
-            Some(known) => Err(format!(
-                "channel {} is defined twice, as `{}` and differently as `{}`",
-                channel.id, known.topic, channel.topic
-            )),
+            Some(known) => Err(Damage::DefinedTwice {
+                kind: "channel",
+                id: channel.id,
+                first: known.topic.clone(),
+                second: channel.topic.clone(),
+            }),
         }
     }
 
-    /// Whether the schema of a channel is known, or it has none.
-    pub(super) fn has_schema_of(&self, channel: &Channel) -> bool {
-        channel.schema_id == 0 || self.schemas.contains_key(&channel.schema_id)
+    /// Fails if the schema of a channel is not known. A channel may have none.
+    pub(super) fn require_schema_of(&self, channel: &Channel) -> Result<(), Damage> {
+        let &Channel { id, schema_id, .. } = channel;
+        if schema_id == 0 || self.schemas.contains_key(&schema_id) {
+            return Ok(());
+        }
+        let topic = channel.topic.clone();
+        Err(Damage::UndefinedSchema { channel: id, topic, schema: schema_id })
     }
-}
-
-/// What is wrong with a channel whose schema is not known.
-pub(super) fn unknown_schema(channel: &Channel) -> String {
-    format!(
-        "channel {} (`{}`) has schema {}, which has not been defined",
-        channel.id, channel.topic, channel.schema_id
-    )
 }

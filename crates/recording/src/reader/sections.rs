@@ -13,9 +13,10 @@ use super::definitions::Definitions;
 use super::summary::Summary;
 use super::times::ReadTimes;
 use crate::chunk;
+use crate::damage::Damage;
 use crate::error::{Error, Result};
 use crate::fields::MAX_RECORD;
-use crate::names::{crc_mismatch, record_name, unreadable};
+use crate::names::record_name;
 use crate::parse::parse_record;
 use crate::part::SourceChunk;
 use crate::record::Record;
@@ -96,14 +97,14 @@ impl Sections {
     /// Takes the next record of the batch; `None` for a definition that is repeated.
     pub(super) fn next_of_batch(&mut self) -> Result<Option<Found>> {
         let found = self.batch.take_next(&mut self.definitions, &mut self.counts);
-        found.map_err(|problem| self.damage(self.batch.offset, problem))
+        found.map_err(|damage| self.damage(self.batch.offset, damage))
     }
 
     /// Reads one record of the file. Damage of the summary ends it and costs no message.
     pub(super) fn step(&mut self) -> Result<()> {
         match (self.read_record(), self.section) {
-            (Err(Error::Damaged { offset, problem, .. }), Section::Summary) => {
-                self.give_up_summary(offset, problem);
+            (Err(Error::Damaged { offset, damage, .. }), Section::Summary) => {
+                self.give_up_summary(offset, damage);
                 Ok(())
             }
             (result, _) => result,
@@ -112,9 +113,7 @@ impl Sections {
 
     fn read_record(&mut self) -> Result<()> {
         match self.source.next()? {
-            Next::RunOut { offset, left } => {
-                self.run_out(offset, left, "a record is cut in its length")
-            }
+            Next::RunOut { offset, left } => self.run_out(offset, left),
             Next::Cut { offset, opcode, length, left, body } => {
                 self.cut(offset, opcode, length, left, &body);
                 Ok(())
@@ -169,7 +168,7 @@ impl Sections {
 
     fn open_batch(&mut self, offset: u64, records: Records) -> Result<()> {
         let records =
-            records.map_err(|problem| self.damage(offset, problem + &self.topics_of(offset)))?;
+            records.map_err(|damage| self.damage(offset, self.of_topics(offset, damage)))?;
         self.batch = Batch::new(offset, true, records);
         self.batch.is_copyable = true;
         Ok(())
@@ -210,10 +209,9 @@ impl Sections {
                 self.open_batch(offset, records.unwrap_or_else(|| Ok(Vec::new())))
             }
             (Section::Start, op::HEADER) => self.take_header(offset),
-            (Section::Start, _) => Err(self.damage(
-                offset,
-                format!("the file starts with {}, not with its header", record_name(opcode)),
-            )),
+            (Section::Start, _) => {
+                Err(self.damage(offset, Damage::NoHeader { record: record_name(opcode) }))
+            }
             (Section::Data, op::MESSAGE_INDEX) => self.take_message_index(offset),
             (Section::Data, op::DATA_END) => self.take_data_end(offset, section_crc),
             (
@@ -241,12 +239,11 @@ impl Sections {
     }
 
     fn misplaced(&self, offset: u64, section: Section, opcode: u8) -> Error {
-        let section = if section == Section::Summary { "summary" } else { "data" };
-        let name = record_name(opcode);
-        self.damage(
-            offset,
-            format!("{name} (opcode {opcode:#04x}) where none can be, in the {section}"),
-        )
+        let place = match section {
+            Section::Summary => "where none can be, in the summary",
+            _ => "where none can be, in the data",
+        };
+        self.damage(offset, Damage::Misplaced { record: record_name(opcode), opcode, place })
     }
 
     fn take_header(&mut self, offset: u64) -> Result<()> {
@@ -267,19 +264,16 @@ impl Sections {
     fn take_message_index(&mut self, offset: u64) -> Result<()> {
         self.parse(offset, op::MESSAGE_INDEX)?;
         if !matches!(self.previous, op::CHUNK | op::MESSAGE_INDEX) {
-            let problem = "an index of messages without the chunk that should be before it; a \
-                           chunk may be missing";
-            let problem = problem.to_owned();
-            self.pending.push_back(Record::Damaged { offset, problem });
+            self.pending.push_back(Record::Damaged { offset, damage: Damage::LostChunk });
         }
         Ok(())
     }
 
     fn take_data_end(&mut self, offset: u64, crc: crc32fast::Hasher) -> Result<()> {
         if let records::Record::DataEnd(end) = self.parse(offset, op::DATA_END)? {
-            let (stored, computed) = (end.data_section_crc, crc.finalize());
-            if stored != 0 && stored != computed && !self.has_skipped {
-                return Err(self.damage(offset, crc_mismatch("data section", stored, computed)));
+            let checked = Damage::check("data section", end.data_section_crc, crc.finalize());
+            if !self.has_skipped {
+                checked.map_err(|damage| self.damage(offset, damage))?;
             }
         }
         self.crc = crc32fast::Hasher::new();
@@ -290,21 +284,19 @@ impl Sections {
 
     fn take_summary(&mut self, offset: u64, opcode: u8) -> Result<()> {
         let body = Arc::clone(&self.body);
-        let record = parse_record(opcode, &body).ok_or_else(|| unreadable(opcode));
-        let taken = record.and_then(|record| self.summary.take(record, &self.definitions));
-        taken.map_err(|problem| self.damage(offset, problem))
+        let taken = parse_record(opcode, &body)
+            .and_then(|record| self.summary.take(record, &self.definitions));
+        taken.map_err(|damage| self.damage(offset, damage))
     }
 
     fn take_footer(&mut self, offset: u64) -> Result<()> {
         let records::Record::Footer(footer) = self.parse(offset, op::FOOTER)? else {
             return Ok(());
         };
-        let (stored, computed) = (footer.summary_crc, self.crc.clone().finalize());
-        if stored != 0 && stored != computed {
-            return Err(self.damage(offset, crc_mismatch("summary section", stored, computed)));
-        }
-        let checked = self.summary.check_start(&footer);
-        checked.map_err(|problem| self.damage(offset, problem))?;
+        let computed = self.crc.clone().finalize();
+        Damage::check("summary section", footer.summary_crc, computed)
+            .and_then(|()| self.summary.check_start(&footer))
+            .map_err(|damage| self.damage(offset, damage))?;
         self.give_summary(offset);
         self.section = Section::End;
         self.check_end()
@@ -318,12 +310,9 @@ impl Sections {
 
     /// Ends at damage in the summary. What stands only in the summary cannot be trusted and is left
     /// out.
-    fn give_up_summary(&mut self, offset: u64, problem: String) {
-        let problem = format!(
-            "the summary at the end of the file is damaged ({problem}); the messages are not \
-             affected, but what stands only in the summary is left out"
-        );
-        self.pending.push_back(Record::Damaged { offset, problem });
+    fn give_up_summary(&mut self, offset: u64, damage: Damage) {
+        let damage = Damage::Summary { damage: Box::new(damage) };
+        self.pending.push_back(Record::Damaged { offset, damage });
         self.batch.bytes = Arc::default();
         self.section = Section::End;
     }
@@ -341,80 +330,71 @@ impl Sections {
             // Whether there is more is seen by trying.
             None => source.read(1, &mut Vec::new())?,
         };
-        let damaged = |offset, problem: &str| {
-            let problem = problem.to_owned();
-            Record::Damaged { offset, problem }
-        };
         self.pending.push_back(match (end == mcap::MAGIC, more) {
             (true, 0) => return Ok(()),
-            (true, _) => damaged(self.offset, "there are bytes behind the end of the recording"),
+            (true, _) => Record::Damaged { offset: self.offset, damage: Damage::BytesBehindEnd },
             (false, 0) if end.len() < mcap::MAGIC.len() => {
-                let problem = "the file is cut off in the eight bytes that close a recording";
-                let problem = problem.to_owned();
-                Record::Truncated { offset, problem }
+                let place = "the file is cut off in the eight bytes that close a recording";
+                Record::Truncated { offset, damage: Damage::CutOff { place } }
             }
-            (false, _) => damaged(offset, "the footer is not followed by the end of the file"),
+            (false, _) => Record::Damaged { offset, damage: Damage::NoEndBehindFooter },
         });
         Ok(())
     }
 
     /// No record follows although the footer has not come.
-    fn run_out(&mut self, offset: u64, left: u64, cut: &str) -> Result<()> {
+    fn run_out(&mut self, offset: u64, left: u64) -> Result<()> {
         if self.source.source.is_complete {
-            return Err(
-                self.damage(offset, "the recording ends without the records that should close it")
-            );
+            return Err(self.damage(offset, Damage::NoEnd));
         }
-        let problem = match left {
+        let place = match left {
             0 => "the file ends before the records that should close it",
-            _ => cut,
+            _ => "a record is cut in its length",
         };
-        self.truncate(offset, problem.to_owned());
+        self.truncate(offset, Damage::CutOff { place });
         Ok(())
     }
 
     /// The file ends within a record: what is there of a chunk is given.
     fn cut(&mut self, offset: u64, opcode: u8, length: u64, left: u64, body: &[u8]) {
-        let mut problem = format!(
-            "the file is cut off in {} of {length} bytes, of which {left} are there",
-            record_name(opcode)
-        );
-        if (self.section, opcode) == (Section::Data, op::CHUNK) && left <= MAX_RECORD {
+        let is_salvaged =
+            (self.section, opcode) == (Section::Data, op::CHUNK) && left <= MAX_RECORD;
+        if is_salvaged {
             let mut records = Vec::new();
             chunk::salvage(body, &mut records);
             self.batch = Batch::new(offset, true, records);
-            problem += "; its messages up to there are kept, unchecked";
         }
-        self.truncate(offset, problem);
+        let record = record_name(opcode);
+        self.truncate(offset, Damage::CutInRecord { record, length, left, is_salvaged });
     }
 
-    fn truncate(&mut self, offset: u64, problem: String) {
+    fn truncate(&mut self, offset: u64, damage: Damage) {
         if self.section == Section::Summary {
             self.give_summary(offset);
         }
-        self.pending.push_back(Record::Truncated { offset, problem });
+        self.pending.push_back(Record::Truncated { offset, damage });
         self.section = Section::End;
     }
 
     /// The record that was taken last.
     fn parse(&self, offset: u64, opcode: u8) -> Result<records::Record<'_>> {
-        parse_record(opcode, &self.body).ok_or_else(|| self.damage(offset, unreadable(opcode)))
+        parse_record(opcode, &self.body).map_err(|damage| self.damage(offset, damage))
     }
 
     /// An error about what is at `offset`.
-    pub(super) fn damage(&self, offset: u64, problem: impl Into<String>) -> Error {
-        self.source.source.damage(offset, problem)
+    fn damage(&self, offset: u64, damage: Damage) -> Error {
+        self.source.source.damage(offset, damage)
     }
 
-    /// Topics of the messages in a damaged chunk, if the summary still tells.
-    fn topics_of(&self, chunk_offset: u64) -> String {
+    /// Damage of a chunk, with the topics of its messages if the summary still tells.
+    fn of_topics(&self, chunk_offset: u64, damage: Damage) -> Damage {
         let source = &self.source.source;
         let topics = topics_of_chunk(&source.path, source.size.unwrap_or(0), chunk_offset);
         match topics.map(Vec::from_iter) {
             Some(topics) if !topics.is_empty() => {
-                format!("; the chunk holds messages of {}", topics.join(", "))
+                Damage::OfTopics { damage: Box::new(damage), topics }
             }
-            _ => String::new(),
+            _ => damage,
         }
     }
 }

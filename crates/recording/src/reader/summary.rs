@@ -3,7 +3,8 @@
 use mcap::records::{self, Footer};
 
 use super::counts::Counts;
-use super::definitions::{Definitions, unknown_schema};
+use super::definitions::Definitions;
+use crate::damage::Damage;
 use crate::record::{Record, Schema};
 
 /// What the summary says, held back until its checksum has been checked.
@@ -17,12 +18,12 @@ pub(super) struct Summary {
 }
 
 impl Summary {
-    /// Takes a record of the summary; what is wrong if it contradicts the definitions in the data.
+    /// Takes a record of the summary; fails if it contradicts the definitions in the data.
     pub(super) fn take(
         &mut self,
         record: records::Record,
         known: &Definitions,
-    ) -> Result<(), String> {
+    ) -> Result<(), Damage> {
         match record {
             records::Record::Schema { header, data } => {
                 let schema = Schema::new(header, &data);
@@ -41,15 +42,12 @@ impl Summary {
         Ok(())
     }
 
-    /// Whether the footer tells where the summary starts; what is wrong if not.
-    pub(super) fn check_start(&self, footer: &Footer) -> Result<(), String> {
+    /// Fails if the footer says that the summary starts elsewhere.
+    pub(super) fn check_start(&self, footer: &Footer) -> Result<(), Damage> {
         match footer.summary_start {
             0 => Ok(()),
             start if start == self.start => Ok(()),
-            start => Err(format!(
-                "the footer says that the summary starts at byte {start}, but it starts at {}",
-                self.start
-            )),
+            stored => Err(Damage::SummaryStart { stored, found: self.start }),
         }
     }
 
@@ -62,16 +60,16 @@ impl Summary {
         counted: Counts,
         has_skipped: bool,
     ) -> Vec<Record<'static>> {
-        let damaged = |problem| Record::Damaged { offset, problem };
+        let damaged = |damage| Record::Damaged { offset, damage };
         let mut records = Vec::new();
         for schema in self.definitions.schemas.into_values() {
             known.schemas.insert(schema.id, schema.clone());
             records.push(Record::Schema(schema));
         }
         for channel in self.definitions.channels.into_values() {
-            records.push(match known.has_schema_of(&channel) {
-                true => Record::Channel(channel),
-                false => damaged(unknown_schema(&channel)),
+            records.push(match known.require_schema_of(&channel) {
+                Ok(()) => Record::Channel(channel),
+                Err(damage) => damaged(damage),
             });
         }
         let Some(statistics) = self.statistics else {
@@ -84,9 +82,10 @@ impl Summary {
         ];
         let pairs = pairs.into_iter().skip(usize::from(has_skipped));
         let differing = pairs.filter(|(_, stored, found)| stored != found);
-        records.extend(differing.map(|(kind, stored, found)| {
-            damaged(format!("the summary counts {stored} {kind}, the file has {found}"))
-        }));
+        records
+            .extend(differing.map(|(kind, stored, found)| {
+                damaged(Damage::SummaryCount { kind, stored, found })
+            }));
         records
     }
 }

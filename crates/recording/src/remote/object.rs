@@ -1,5 +1,4 @@
-//! An object as the process knows it: its size, what tells whether it is still the same, and the
-//! bytes that are read again and again.
+//! A remote object: its size, its state, and the bytes of it that are kept.
 
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind};
@@ -16,22 +15,21 @@ use tokio::task::AbortHandle;
 use super::store::{Place, changed, gives_no_part, is_empty_object, words};
 use crate::fetched::Fetched;
 
-/// Bytes fetched of the end when an object is opened: the index of a usual recording.
+/// Bytes fetched of the end when an object is opened: the summary of a usual recording.
 const END: u64 = 256 << 10;
 /// Bytes fetched of the start, when something of it is read.
 const START: u64 = 64 << 10;
 /// Most bytes of an end that are kept.
 const MOST_KEPT: u64 = 16 << 20;
-/// Most bytes that are kept of what was taken last: a window by frames is looked for first, and
-/// then read.
+/// Most bytes that are kept of the last pieces: a window is looked for first, and then read.
 const LAST: usize = 16 << 20;
 /// Objects that are kept, so that opening them again takes no request.
 const OBJECTS: usize = 8;
 
-/// Bytes that several may hold.
+/// Shared bytes.
 pub(super) type Bytes = Arc<Vec<u8>>;
 
-/// An object.
+/// A remote object.
 #[derive(Debug)]
 pub(super) struct Object {
     address: PathBuf,
@@ -49,7 +47,7 @@ pub(super) struct Object {
     bytes: AtomicU64,
 }
 
-/// What tells one state of an object from another.
+/// The state of an object, by which a change is noticed.
 #[derive(Debug, Clone, PartialEq)]
 struct Mark {
     size: u64,
@@ -63,13 +61,13 @@ impl Mark {
         Mark { size: meta.size, e_tag: meta.e_tag.clone(), modified_ns }
     }
 
-    /// The tag that a server is asked to compare. A weak one it never takes for the same.
+    /// The tag that a server is asked to compare. Servers never take a weak one for the same.
     fn strong_tag(&self) -> Option<String> {
         self.e_tag.clone().filter(|tag| !tag.starts_with("W/"))
     }
 }
 
-/// A piece of an object that was asked for; dropped, it is not fetched any more.
+/// A piece of an object that is being fetched; dropping it stops that.
 pub(super) struct UnderWay {
     pub(super) range: Range<u64>,
     result: Receiver<io::Result<Vec<u8>>>,
@@ -90,7 +88,7 @@ static NEXT_ID: AtomicU64 = AtomicU64::new(0);
 static OPENED: Mutex<Vec<Arc<Object>>> = Mutex::new(Vec::new());
 
 impl Object {
-    /// What an address names; no request where that was opened before.
+    /// The object at an address; without a request if it was opened before.
     pub(super) fn open(address: &Path) -> io::Result<Arc<Self>> {
         let opened = lock(&OPENED).iter().find(|object| object.address == address).cloned();
         match opened {
@@ -99,14 +97,14 @@ impl Object {
         }
     }
 
-    /// Fetches the end of an object, and with it all that is known of it.
+    /// Fetches the end of an object, and with it its size and state.
     pub(super) fn open_at(address: &Path, place: Place) -> io::Result<Arc<Self>> {
         let place = Arc::new(place);
         let there = Arc::clone(&place);
         let met = wait(async move { meet(&there).await })?;
         let (size, end) = (met.meta.size, met.end.len() as u64);
         let fetched = end + met.start.as_ref().map_or(0, |start| start.len() as u64);
-        // A server says one thing and sends another.
+        // The server sent other bytes than it announced.
         if end != size.min(END) && end != size.min(START) {
             return Err(broken_off());
         }
@@ -139,7 +137,8 @@ impl Object {
         lock(&self.end).0
     }
 
-    /// What is kept at a position, with where it starts; the start is fetched if that is it.
+    /// The bytes kept at a position, and where they start. The start of the object is fetched
+    /// first.
     pub(super) fn kept(&self, position: u64) -> io::Result<Option<(u64, Bytes)>> {
         let end = lock(&self.end).clone();
         if position >= end.0 {
@@ -160,7 +159,7 @@ impl Object {
         Ok(Some((0, bytes)))
     }
 
-    /// Keeps the end from a position on, unless that is too much.
+    /// Keeps the end from a position on, unless it is too large.
     pub(super) fn keep_end(&self, from: u64) -> io::Result<()> {
         let mut end = lock(&self.end);
         if from >= end.0 || self.size - from > MOST_KEPT {
@@ -179,7 +178,7 @@ impl Object {
         // It was started when the object was opened.
         let task = runtime().ok().map(|runtime| {
             runtime.spawn(async move {
-                // Nobody may be waiting any more.
+                // The piece may have been dropped.
                 let _ = sender.send(piece(&place, &mark, wanted).await);
             })
         });
@@ -200,7 +199,7 @@ impl Object {
         Ok(bytes)
     }
 
-    /// Whoever opens it again is to see what is there then.
+    /// The next to open the address gets its state then.
     fn forget(&self) {
         lock(&OPENED).retain(|object| !std::ptr::eq(&**object, self));
     }
@@ -225,7 +224,7 @@ async fn meet(place: &Place) -> io::Result<Met> {
             Err(error) => return Err(said(place, &error)),
         }
     }
-    // Some want to be told where the end starts: the size comes with the start.
+    // Some stores give no end without its start: the size comes with the start of the object.
     let asked = get(place, GetRange::Bounded(0..START), None).await;
     let (meta, start) = asked.map_err(|error| said(place, &error))?;
     requests += 1;
@@ -282,7 +281,7 @@ fn empty() -> io::Error {
     io::Error::new(ErrorKind::UnexpectedEof, "the object is empty")
 }
 
-/// What does the fetching: one thread, started when it is first needed.
+/// The thread that fetches, started when it is first needed.
 fn runtime() -> io::Result<&'static Handle> {
     static RUNTIME: OnceLock<io::Result<Handle>> = OnceLock::new();
     let started = RUNTIME.get_or_init(|| {
@@ -295,13 +294,13 @@ fn runtime() -> io::Result<&'static Handle> {
     started.as_ref().map_err(|error| io::Error::new(error.kind(), error.to_string()))
 }
 
-/// Does something over there, and waits for it.
+/// Runs a task in the fetching thread, and waits for it.
 fn wait<T: Send + 'static>(
     task: impl Future<Output = io::Result<T>> + Send + 'static,
 ) -> io::Result<T> {
     let (sender, result) = sync_channel(1);
     runtime()?.spawn(async move {
-        // Whoever waits, waits for this.
+        // The receiver waits for this.
         let _ = sender.send(task.await);
     });
     result.recv().unwrap_or_else(|_| Err(broken_off()))

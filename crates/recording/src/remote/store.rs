@@ -1,4 +1,4 @@
-//! Which store an address is of, and what goes wrong there, in words.
+//! The store of an address, and its errors in words.
 
 use std::io::{self, ErrorKind};
 use std::path::Path;
@@ -21,13 +21,13 @@ use object_store::{
 
 use crate::address::{is_http, open_part, scheme, whole};
 
-/// Repeats of a request that failed for a while, and how long it is tried.
+/// Retries of a request that failed, and for how long.
 const RETRIES: usize = 6;
 const RETRIES_TIMEOUT: Duration = Duration::from_secs(60);
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 
-/// How long nothing may come, and how long a piece may take, unless the environment says otherwise:
-/// one of 8 MiB at a quarter of a megabit a second.
+/// How long a server may be silent, and how long a piece may take: 8 MiB at a quarter of a megabit
+/// a second. The environment can say otherwise.
 const SILENCE: (ClientConfigKey, &str, &str) =
     (ClientConfigKey::ReadTimeout, "READ_TIMEOUT", "20 seconds");
 const WHOLE: (ClientConfigKey, &str, &str) = (ClientConfigKey::Timeout, "TIMEOUT", "300 seconds");
@@ -46,14 +46,14 @@ const HTTP_CREDENTIALS: &str =
 pub(super) struct Place {
     pub(super) store: Box<dyn ObjectStore>,
     pub(super) key: Key,
-    /// Whether the store gives the last bytes of an object whose size nobody knows yet.
+    /// Whether the store gives the last bytes of an object of unknown size.
     pub(super) gives_ends: bool,
-    /// What to set where nobody is let in.
+    /// What to set if access is denied.
     pub(super) credentials: &'static str,
 }
 
 impl Place {
-    /// The place of an address, with what the environment says of its kind of store.
+    /// The place of an address, with the settings of the environment for its kind of store.
     pub(super) fn of(address: &Path) -> io::Result<Self> {
         let address = address.to_str().ok_or(ErrorKind::InvalidInput)?;
         let scheme = scheme(address).unwrap_or_default();
@@ -82,7 +82,7 @@ impl Place {
     }
 }
 
-/// What of the two the environment leaves open.
+/// Those of the two timeouts that the environment does not set.
 fn timeouts(prefix: &str) -> impl Iterator<Item = (ClientConfigKey, &'static str)> {
     let is_set = move |name: &str| std::env::var_os(format!("{prefix}_{name}")).is_some();
     let open = [SILENCE, WHOLE].into_iter().filter(move |(_, name, _)| !is_set(name));
@@ -150,12 +150,12 @@ fn web_server(address: &str) -> io::Result<Place> {
     })
 }
 
-/// TLS by ring, for the whole process, unless that has another already.
+/// TLS by ring for the whole process, unless it has another already.
 fn use_ring() {
     let _ = rustls::crypto::ring::default_provider().install_default();
 }
 
-/// Asks for one address exactly as it was given, whatever is made of it on the way.
+/// Requests one address exactly as it was given, however the client encodes it.
 #[derive(Debug, Clone)]
 struct Exact {
     address: String,
@@ -181,7 +181,7 @@ impl Exact {
     }
 }
 
-/// Bytes of which some are written as `%` and two digits.
+/// Decodes bytes that are written as `%` and two digits.
 fn decoded(text: &str) -> Vec<u8> {
     let mut pieces = text.split('%');
     let mut bytes = pieces.next().unwrap_or_default().as_bytes().to_vec();
@@ -217,7 +217,7 @@ impl HttpService for ExactService {
         Self: 'b,
     {
         Box::pin(async move {
-            // The parser's own words could name what is secret.
+            // The message of the parser could name secrets.
             let uri = self.exact.address.parse();
             let uri = uri.map_err(|_| {
                 HttpError::new(HttpErrorKind::Unknown, wrong("not a valid address"))
@@ -235,12 +235,12 @@ fn wrong(problem: impl ToString) -> io::Error {
     io::Error::new(ErrorKind::InvalidInput, problem.to_string())
 }
 
-/// A store that cannot be had.
+/// An error of a store that cannot be set up.
 fn unusable(error: &Error, credentials: &str) -> io::Error {
     wrong(format!("{}; {credentials}", innermost(error)))
 }
 
-/// Whether a server says that no range of an object can be given, as it does of an empty one.
+/// Whether a server has no range of an object to give, since it is empty.
 pub(super) fn is_empty_object(error: &Error) -> bool {
     status(error).is_some_and(|status| status.starts_with("416"))
 }
@@ -250,7 +250,7 @@ pub(super) fn changed() -> io::Error {
     io::Error::other("the object changed while it was read")
 }
 
-/// What went wrong, in one line without addresses.
+/// An error in one line without addresses.
 pub(super) fn words(place: &Place, error: &Error) -> io::Error {
     let code = code(error).map_or(String::new(), |code| format!(" ({code})"));
     let (kind, problem) = match error {
@@ -283,7 +283,7 @@ pub(super) fn words(place: &Place, error: &Error) -> io::Error {
     io::Error::new(kind, problem)
 }
 
-/// Whether a server gave everything where a part was asked for.
+/// Whether a server gave the whole object where a part was requested.
 pub(super) fn gives_no_part(error: &Error) -> bool {
     chain(error).any(|said| {
         said.starts_with("Range request not supported") || said.starts_with("Received non-partial")
@@ -296,14 +296,14 @@ fn is_elsewhere(error: &Error) -> bool {
     chain(error).any(|said| SAID.iter().any(|known| said.contains(known)))
 }
 
-/// Whether it was not the store that failed, but the machine's own service for credentials.
+/// Whether the machine's own service for credentials failed, not the store.
 fn asks_machine(error: &Error) -> bool {
     const SERVICES: [&str; 4] =
         ["//169.254.169.254", "//metadata.google.internal", "//169.254.170.2", "/latest/api/token"];
     chain(error).any(|said| SERVICES.iter().any(|service| said.contains(service)))
 }
 
-/// The status of a response that is a refusal.
+/// The status of a response that is an error.
 fn status(error: &Error) -> Option<String> {
     const BEFORE: &str = "Server returned non-2xx status code: ";
     chain(error).find_map(|said| {
@@ -312,7 +312,7 @@ fn status(error: &Error) -> Option<String> {
     })
 }
 
-/// The code that a store gives in the body of a refusal.
+/// The code in the body of an error response.
 fn code(error: &Error) -> Option<String> {
     chain(error).find_map(|said| {
         let (_, rest) = said.split_once("<Code>")?;
@@ -321,7 +321,7 @@ fn code(error: &Error) -> Option<String> {
     })
 }
 
-/// What the innermost cause says, in one line.
+/// The first line of the innermost cause.
 fn innermost(error: &Error) -> String {
     let said = chain(error).last().unwrap_or_default();
     match said.lines().next().unwrap_or_default() {

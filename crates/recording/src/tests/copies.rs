@@ -64,7 +64,7 @@ fn copy(input: &Path, output: &Path, compression: Compression) -> Result<u64> {
 
 fn problem_of(result: Result<impl Sized>) -> (u64, String) {
     match result {
-        Err(Error::Damaged { offset, problem, .. }) => (offset, problem),
+        Err(Error::Damaged { offset, damage, .. }) => (offset, damage.to_string()),
         Err(error) => panic!("another error: {error}"),
         Ok(_) => panic!("no error"),
     }

@@ -46,7 +46,7 @@ fn messages(mut reader: RecordingReader, filter: &ReadFilter) -> Vec<Numbered> {
                     found.push((number, header, data.into_owned()));
                 }
             }
-            Record::Damaged { problem, .. } => panic!("{problem}"),
+            Record::Damaged { damage, .. } => panic!("{damage}"),
             _ => {}
         }
     }

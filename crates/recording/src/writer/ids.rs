@@ -13,7 +13,8 @@ use crate::record::Schema;
 pub(super) struct Ids {
     pub(super) schemas: BTreeMap<u16, Schema>,
     channels: BTreeSet<u16>,
-    /// Whether new ids are the highest that are free, else the one behind the highest that is taken.
+    /// Whether new ids are the highest that are free, else the one behind the highest that is
+    /// taken.
     from_the_top: bool,
 }
 

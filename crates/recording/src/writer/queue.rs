@@ -58,8 +58,8 @@ impl Queue {
         }
     }
 
-    /// Queues something, and places what is ready. Where more is waiting than keeps the threads busy,
-    /// this waits for the front of it.
+    /// Queues something, and places what is ready. Where more is waiting than keeps the threads
+    /// busy, this waits for the front of it.
     pub(super) fn push(&mut self, placement: Placement) -> Result<()> {
         self.waiting.push_back(placement);
         let most = if self.workers.is_parallel() { self.workers.threads() + 2 } else { 0 };

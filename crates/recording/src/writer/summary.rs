@@ -53,8 +53,8 @@ impl Summary {
         Ok(true)
     }
 
-    /// Counts messages of a channel, the first of this sequence number, logged from the first to the
-    /// last time.
+    /// Counts messages of a channel, the first of this sequence number, logged from the first to
+    /// the last time.
     pub(super) fn count(
         &mut self,
         channel: u16,
