@@ -1,74 +1,18 @@
-//! Recordings of every shape, copied, cut and damaged.
+//! Recordings of every shape, read and copied.
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
 
 use mcap::records::MessageHeader;
 
-use super::fixtures::{CHUNKED, Folder, Shape, recording, shapes};
+use super::fixtures::{
+    CHUNKED, Folder, content, copy, has_warning, messages, read_all, recording, shapes,
+};
 use crate::fields::head;
 use crate::{
-    Compression, Error, Overview, PartialFile, Position, Record, RecordingReader, RecordingWriter,
-    Result, WriteOptions,
+    Compression, Overview, PartialFile, Position, Record, RecordingReader, RecordingWriter,
+    WriteOptions,
 };
-
-fn read_all(path: &Path) -> Result<Vec<Record<'static>>> {
-    let mut reader = RecordingReader::open(path)?;
-    let mut records = Vec::new();
-    while let Some(record) = reader.next_record()? {
-        records.push(record.into_owned());
-    }
-    Ok(records)
-}
-
-/// Without what a copy may change: the library, and where messages lie.
-fn content(records: Vec<Record<'static>>) -> Vec<Record<'static>> {
-    let nowhere = Position { chunk_offset: 0, index_in_chunk: 0 };
-    let strip = |record| match record {
-        Record::Header { profile, .. } => Record::Header { profile, library: String::new() },
-        Record::Message { header, data, .. } => Record::Message { header, data, position: nowhere },
-        record => record,
-    };
-    records.into_iter().map(strip).collect()
-}
-
-fn messages(records: &[Record<'static>]) -> Vec<Record<'static>> {
-    let is_message = |record: &&Record| matches!(record, Record::Message { .. });
-    records.iter().filter(is_message).cloned().collect()
-}
-
-fn has_warning(records: &[Record]) -> bool {
-    let is_warning =
-        |record: &Record| matches!(record, Record::Damaged { .. } | Record::Truncated { .. });
-    records.iter().any(is_warning)
-}
-
-fn copy(input: &Path, output: &Path, compression: Compression) -> Result<u64> {
-    let overview = Overview::read(input)?;
-    let mut writer = RecordingWriter::create(
-        output,
-        &WriteOptions {
-            profile: overview.profile,
-            recorded_by: overview.library,
-            compression,
-            force: false,
-        },
-    )?;
-    let mut reader = RecordingReader::open(input)?;
-    while let Some(record) = reader.next_record()? {
-        writer.copy(&record)?;
-    }
-    writer.finish()
-}
-
-fn problem_of(result: Result<impl Sized>) -> (u64, String) {
-    match result {
-        Err(Error::Damaged { offset, damage, .. }) => (offset, damage.to_string()),
-        Err(error) => panic!("another error: {error}"),
-        Ok(_) => panic!("no error"),
-    }
-}
 
 #[test]
 fn every_shape_is_read_whole() {
@@ -267,156 +211,6 @@ fn a_summary_that_contradicts_itself_is_not_believed() {
     let overview = Overview::read(&folder.write("in.mcap", &bytes)).unwrap();
     assert!(!overview.from_summary);
     assert_eq!(overview.channels.len(), 2);
-}
-
-#[test]
-fn a_file_cut_anywhere_gives_a_prefix_of_its_messages() {
-    let folder = Folder::new();
-    for shape in shapes().into_iter().filter(|shape| shape.has_data_crc) {
-        let whole = recording(shape);
-        let original = messages(&read_all(&folder.write("in.mcap", &whole)).unwrap());
-        let mut most = 0;
-        for length in (1..whole.len()).step_by(97).chain(whole.len() - 40..whole.len()) {
-            let path = folder.write("cut.mcap", &whole[..length]);
-            if length < mcap::MAGIC.len() {
-                assert!(problem_of(read_all(&path)).1.contains("cut off"));
-                continue;
-            }
-            let records = read_all(&path).unwrap();
-            assert!(matches!(records.last(), Some(Record::Truncated { .. })), "{shape:?} {length}");
-            let found = messages(&records);
-            assert!(found == original[..found.len()], "{shape:?} {length}");
-            assert!(found.len() >= most, "{shape:?} {length}");
-            most = found.len();
-            let overview = Overview::read(&path).unwrap();
-            assert_eq!(overview.message_count, found.len() as u64);
-            assert!(!overview.is_complete && !overview.problems.is_empty());
-        }
-        assert_eq!(most, original.len());
-    }
-}
-
-#[test]
-fn messages_are_saved_from_a_chunk_that_is_cut() {
-    let folder = Folder::new();
-    let shape = Shape { compression: None, ..CHUNKED };
-    let whole = recording(shape);
-    let records = read_all(&folder.write("in.mcap", &whole)).unwrap();
-    let last = 38;
-    let Record::Message { position, .. } = &messages(&records)[last] else { unreachable!() };
-    // In the middle of the last chunk of several messages.
-    let path = folder.write("cut.mcap", &whole[..position.chunk_offset as usize + 600]);
-    let saved = messages(&read_all(&path).unwrap());
-    let first_of_chunk = last - position.index_in_chunk as usize;
-    assert!(saved.len() > first_of_chunk && saved.len() <= last, "{}", saved.len());
-}
-
-/// Bytes that no checksum covers may change without notice where there is no data section checksum:
-/// the heads and fields of records outside chunks (the header's profile, message indexes, metadata,
-/// times in chunk headers), and whole messages outside chunks. So unchunked recordings are damaged
-/// here only where they have that checksum; the messages of all others are always covered.
-#[test]
-fn no_flipped_byte_passes_unnoticed() {
-    let folder = Folder::new();
-    let is_covered = |shape: &Shape| shape.is_chunked || shape.has_data_crc;
-    for (i, shape) in shapes().into_iter().filter(is_covered).enumerate() {
-        let whole = recording(shape);
-        let original = messages(&read_all(&folder.write("in.mcap", &whole)).unwrap());
-        for offset in (i * 5..whole.len()).step_by(61).chain(0..40) {
-            let mut bytes = whole.clone();
-            bytes[offset] ^= [0xff, 0x01, 0x80][offset % 3];
-            let path = folder.write("flipped.mcap", &bytes);
-            if let Ok(records) = read_all(&path) {
-                let is_same = messages(&records) == original;
-                assert!(is_same || has_warning(&records), "{shape:?} {offset}");
-            }
-            let _ = Overview::read(&path);
-        }
-    }
-}
-
-#[test]
-fn a_damaged_chunk_is_named_with_its_place_and_topics() {
-    let folder = Folder::new();
-    let shape = Shape { compression: None, ..CHUNKED };
-    let mut bytes = recording(shape);
-    let records = read_all(&folder.write("in.mcap", &bytes)).unwrap();
-    let Record::Message { position, .. } = &messages(&records)[0] else { unreachable!() };
-    bytes[position.chunk_offset as usize + 300] ^= 1;
-    let (offset, problem) = problem_of(read_all(&folder.write("in.mcap", &bytes)));
-    assert_eq!(offset, position.chunk_offset);
-    assert!(problem.starts_with("chunk CRC mismatch: stored "), "{problem}");
-    assert!(problem.ends_with("; the chunk holds messages of /bare, /twice"), "{problem}");
-}
-
-#[test]
-fn damage_behind_the_data_costs_no_message() {
-    let folder = Folder::new();
-    let whole = recording(CHUNKED);
-    let original = messages(&read_all(&folder.write("in.mcap", &whole)).unwrap());
-    // In the topic of a channel: /bare.
-    let at = whole.windows(5).rposition(|window| window == b"/bare").unwrap();
-    let mut bytes = whole.clone();
-    bytes[at + 1] = b'f';
-    let path = folder.write("in.mcap", &bytes);
-    let records = read_all(&path).unwrap();
-    assert_eq!(messages(&records), original);
-    assert!(matches!(records.last(), Some(Record::Damaged { .. })));
-    let overview = Overview::read(&path).unwrap();
-    assert!(!overview.from_summary);
-    assert_eq!(overview.problems.len(), 1);
-    assert_eq!(overview.channels[&0].topic, "/bare");
-}
-
-#[test]
-fn a_length_that_lies_allocates_nothing() {
-    let folder = Folder::new();
-    for shape in shapes() {
-        let whole = recording(shape);
-        let header_len = u64::from_le_bytes(whole[9..17].try_into().unwrap()) as usize;
-        // The first record behind the header; and, in an uncompressed chunk, the first inside it.
-        let first = 8 + 9 + header_len;
-        let inside = shape.is_chunked.then_some(first + 9 + 40);
-        for at in [first].into_iter().chain(inside) {
-            for claim in [u64::MAX, u64::MAX - 8, 1 << 62, 1 << 40, 3 << 30] {
-                let mut bytes = whole.clone();
-                bytes[at + 1..at + 9].copy_from_slice(&claim.to_le_bytes());
-                let path = folder.write("lie.mcap", &bytes);
-                assert!(read_all(&path).is_err(), "{shape:?} {at} {claim}");
-                // Cut as well, so that the reader tries to save what is there.
-                let path = folder.write("lie.mcap", &bytes[..bytes.len() - 9]);
-                let _ = read_all(&path);
-            }
-        }
-    }
-}
-
-#[test]
-fn other_files_are_named() {
-    let folder = Folder::new();
-    let cases: [(&[u8], &str); 8] = [
-        (b"", "empty"),
-        (b"#ROSBAG V2.0\n", "ROS 1 bag"),
-        (b"SQLite format 3\0", ".db3"),
-        (b"\x1f\x8b\x08\0", "gzip"),
-        (b"\x28\xb5\x2f\xfd\0", "zstd"),
-        (b"\x89MCAP", "cut off"),
-        (b"\x89MCAP1\r\n more", "version '1'"),
-        (b"hello, world", "68 65 6c 6c 6f"),
-    ];
-    for (bytes, expected) in cases {
-        let path = folder.write("other", bytes);
-        for (offset, problem) in
-            [problem_of(RecordingReader::open(&path)), problem_of(Overview::read(&path))]
-        {
-            assert_eq!(offset, 0);
-            assert!(problem.contains(expected), "{problem}");
-        }
-    }
-    let (_, problem) = problem_of(RecordingReader::open(folder.root()));
-    assert!(problem.contains("folder"), "{problem}");
-    let missing = RecordingReader::open(&folder.path("missing.mcap"));
-    assert!(matches!(missing, Err(Error::Io { .. })));
 }
 
 #[test]

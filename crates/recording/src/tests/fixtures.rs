@@ -1,4 +1,4 @@
-//! Recordings of every shape, made by the format's own library.
+//! Recordings of every shape, made by the format's own library, and what the tests do with them.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -7,6 +7,11 @@ use std::path::{Path, PathBuf};
 
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::PrivateRecordOptions;
+
+use crate::{
+    Compression, Error, Overview, Position, Record, RecordingReader, RecordingWriter, Result,
+    WriteOptions,
+};
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shape {
@@ -131,5 +136,62 @@ impl Folder {
         let entries = fs::read_dir(self.0.path()).unwrap();
         let name = |entry: std::io::Result<fs::DirEntry>| entry.unwrap().file_name();
         entries.map(|e| name(e).into_string().unwrap()).collect()
+    }
+}
+
+pub(super) fn read_all(path: &Path) -> Result<Vec<Record<'static>>> {
+    let mut reader = RecordingReader::open(path)?;
+    let mut records = Vec::new();
+    while let Some(record) = reader.next_record()? {
+        records.push(record.into_owned());
+    }
+    Ok(records)
+}
+
+/// Without what a copy may change: the library, and where messages lie.
+pub(super) fn content(records: Vec<Record<'static>>) -> Vec<Record<'static>> {
+    let nowhere = Position { chunk_offset: 0, index_in_chunk: 0 };
+    let strip = |record| match record {
+        Record::Header { profile, .. } => Record::Header { profile, library: String::new() },
+        Record::Message { header, data, .. } => Record::Message { header, data, position: nowhere },
+        record => record,
+    };
+    records.into_iter().map(strip).collect()
+}
+
+pub(super) fn messages(records: &[Record<'static>]) -> Vec<Record<'static>> {
+    let is_message = |record: &&Record| matches!(record, Record::Message { .. });
+    records.iter().filter(is_message).cloned().collect()
+}
+
+pub(super) fn has_warning(records: &[Record]) -> bool {
+    let is_warning =
+        |record: &Record| matches!(record, Record::Damaged { .. } | Record::Truncated { .. });
+    records.iter().any(is_warning)
+}
+
+pub(super) fn copy(input: &Path, output: &Path, compression: Compression) -> Result<u64> {
+    let overview = Overview::read(input)?;
+    let mut writer = RecordingWriter::create(
+        output,
+        &WriteOptions {
+            profile: overview.profile,
+            recorded_by: overview.library,
+            compression,
+            force: false,
+        },
+    )?;
+    let mut reader = RecordingReader::open(input)?;
+    while let Some(record) = reader.next_record()? {
+        writer.copy(&record)?;
+    }
+    writer.finish()
+}
+
+pub(super) fn problem_of(result: Result<impl Sized>) -> (u64, String) {
+    match result {
+        Err(Error::Damaged { offset, damage, .. }) => (offset, damage.to_string()),
+        Err(error) => panic!("another error: {error}"),
+        Ok(_) => panic!("no error"),
     }
 }

@@ -1,5 +1,6 @@
 //! Recordings of every shape, read, copied, cut, damaged and filtered.
 
 mod copies;
+mod damaged;
 mod filter;
 mod fixtures;
