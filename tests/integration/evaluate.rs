@@ -177,8 +177,8 @@ fn what_does_not_fit_a_recording_is_named() {
     std::fs::write(labels.join("000007.label"), [0; 12]).expect("a file");
     let parts = [
         "3 problems",
-        "000007.label: no such cloud, there are 2",
-        "000001.label: there is a cloud, but no such file",
+        "000007.label: no such cloud; there are 2 clouds",
+        "000001.label: no such file for this cloud",
         "000000.label: 3 labels for",
     ];
     refused(&annotated, &["--labels", path(&labels)], &parts);

@@ -174,7 +174,7 @@ fn measure_here(arguments: &Arguments, contender: Contender) -> Result<Row> {
             BoxArguments::open(source.as_ref(), &arguments.truth.clouds.input, taxonomy)?;
         arguments.boxes.set(&mut method.config);
     }
-    let frames = arguments.truth.open(&method)?;
+    let frames = arguments.truth.clouds.open(&method)?;
     let bar = frame_bar(&contender.name(), frames.remaining());
     let measured = measure(frames, &method, arguments.truth.min_points, || bar.inc(1));
     let measured = measured.map_err(with_hint)?;

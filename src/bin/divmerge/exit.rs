@@ -29,28 +29,14 @@ impl Outcome {
 }
 
 /// Arguments that do not fit each other.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("{1}")]
 pub struct WrongUsage(pub ErrorKind, pub String);
 
-impl std::fmt::Display for WrongUsage {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
-        formatter.write_str(&self.1)
-    }
-}
-
-impl std::error::Error for WrongUsage {}
-
 /// A feature that this binary was built without.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
 pub struct NotBuilt(pub &'static str);
-
-impl std::fmt::Display for NotBuilt {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
-        formatter.write_str(self.0)
-    }
-}
-
-impl std::error::Error for NotBuilt {}
 
 /// Reports the errors of a finished command on stderr and returns its exit code. `command` is the
 /// subcommand, whose usage is shown with [`WrongUsage`].

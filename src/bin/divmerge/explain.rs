@@ -12,12 +12,11 @@ use divmerge::explain::{
 };
 use divmerge::io::{CloudMessage, Which, cloud_message_at};
 use divmerge::pipeline;
-use divmerge::view::Target;
+use divmerge::view::{self, Target, explained_scene};
 
 use crate::arguments::method::MethodArguments;
 use crate::arguments::values::{position, positive};
 use crate::exit::{Outcome, WrongUsage};
-use crate::explanation::{figure, report};
 use crate::output::{picture, refuse_existing, rrd, write_picture};
 use crate::viewer;
 
@@ -117,7 +116,9 @@ fn explain_message(arguments: &Arguments, method: &Method, message: &CloudMessag
     }
     if let Some(output) = &arguments.output {
         const DPI: f64 = 192.0;
-        let bytes = write_picture(output, &figure(&report, &frame, DPI), DPI, arguments.force)?;
+        let (scene, explanation) = (explained_scene(&frame, &report), &report.explanation);
+        let page = view::explanation(&scene, explanation, &explanation.headline(), DPI);
+        let bytes = write_picture(output, &page, DPI, arguments.force)?;
         if !arguments.json {
             println!("\nwrote {} ({bytes} bytes)", output.display());
         }
@@ -156,7 +157,7 @@ fn requested(
     let positions: Vec<[f64; 3]> =
         arguments.at.iter().map(|&at| frame.cloud.from_recorded(at)).collect();
     let subject = subject(arguments, &positions, frame)?;
-    let report = report(&arguments.input, message, semantics, frame, subject);
+    let report = ExplanationReport::new(&arguments.input, message, semantics, frame, subject);
     Ok(ExplanationReport {
         away: report.explanation.points.iter().zip(&positions).map(away).collect(),
         what_if: (!arguments.no_what_if).then(|| what_if(frame, subject)),

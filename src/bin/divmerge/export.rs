@@ -6,13 +6,14 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use divmerge::io::scans::SOURCE;
+use divmerge::io::semantic_kitti::label_pairs::{label_file, stray_label_files};
 use divmerge::io::semantic_kitti::sequence::SEQUENCE_KEY;
 use divmerge::io::semantic_kitti::write_labels;
 use divmerge::io::{CloudMessage, CloudMessages, Overview, Record, RecordingReader};
 
 use crate::annotated::annotated;
 use crate::exit::Outcome;
-use crate::output::{refuse_address, refuse_existing};
+use crate::output::{make_folder, refuse_address, refuse_existing};
 use crate::progress::frame_bar;
 use crate::text::counted;
 
@@ -149,42 +150,34 @@ fn refuse_existing_labels(export: &Export, force: bool) -> Result<()> {
     let clouds = CloudMessages::open(export.input, Some(&export.topic), 0..=u64::MAX)?;
     if !force {
         for number in 0..clouds.message_count() {
-            refuse_existing(&label_file(export, number), force)?;
+            refuse_existing(&label_file(&export.labels, number), force)?;
         }
     }
-    let Ok(entries) = std::fs::read_dir(&export.labels) else { return Ok(()) };
-    for entry in entries {
-        let path = entry.with_context(|| export.labels.display().to_string())?.path();
-        let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
-        let number = stem.parse().ok().filter(|&number| number < clouds.message_count());
-        let is_ours = number.is_some_and(|number| label_file(export, number) == path);
-        if path.extension().is_some_and(|ending| ending == "label") && !is_ours {
-            bail!(
-                "{} belongs to none of the {} clouds of {}; remove it or choose another folder",
-                path.display(),
-                clouds.message_count(),
-                export.input.display()
-            );
-        }
+    if !export.labels.exists() {
+        return Ok(());
+    }
+    if let Some(stray) = stray_label_files(&export.labels, clouds.message_count())?.first() {
+        bail!(
+            "{} belongs to none of the {} clouds of {}; remove it or choose another folder",
+            stray.display(),
+            clouds.message_count(),
+            export.input.display()
+        );
     }
     Ok(())
-}
-
-fn label_file(export: &Export, number: u64) -> PathBuf {
-    export.labels.join(format!("{number:06}.label"))
 }
 
 fn write(export: &Export, arguments: &Arguments) -> Result<()> {
     let Export { input, topic, labels } = export;
     let messages = CloudMessages::open(input, Some(topic), 0..=u64::MAX)?;
-    std::fs::create_dir_all(labels).with_context(|| labels.display().to_string())?;
+    make_folder(labels)?;
     let (bar, mut points, mut files) = (frame_bar("exporting", messages.message_count()), 0, 0);
     for message in messages {
         let message = message?;
         let words = words(&message, arguments).with_context(|| {
             format!("{}: frame {} of `{topic}`", input.display(), message.number)
         })?;
-        write_labels(&label_file(export, message.number), &words)?;
+        write_labels(&label_file(labels, message.number), &words)?;
         points += words.len() as u64;
         files += 1;
         bar.inc(1);

@@ -6,10 +6,12 @@ use std::str::FromStr;
 
 use anyhow::{Context, Result, bail};
 use clap::{ArgGroup, Args};
+use divmerge::annotate::Method;
 use divmerge::annotate::moments::Moment;
-use divmerge::annotate::{Clustered, Method, cluster};
 use divmerge::io::{CloudMessage, CloudMessages, Overview, Which, cloud_message_at};
-use divmerge::view::{self, ColourTracker, Crop, FigureOptions, Panel, Region, Scene, SceneClass};
+use divmerge::view::{
+    self, ClusteredMessage, ColourTracker, Crop, FigureOptions, Panel, Region, Scene,
+};
 
 use crate::arguments::method::MethodArguments;
 use crate::arguments::values::{NamedValue, one_of, range};
@@ -140,8 +142,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         None => Which::Frame(arguments.frame.unwrap_or(0)),
     };
     let message = cloud_message_at(&arguments.input, arguments.topic.as_deref(), which)?;
-    let clustered = Frame::new(&message, &method)?;
-    let scene = clustered.scene(&message, &method, start_ns, &mut ColourTracker::default());
+    let clustered = clustered(&message, &method)?;
+    let scene = clustered.scene(&method, start_ns, &mut ColourTracker::default());
     if let Some(output) = &arguments.output {
         let bytes =
             write_picture(output, &view::figure(&scene, &options)?, options.dpi, arguments.force)?;
@@ -157,66 +159,21 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 pub fn draw(input: &Path, frame: u64, output: &Path, method: &Method) -> Result<()> {
     let start_ns = Overview::read(input)?.start_ns.unwrap_or(0);
     let message = cloud_message_at(input, None, Which::Frame(frame))?;
-    let clustered = Frame::new(&message, method)?;
-    let scene = clustered.scene(&message, method, start_ns, &mut ColourTracker::default());
+    let clustered = clustered(&message, method)?;
+    let scene = clustered.scene(method, start_ns, &mut ColourTracker::default());
     let options = FigureOptions::default();
     write_picture(output, &view::figure(&scene, &options)?, options.dpi, true)?;
     Ok(())
 }
 
-/// A clustered cloud message and its intensities.
-struct Frame {
-    clustered: Clustered,
-    intensity: Option<Vec<f32>>,
-}
-
-impl Frame {
-    fn new(message: &CloudMessage, method: &Method) -> Result<Self> {
-        let place = || format!("frame {} of {}", message.number, message.topic);
-        let wire = message.decode().with_context(place)?;
-        let clustered = cluster(&wire, message.which(), method).with_context(place)?;
-        if let Some(problem) = &clustered.missing_boxes {
-            eprintln!("warning: {}: {problem}", place());
-        }
-        let intensity = ["intensity", "reflectivity"].into_iter().find_map(|name| {
-            let values = wire.column_f64(name).ok()?;
-            Some(values.into_iter().map(|value| value as f32).collect())
-        });
-        Ok(Frame { clustered, intensity })
+/// Clusters a cloud message, with a warning if its boxes are missing.
+fn clustered<'a>(message: &'a CloudMessage, method: &Method) -> Result<ClusteredMessage<'a>> {
+    let place = || format!("frame {} of {}", message.number, message.topic);
+    let clustered = ClusteredMessage::new(message, method).with_context(place)?;
+    if let Some(problem) = &clustered.clustered.missing_boxes {
+        eprintln!("warning: {}: {problem}", place());
     }
-
-    fn scene(
-        &self,
-        message: &CloudMessage,
-        method: &Method,
-        start_ns: u64,
-        colours: &mut ColourTracker,
-    ) -> Scene<'_> {
-        let Clustered { cloud, stages, semantics, .. } = &self.clustered;
-        let has_classes = semantics.starts_with("field:");
-        let classes = method.taxonomy.classes().iter().filter(|_| has_classes);
-        let classes = classes
-            .map(|class| SceneClass { name: class.name.clone(), is_thing: class.is_thing })
-            .collect();
-        let seconds = message.log_time.saturating_sub(start_ns) as f64 * 1e-9;
-        Scene {
-            cloud,
-            stages,
-            classes,
-            intensity: self.intensity.clone(),
-            merge_ratio: method.config.cluster.merge_ratio,
-            colour_numbers: colours.colour_numbers(&stages.instances),
-            heading: format!("frame {}  ·  {seconds:.3} s", message.number),
-            remark: format!(
-                "{}  ·  range image {} × {} ({})  ·  objects: {semantics}  ·  {}",
-                message.topic,
-                stages.image.rows(),
-                stages.image.columns(),
-                stages.image.projection.describe(),
-                method.config.describe(),
-            ),
-        }
-    }
+    Ok(clustered)
 }
 
 fn video(
@@ -246,7 +203,7 @@ fn video(
         let message = message?;
         let output = folder.join(format!("frame_{:06}.png", message.number));
         refuse_existing(&output, arguments.force)?;
-        let frame = match Frame::new(&message, method) {
+        let frame = match clustered(&message, method) {
             Ok(frame) => frame,
             Err(error) if ends_the_run(&error) => return Err(error),
             Err(error) => {
@@ -255,7 +212,7 @@ fn video(
                 continue;
             }
         };
-        let scene = frame.scene(&message, method, start_ns, &mut colours);
+        let scene = frame.scene(method, start_ns, &mut colours);
         // All frames show the first frame's part of the plane.
         if options.region.is_none() {
             let image = &frame.clustered.stages.image;

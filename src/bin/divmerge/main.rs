@@ -11,7 +11,6 @@ mod diff;
 mod evaluate;
 mod exit;
 mod explain;
-mod explanation;
 mod export;
 mod failures;
 mod figure;

@@ -145,13 +145,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         }
     }
     let mut method = arguments.objects.method(&arguments.truth.clouds.input)?;
-    let frames = arguments.truth.open(&method)?.remaining();
+    let frames = arguments.truth.clouds.open(&method)?.remaining();
     let bar = frame_bar("sweeping", frames * configs.len() as u64);
     let mut rows = Vec::with_capacity(configs.len());
     for (value, config) in configs {
         let preset = config.preset;
         method.config = config;
-        let frames = arguments.truth.open(&method)?;
+        let frames = arguments.truth.clouds.open(&method)?;
         let measured = measure(frames, &method, arguments.truth.min_points, || bar.inc(1));
         let measured = measured.map_err(with_hint)?;
         rows.push(Row { preset, value, measured });

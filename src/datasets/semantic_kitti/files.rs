@@ -84,7 +84,8 @@ pub fn label_files(root: &Path, kind: &str) -> Result<Vec<(String, PathBuf)>> {
     Ok(files)
 }
 
-fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
+/// The paths in a folder, sorted.
+pub(super) fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
     let at = |source| Error::Io { path: folder.into(), source };
     let list = std::fs::read_dir(folder).map_err(at)?;
     let mut paths =

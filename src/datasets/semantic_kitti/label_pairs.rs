@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::files::label_files;
+use super::files::{entries, label_files};
 use crate::datasets::files::file_name;
 use crate::error::{Error, Result};
 
@@ -94,6 +94,25 @@ fn scan_problem(scan: &Path, points: u64) -> Option<String> {
 fn bytes(path: &Path) -> Result<u64> {
     let file = std::fs::metadata(path);
     Ok(file.map_err(|source| Error::Io { path: path.into(), source })?.len())
+}
+
+/// The label file of a cloud in a folder: `NNNNNN.label`.
+pub fn label_file(folder: &Path, number: u64) -> PathBuf {
+    folder.join(format!("{number:06}.label"))
+}
+
+/// The label files in a folder that belong to none of `clouds` clouds.
+///
+/// # Errors
+/// [`Error::Io`] if the folder cannot be listed.
+pub fn stray_label_files(folder: &Path, clouds: u64) -> Result<Vec<PathBuf>> {
+    let files = entries(folder)?.into_iter();
+    let labels = files.filter(|path| path.extension().is_some_and(|ending| ending == "label"));
+    let is_of_a_cloud = |path: &PathBuf| {
+        let number = path.file_stem().and_then(|stem| stem.to_str()?.parse().ok());
+        number.is_some_and(|number| number < clouds && label_file(folder, number) == *path)
+    };
+    Ok(labels.filter(|path| !is_of_a_cloud(path)).collect())
 }
 
 /// Label files by sequence and file name.

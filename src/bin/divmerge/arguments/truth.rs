@@ -22,13 +22,6 @@ pub struct TruthArguments {
     pub min_points: u64,
 }
 
-impl TruthArguments {
-    /// Opens the clouds, with the columns that the method needs.
-    pub fn open(&self, method: &Method) -> Result<LabelledFrames> {
-        self.clouds.open(method)
-    }
-}
-
 /// Clouds with truth.
 #[derive(Args)]
 pub struct CloudArguments {

@@ -1,12 +1,12 @@
 //! Scores of an annotated recording, by fields of truth or label files.
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use divmerge::evaluate::{Evaluation, MetricSet, ScanLabels, Scores};
 use divmerge::io::CloudMessage;
 use divmerge::io::frames::CloudMessages;
+use divmerge::io::semantic_kitti::label_pairs::{label_file, stray_label_files};
 use divmerge::io::semantic_kitti::read_labels;
 use serde::Serialize;
 
@@ -16,6 +16,7 @@ use crate::annotated::{annotated, find_annotated};
 use crate::exit::error_chain;
 use crate::output::write_json;
 use crate::progress::frame_bar;
+use crate::text::counted;
 
 /// The JSON file.
 #[derive(Serialize)]
@@ -151,27 +152,13 @@ fn add(
     Ok(sums.add((&found, place), (&truth, place), cloud.as_ref())?)
 }
 
-fn label_file(folder: &Path, number: u64) -> PathBuf {
-    folder.join(format!("{number:06}.label"))
-}
-
 /// Label files without a cloud, and clouds without a label file.
 fn unmatched(folder: &Path, clouds: u64) -> Result<Vec<String>> {
-    let entries = std::fs::read_dir(folder).with_context(|| folder.display().to_string())?;
-    let mut files = BTreeSet::new();
-    for entry in entries {
-        let path = entry.with_context(|| folder.display().to_string())?.path();
-        if path.extension().is_some_and(|end| end == "label") {
-            files.insert(path);
-        }
-    }
-    let expected: BTreeSet<PathBuf> =
-        (0..clouds).map(|number| label_file(folder, number)).collect();
-    let without_cloud = files.difference(&expected);
-    let without_cloud =
-        without_cloud.map(|path| format!("{}: no such cloud, there are {clouds}", path.display()));
-    let missing = expected.difference(&files);
-    let missing =
-        missing.map(|path| format!("{}: there is a cloud, but no such file", path.display()));
-    Ok(without_cloud.chain(missing).collect())
+    let stray = stray_label_files(folder, clouds)?.into_iter();
+    let total = counted(clouds, "cloud");
+    let stray = stray.map(|path| format!("{}: no such cloud; there are {total}", path.display()));
+    let files = (0..clouds).map(|number| label_file(folder, number));
+    let missing = files.filter(|path| !path.exists());
+    let missing = missing.map(|path| format!("{}: no such file for this cloud", path.display()));
+    Ok(stray.chain(missing).collect())
 }

@@ -10,8 +10,8 @@ use divmerge::io::{Which, cloud_message_at, write_file};
 use divmerge::pipeline;
 use divmerge::triage::ranking::RankedCase;
 use divmerge::view::triage_report::{CasePage, Head, folder, one_file};
+use divmerge::view::{self, explained_scene};
 
-use crate::explanation::{figure, report};
 use crate::output::{extension, make_folder};
 use crate::progress::frame_bar;
 
@@ -73,7 +73,8 @@ impl Report<'_> {
             for &number in of_frame {
                 let subject = subject(&cases[number]);
                 let semantics = &decoded.semantics;
-                let report = report(self.input, &message, semantics, &frame, subject);
+                let report =
+                    ExplanationReport::new(self.input, &message, semantics, &frame, subject);
                 pages[number] = Some(self.page(&frame, &report, number));
                 bar.inc(1);
             }
@@ -101,7 +102,12 @@ impl Report<'_> {
             others: others.collect(),
             command: self.commands[number].clone(),
             explanation: ExplanationText { report, max_pairs: 3 }.to_string(),
-            figure: figure(report, frame, DPI),
+            figure: view::explanation(
+                &explained_scene(frame, report),
+                &report.explanation,
+                &report.explanation.headline(),
+                DPI,
+            ),
         }
     }
 }

@@ -1,0 +1,77 @@
+//! Scenes of clustered and of explained clouds.
+
+use super::colours::ColourTracker;
+use super::scene::{Scene, SceneClass};
+use crate::annotate::{Clustered, Method, cluster};
+use crate::error::Result;
+use crate::explain::{ExplanationReport, Frame};
+use crate::io::CloudMessage;
+
+/// A clustered cloud message and its intensities.
+#[derive(Debug, Clone)]
+pub struct ClusteredMessage<'a> {
+    /// The message.
+    pub message: &'a CloudMessage,
+    /// Its cloud, clustered.
+    pub clustered: Clustered,
+    intensity: Option<Vec<f32>>,
+}
+
+impl<'a> ClusteredMessage<'a> {
+    /// Decodes and clusters a message.
+    ///
+    /// # Errors
+    /// Those of [`cluster`], and of decoding the message.
+    pub fn new(message: &'a CloudMessage, method: &Method) -> Result<Self> {
+        let wire = message.decode()?;
+        let clustered = cluster(&wire, message.which(), method)?;
+        let intensity = ["intensity", "reflectivity"].into_iter().find_map(|name| {
+            let values = wire.column_f64(name).ok()?;
+            Some(values.into_iter().map(|value| value as f32).collect())
+        });
+        Ok(ClusteredMessage { message, clustered, intensity })
+    }
+
+    /// The scene of a figure. The recording starts at `start_ns`; `colours` keeps the colours of
+    /// instances from frame to frame.
+    pub fn scene(&self, method: &Method, start_ns: u64, colours: &mut ColourTracker) -> Scene<'_> {
+        let Clustered { cloud, stages, semantics, .. } = &self.clustered;
+        let has_classes = semantics.starts_with("field:");
+        let classes = method.taxonomy.classes().iter().filter(|_| has_classes);
+        let classes = classes
+            .map(|class| SceneClass { name: class.name.clone(), is_thing: class.is_thing })
+            .collect();
+        let seconds = self.message.log_time.saturating_sub(start_ns) as f64 * 1e-9;
+        Scene {
+            cloud,
+            stages,
+            classes,
+            intensity: self.intensity.clone(),
+            merge_ratio: method.config.cluster.merge_ratio,
+            colour_numbers: colours.colour_numbers(&stages.instances),
+            heading: format!("frame {}  ·  {seconds:.3} s", self.message.number),
+            remark: format!(
+                "{}  ·  range image {} × {} ({})  ·  objects: {semantics}  ·  {}",
+                self.message.topic,
+                stages.image.rows(),
+                stages.image.columns(),
+                stages.image.projection.describe(),
+                method.config.describe(),
+            ),
+        }
+    }
+}
+
+/// The scene of an explanation's figure.
+pub fn explained_scene<'a>(frame: &Frame<'a>, report: &ExplanationReport) -> Scene<'a> {
+    Scene {
+        cloud: frame.cloud,
+        stages: frame.stages,
+        classes: Vec::new(),
+        intensity: None,
+        merge_ratio: frame.config.cluster.merge_ratio,
+        colour_numbers: ColourTracker::default().colour_numbers(&frame.stages.instances),
+        heading: format!("frame {} of {}", report.frame, report.topic),
+        remark: format!("objects: {}  ·  preset {}", report.semantics, report.preset),
+    }
+}
