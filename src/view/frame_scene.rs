@@ -1,10 +1,12 @@
-//! Scenes of clustered and of explained clouds.
+//! Clustered and explained clouds, and their scenes.
+
+use std::path::Path;
 
 use super::colours::ColourTracker;
 use super::scene::{Scene, SceneClass};
 use crate::annotate::{Clustered, Method, cluster};
 use crate::error::Result;
-use crate::explain::{ExplanationReport, Frame};
+use crate::explain::{ExplanationReport, Frame, Subject, explain};
 use crate::io::CloudMessage;
 
 /// A clustered cloud message and its intensities.
@@ -59,6 +61,29 @@ impl<'a> ClusteredMessage<'a> {
                 method.config.describe(),
             ),
         }
+    }
+}
+
+/// Explains one or two points of a cloud of `file`, without a search for parameter changes.
+pub fn explanation_report(
+    file: &Path,
+    message: &CloudMessage,
+    semantics: &str,
+    frame: &Frame,
+    subject: Subject,
+) -> ExplanationReport {
+    ExplanationReport {
+        file: file.to_owned(),
+        topic: message.topic.clone(),
+        frame: message.number,
+        log_time_ns: message.log_time,
+        preset: frame.config.preset,
+        semantics: semantics.to_owned(),
+        instances: frame.stages.instances.len(),
+        away: Vec::new(),
+        explanation: explain(frame, subject),
+        votes_per_border_pair: 2,
+        what_if: None,
     }
 }
 

@@ -32,7 +32,7 @@ pub use chart::{Line, LineChart, line_chart, line_charts};
 pub use colours::ColourTracker;
 pub use explanation::explanation;
 pub use figure::{FigureOptions, Panel, figure};
-pub use frame_scene::{ClusteredMessage, explained_scene};
+pub use frame_scene::{ClusteredMessage, explained_scene, explanation_report};
 pub use plane::Region;
 pub use png::png;
 pub use scene::{Crop, Scene, SceneClass};

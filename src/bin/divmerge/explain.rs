@@ -12,7 +12,7 @@ use divmerge::explain::{
 };
 use divmerge::io::{CloudMessage, Which, cloud_message_at};
 use divmerge::pipeline;
-use divmerge::view::{self, Target, explained_scene};
+use divmerge::view::{self, Target, explained_scene, explanation_report};
 
 use crate::arguments::method::MethodArguments;
 use crate::arguments::values::{position, positive};
@@ -157,7 +157,7 @@ fn requested(
     let positions: Vec<[f64; 3]> =
         arguments.at.iter().map(|&at| frame.cloud.from_recorded(at)).collect();
     let subject = subject(arguments, &positions, frame)?;
-    let report = ExplanationReport::new(&arguments.input, message, semantics, frame, subject);
+    let report = explanation_report(&arguments.input, message, semantics, frame, subject);
     Ok(ExplanationReport {
         away: report.explanation.points.iter().zip(&positions).map(away).collect(),
         what_if: (!arguments.no_what_if).then(|| what_if(frame, subject)),

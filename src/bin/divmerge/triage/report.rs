@@ -10,7 +10,7 @@ use divmerge::io::{Which, cloud_message_at, write_file};
 use divmerge::pipeline;
 use divmerge::triage::ranking::RankedCase;
 use divmerge::view::triage_report::{CasePage, Head, folder, one_file};
-use divmerge::view::{self, explained_scene};
+use divmerge::view::{self, explained_scene, explanation_report};
 
 use crate::output::{extension, make_folder};
 use crate::progress::frame_bar;
@@ -73,8 +73,7 @@ impl Report<'_> {
             for &number in of_frame {
                 let subject = subject(&cases[number]);
                 let semantics = &decoded.semantics;
-                let report =
-                    ExplanationReport::new(self.input, &message, semantics, &frame, subject);
+                let report = explanation_report(self.input, &message, semantics, &frame, subject);
                 pages[number] = Some(self.page(&frame, &report, number));
                 bar.inc(1);
             }

@@ -14,13 +14,12 @@ mod what_if;
 mod words;
 
 use std::fmt::{self, Display, Formatter};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::explain::{Explanation, Frame, PointFacts, Subject, WhatIf, explain};
+use crate::explain::{Explanation, PointFacts, WhatIf};
 use crate::instances::Reason;
-use crate::io::CloudMessage;
 use words::{condition, counted, instance, pixel, position};
 
 /// An explanation and where it is from; as JSON, everything that is known.
@@ -49,31 +48,6 @@ pub struct ExplanationReport {
     pub votes_per_border_pair: u8,
     /// Changes of single parameters that give the other answer, if they were searched for.
     pub what_if: Option<Vec<WhatIf>>,
-}
-
-impl ExplanationReport {
-    /// Explains one or two points of a cloud of `file`, without a search for parameter changes.
-    pub fn new(
-        file: &Path,
-        message: &CloudMessage,
-        semantics: &str,
-        frame: &Frame,
-        subject: Subject,
-    ) -> Self {
-        ExplanationReport {
-            file: file.to_owned(),
-            topic: message.topic.clone(),
-            frame: message.number,
-            log_time_ns: message.log_time,
-            preset: frame.config.preset,
-            semantics: semantics.to_owned(),
-            instances: frame.stages.instances.len(),
-            away: Vec::new(),
-            explanation: explain(frame, subject),
-            votes_per_border_pair: 2,
-            what_if: None,
-        }
-    }
 }
 
 /// A report line by line.
