@@ -5,7 +5,7 @@
 //! ```
 
 use divmerge::cluster::{ClusterParams, Vote, Votes, merge};
-use divmerge::view::{matrix::merge_moves, png, svg};
+use divmerge::view::{merge_moves, png, svg};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let output = std::env::args().nth(1).ok_or("usage: 05_merge_six_components OUT.svg|OUT.png")?;

@@ -7,9 +7,14 @@ use super::font::Weight;
 /// sRGB with opacity.
 pub type Colour = [u8; 4];
 
-/// An opaque colour.
 pub const fn opaque([r, g, b]: [u8; 3]) -> Colour {
     [r, g, b, 255]
+}
+
+/// The colour of a hexadecimal number, as in `0xff8000`.
+pub const fn rgb(hex: u32) -> [u8; 3] {
+    let [_, r, g, b] = hex.to_be_bytes();
+    [r, g, b]
 }
 
 /// A colour part of the way from one to another: 0 the first, 1 the second.
@@ -21,23 +26,17 @@ pub fn between(from: [u8; 3], to: [u8; 3], part: f64) -> [u8; 3] {
 /// A rectangle with its sides along the page.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Area {
-    /// Left edge.
     pub x: f64,
-    /// Upper edge.
     pub y: f64,
-    /// Width.
     pub width: f64,
-    /// Height.
     pub height: f64,
 }
 
 impl Area {
-    /// Right edge.
     pub fn right(&self) -> f64 {
         self.x + self.width
     }
 
-    /// Lower edge.
     pub fn bottom(&self) -> f64 {
         self.y + self.height
     }
@@ -62,42 +61,32 @@ impl Area {
 /// How a line is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stroke {
-    /// Colour.
     pub colour: Colour,
-    /// Width.
     pub width: f64,
     /// Length of dashes and of the gaps between them; `None` for an unbroken line.
     pub dash: Option<[f64; 2]>,
 }
 
 impl Stroke {
-    /// An unbroken line.
     pub fn solid(colour: Colour, width: f64) -> Self {
         Stroke { colour, width, dash: None }
     }
 }
 
-/// Which point of a text its place names.
+/// The point of a text's baseline at its place: the left end, the middle or the right end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
-    /// The left end of the baseline.
     Start,
-    /// The middle of the baseline.
     Middle,
-    /// The right end of the baseline.
     End,
 }
 
 /// How a text is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TextStyle {
-    /// Size of the font.
     pub size: f64,
-    /// Weight of the font.
     pub weight: Weight,
-    /// Colour.
     pub colour: Colour,
-    /// Which point of the text its place names.
     pub anchor: Anchor,
     /// Colour of a rim around the letters, for text over a picture.
     pub halo: Option<Colour>,
@@ -106,18 +95,24 @@ pub struct TextStyle {
 /// Pixels in rows from the top.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Raster {
-    /// Pixels in a row.
     pub width: usize,
-    /// Rows.
     pub height: usize,
     /// width x height, opaque sRGB.
     pub pixels: Vec<[u8; 3]>,
 }
 
 impl Raster {
-    /// All of one colour.
     pub fn filled(width: usize, height: usize, colour: [u8; 3]) -> Self {
         Raster { width, height, pixels: vec![colour; width * height] }
+    }
+
+    /// Fills a square from its upper left pixel on, as far as it lies within.
+    pub fn fill_square(&mut self, [left, top]: [usize; 2], side: usize, colour: [u8; 3]) {
+        for y in top..(top + side).min(self.height) {
+            for x in left..(left + side).min(self.width) {
+                self.pixels[y * self.width + x] = colour;
+            }
+        }
     }
 }
 
@@ -126,47 +121,30 @@ impl Raster {
 pub enum Shape {
     /// Straight lines from point to point, or the region they enclose.
     Path {
-        /// The corners.
         points: Vec<[f64; 2]>,
-        /// Whether the last is joined to the first.
         closed: bool,
-        /// Colour of the inside.
         fill: Option<Colour>,
-        /// The line itself.
         stroke: Option<Stroke>,
     },
-    /// A disc.
     Circle {
-        /// Its centre.
         centre: [f64; 2],
-        /// Its radius.
         radius: f64,
-        /// Colour of the inside.
         fill: Option<Colour>,
-        /// The line around it.
         stroke: Option<Stroke>,
     },
-    /// One line of text.
     Text {
-        /// Where its anchor is.
         at: [f64; 2],
-        /// The text.
         text: String,
-        /// How it looks.
         style: TextStyle,
     },
     /// Pixels stretched over an area, without smoothing.
     Picture {
-        /// Where.
         area: Area,
-        /// The pixels.
         raster: Raster,
     },
     /// Shapes of which only what lies within an area is seen.
     Clip {
-        /// The area.
         area: Area,
-        /// The shapes.
         shapes: Vec<Shape>,
     },
 }
@@ -174,42 +152,44 @@ pub enum Shape {
 /// A page.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Canvas {
-    /// Width.
-    pub width: f64,
-    /// Height.
-    pub height: f64,
-    /// Colour of the page.
-    pub background: Colour,
+    pub(super) width: f64,
+    pub(super) height: f64,
+    pub(super) background: Colour,
     /// What is on it, the first at the bottom.
-    pub shapes: Vec<Shape>,
+    pub(super) shapes: Vec<Shape>,
 }
 
 impl Canvas {
     /// An empty page.
-    pub fn new(width: f64, height: f64, background: Colour) -> Self {
+    pub(super) fn new(width: f64, height: f64, background: Colour) -> Self {
         Canvas { width, height, background, shapes: Vec::new() }
     }
 
-    /// A rectangle.
-    pub fn rect(&mut self, area: Area, fill: Option<Colour>, stroke: Option<Stroke>) {
+    pub(super) fn rect(&mut self, area: Area, fill: Option<Colour>, stroke: Option<Stroke>) {
         let Area { x, y, .. } = area;
         let (right, bottom) = (area.right(), area.bottom());
         self.polygon(vec![[x, y], [right, y], [right, bottom], [x, bottom]], fill, stroke);
     }
 
-    /// A closed path.
-    pub fn polygon(&mut self, points: Vec<[f64; 2]>, fill: Option<Colour>, stroke: Option<Stroke>) {
+    pub(super) fn polygon(
+        &mut self,
+        points: Vec<[f64; 2]>,
+        fill: Option<Colour>,
+        stroke: Option<Stroke>,
+    ) {
         self.shapes.push(Shape::Path { points, closed: true, fill, stroke });
     }
 
-    /// A straight line.
-    pub fn line(&mut self, from: [f64; 2], to: [f64; 2], stroke: Stroke) {
-        let points = vec![from, to];
+    pub(super) fn line(&mut self, from: [f64; 2], to: [f64; 2], stroke: Stroke) {
+        self.polyline(vec![from, to], stroke);
+    }
+
+    /// Straight lines from point to point.
+    pub(super) fn polyline(&mut self, points: Vec<[f64; 2]>, stroke: Stroke) {
         self.shapes.push(Shape::Path { points, closed: false, fill: None, stroke: Some(stroke) });
     }
 
-    /// A disc.
-    pub fn circle(
+    pub(super) fn circle(
         &mut self,
         centre: [f64; 2],
         radius: f64,
@@ -219,18 +199,17 @@ impl Canvas {
         self.shapes.push(Shape::Circle { centre, radius, fill, stroke });
     }
 
-    /// One line of text.
-    pub fn text(&mut self, at: [f64; 2], text: impl Into<String>, style: TextStyle) {
+    pub(super) fn text(&mut self, at: [f64; 2], text: impl Into<String>, style: TextStyle) {
         self.shapes.push(Shape::Text { at, text: text.into(), style });
     }
 
     /// Pixels stretched over an area.
-    pub fn picture(&mut self, area: Area, raster: Raster) {
+    pub(super) fn picture(&mut self, area: Area, raster: Raster) {
         self.shapes.push(Shape::Picture { area, raster });
     }
 
-    /// Everything that `draw` puts on the page is seen within an area alone.
-    pub fn clipped(&mut self, area: Area, draw: impl FnOnce(&mut Canvas)) {
+    /// Clips to an area what `draw` draws.
+    pub(super) fn clipped(&mut self, area: Area, draw: impl FnOnce(&mut Canvas)) {
         let below = std::mem::take(&mut self.shapes);
         draw(self);
         let shapes = std::mem::replace(&mut self.shapes, below);

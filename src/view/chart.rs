@@ -1,8 +1,9 @@
 //! A line chart: how a figure changes with another, for several things side by side.
 
-use super::canvas::{Anchor, Area, Canvas, Colour, Shape, Stroke, opaque};
+use super::canvas::{Anchor, Area, Canvas, Colour, Stroke, TextStyle};
 use super::font::{Weight, width};
-use super::theme::{FAINT_INK, HEADING, INK, PAGE, SMALL, TITLE, text};
+use super::numbers::{extent, round_steps};
+use super::theme::{self, FAINT_INK, PAGE, SMALL, TITLE, line_colour};
 
 /// What is drawn. Numbers that are not finite are left out.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -37,26 +38,6 @@ const TITLE_HEIGHT: f64 = 30.0;
 const NAME_STEP: f64 = 15.0;
 const RULE: Colour = [226, 228, 232, 255];
 
-/// Okabe and Ito's colours that are dark enough for a white page, and some more.
-const COLOURS: [[u8; 3]; 12] = [
-    [0, 114, 178],
-    [213, 94, 0],
-    [0, 158, 115],
-    [204, 121, 167],
-    [110, 110, 110],
-    [176, 131, 0],
-    [45, 45, 45],
-    [150, 110, 220],
-    [0, 140, 150],
-    [150, 30, 60],
-    [90, 110, 30],
-    [60, 60, 160],
-];
-
-fn colour(line: usize) -> Colour {
-    opaque(COLOURS[line % COLOURS.len()])
-}
-
 /// Draws a chart on a page of its own.
 pub fn line_chart(chart: &LineChart) -> Canvas {
     let mut canvas = Canvas::new(chart_width(chart), CHART_HEIGHT, PAGE);
@@ -68,7 +49,7 @@ pub fn line_chart(chart: &LineChart) -> Canvas {
 pub fn line_charts(title: &str, charts: &[LineChart]) -> Canvas {
     let width = charts.iter().map(chart_width).sum::<f64>().max(200.0);
     let mut canvas = Canvas::new(width, TITLE_HEIGHT + CHART_HEIGHT, PAGE);
-    canvas.text([16.0, 26.0], title, text(HEADING, Weight::Medium, INK, Anchor::Start));
+    canvas.text([16.0, 26.0], title, theme::heading());
     let mut left = 0.0;
     for chart in charts {
         draw(&mut canvas, chart, [left, TITLE_HEIGHT]);
@@ -101,16 +82,15 @@ fn chart_width(chart: &LineChart) -> f64 {
 
 fn draw(canvas: &mut Canvas, chart: &LineChart, [x, y]: [f64; 2]) {
     let plot = Area { x: PLOT.x + x, y: PLOT.y + y, ..PLOT };
-    let heading = text(HEADING, Weight::Medium, INK, Anchor::Start);
-    canvas.text([x + 16.0, y + 26.0], &chart.title, heading);
+    canvas.text([x + 16.0, y + 26.0], &chart.title, theme::heading());
     let scale = Scale::of(chart, plot);
     axes(canvas, chart, &scale);
     for (number, line) in chart.lines.iter().enumerate().rev() {
-        draw_line(canvas, line, &scale, colour(number));
+        draw_line(canvas, line, &scale, line_colour(number));
     }
     if has_numbers(chart) {
         for (number, line) in chart.lines.iter().enumerate() {
-            let style = text(SMALL, Weight::Medium, colour(number), Anchor::Start);
+            let style = name_style(line_colour(number));
             if let Some(point) = scale.places(line).last() {
                 canvas.text([point[0] + 5.0, point[1] - 4.0], (number + 1).to_string(), style);
             }
@@ -187,21 +167,20 @@ fn shown(line: &Line, is_log: bool) -> impl Iterator<Item = [f64; 2]> {
     line.points.iter().copied().filter(move |point| is_finite(point) && (!is_log || point[0] > 0.0))
 }
 
-/// Least and greatest, so far apart at least.
-fn range(values: impl Iterator<Item = f64>, apart: f64) -> [f64; 2] {
-    let (low, high) =
-        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
-    if low > high { [0.0, 1.0] } else { [low, high.max(low + apart)] }
+/// The extent of values, no narrower than `least`.
+fn range(values: impl Iterator<Item = f64>, least: f64) -> [f64; 2] {
+    extent(values).map_or([0.0, 1.0], |[low, high]| [low, high.max(low + least)])
 }
 
 /// 1, 2 or 5 times a power of ten, so that at most eight steps make the span.
 fn tick_step(span: f64) -> f64 {
-    let power = 10_f64.powf((span / 8.0).log10().floor());
-    [1.0, 2.0, 5.0]
-        .map(|m| m * power)
-        .into_iter()
-        .find(|step| span / step <= 8.0)
-        .unwrap_or(10.0 * power)
+    let steps = round_steps(span / 8.0);
+    steps.into_iter().find(|step| span / step <= 8.0).unwrap_or(steps[3])
+}
+
+/// Names and numbers of lines.
+fn name_style(colour: Colour) -> TextStyle {
+    theme::text(SMALL, Weight::Medium, colour, Anchor::Start)
 }
 
 fn axes(canvas: &mut Canvas, chart: &LineChart, scale: &Scale) {
@@ -210,21 +189,20 @@ fn axes(canvas: &mut Canvas, chart: &LineChart, scale: &Scale) {
     for tick in scale.y_ticks() {
         let y = scale.place([scale.x[0], tick])[1];
         canvas.line([plot.x, y], [plot.right(), y], Stroke::solid(RULE, 1.0));
-        let style = text(SMALL, Weight::Regular, FAINT_INK, Anchor::End);
-        canvas.text([plot.x - 8.0, y + 4.0], number(tick), style);
+        canvas.text([plot.x - 8.0, y + 4.0], number(tick), theme::faint(Anchor::End));
     }
     let round = if chart.x_ticks.is_empty() { scale.x_ticks() } else { Vec::new() };
     for &tick in chart.x_ticks.iter().chain(&round) {
         let x = scale.place([tick, scale.y[0]])[0];
         let bottom = plot.bottom();
         canvas.line([x, bottom], [x, bottom + 4.0], Stroke::solid(FAINT_INK, 1.0));
-        let style = text(SMALL, Weight::Regular, FAINT_INK, Anchor::Middle);
-        canvas.text([x, bottom + 18.0], number(tick), style);
+        canvas.text([x, bottom + 18.0], number(tick), theme::faint(Anchor::Middle));
     }
-    let style = text(TITLE, Weight::Regular, FAINT_INK, Anchor::Start);
-    canvas.text([plot.x - PLOT.x + 16.0, plot.y - 16.0], &chart.y_name, style);
-    let style = text(TITLE, Weight::Regular, FAINT_INK, Anchor::Middle);
-    canvas.text([plot.x + plot.width / 2.0, plot.bottom() + 40.0], &chart.x_name, style);
+    let style = |anchor| theme::text(TITLE, Weight::Regular, FAINT_INK, anchor);
+    let y_name = [plot.x - PLOT.x + 16.0, plot.y - 16.0];
+    canvas.text(y_name, &chart.y_name, style(Anchor::Start));
+    let x_name = [plot.x + plot.width / 2.0, plot.bottom() + 40.0];
+    canvas.text(x_name, &chart.x_name, style(Anchor::Middle));
 }
 
 fn draw_line(canvas: &mut Canvas, line: &Line, scale: &Scale, colour: Colour) {
@@ -232,8 +210,7 @@ fn draw_line(canvas: &mut Canvas, line: &Line, scale: &Scale, colour: Colour) {
     for &centre in &points {
         canvas.circle(centre, 2.8, Some(colour), None);
     }
-    let stroke = Some(Stroke::solid(colour, 2.0));
-    canvas.shapes.push(Shape::Path { points, closed: false, fill: None, stroke });
+    canvas.polyline(points, Stroke::solid(colour, 2.0));
 }
 
 /// Names at the right ends, in the order of the ends and not over each other.
@@ -241,7 +218,7 @@ fn draw_names(canvas: &mut Canvas, chart: &LineChart, scale: &Scale) {
     let plot = scale.plot;
     let ends = chart.lines.iter().zip(names(chart)).enumerate();
     let ends = ends.filter_map(|(number, (line, name))| {
-        Some((scale.places(line).last()?[1], name, colour(number)))
+        Some((scale.places(line).last()?[1], name, line_colour(number)))
     });
     let mut ends: Vec<_> = ends.collect();
     ends.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -249,7 +226,7 @@ fn draw_names(canvas: &mut Canvas, chart: &LineChart, scale: &Scale) {
     let mut lowest = f64::NEG_INFINITY;
     for (place, (y, name, colour)) in ends.into_iter().enumerate() {
         let y = y.min(room + NAME_STEP * place as f64).max(lowest + NAME_STEP);
-        let style = text(SMALL, Weight::Medium, colour, Anchor::Start);
+        let style = name_style(colour);
         canvas.text([plot.right() + 12.0, y + 4.0], name, style);
         lowest = y;
     }
@@ -258,6 +235,7 @@ fn draw_names(canvas: &mut Canvas, chart: &LineChart, scale: &Scale) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::view::canvas::Shape;
 
     fn chart(lines: &[(&str, &[[f64; 2]])]) -> LineChart {
         let lines =

@@ -1,75 +1,73 @@
-//! The picture of an explanation: the neighbourhood of its points, and the pairs of pixels that voted.
+//! The figure of an explanation: the neighbourhood of its points, and the pairs that voted.
 
-use super::canvas::{Anchor, Area, Canvas, Colour, Stroke, opaque};
-use super::figure::{Caption, GAP, LEGEND_ROW, MARGIN, TITLE_ROW, WIDTH, birds_eye, grouped};
+use super::canvas::{Anchor, Area, Canvas, Stroke, opaque};
 use super::font::{self, Weight};
+use super::layout::{self, Caption, GAP, INNER_WIDTH, MARGIN, WIDTH, slot_width};
+use super::legend::Key;
 use super::plane::{Plane, Region};
+use super::plane_panel::birds_eye;
 use super::range_panel;
-use super::scene::{Scene, Window};
-use super::theme::{self, Key};
-use crate::explain::{BorderPair, Explanation, Place, PointFacts};
+use super::scene::{Scene, Window, row_from_top};
+use super::theme;
+use crate::diagnose::explain::{BorderPair, Explanation, Place, PointFacts};
+use crate::text::grouped;
 
 /// Columns shown on either side of the points.
-const BESIDE: usize = 25;
-/// An image of no more rows than this is shown from top to bottom ...
+const COLUMNS_BESIDE: usize = 25;
+/// Up to so many rows an image is shown from top to bottom.
 const FEW_ROWS: usize = 40;
-/// ... and of a higher one so many rows above and below the points.
-const ABOVE: usize = 16;
+/// Rows shown above and below the points of a higher image.
+const ROWS_BESIDE: usize = 16;
 const HEADLINE_LINES: usize = 3;
 
-/// Draws an explanation under its `headline`: components with the pairs of pixels that voted, instances,
-/// and the plane around the points, which are marked A and B.
+/// Draws an explanation under its headline: components with the pairs of pixels that voted,
+/// instances, and the plane around the points, which are marked A and B.
 pub fn explanation(scene: &Scene, found: &Explanation, headline: &str, dpi: f64) -> Canvas {
-    let mut canvas = Canvas::new(WIDTH, 0.0, theme::PAGE);
+    let mut canvas = layout::page();
     let top = title(&mut canvas, scene, headline);
     let pairs = found.pairs();
     let window = window(scene, &found.points);
-    let width = (WIDTH - 2.0 * MARGIN - GAP) / 2.0;
+    let width = slot_width(2);
     let height = width * window.rows.len() as f64 / window.columns.len() as f64;
     let height = height.clamp(130.0, 420.0).round();
     let slot = Area { x: MARGIN, y: top, width, height };
-    let left = captioned(&mut canvas, slot, 0, &components_caption(&pairs));
-    let panel = Panel { scene, window: &window, area: left };
-    canvas.picture(left, range_panel::components(scene, &window));
+    let area = captioned(&mut canvas, slot, components_caption(&pairs));
+    let panel = Panel { scene, window: &window, area };
+    canvas.picture(area, range_panel::components(scene, &window));
     panel.votes(&mut canvas, &pairs);
     panel.marks(&mut canvas, &found.points);
 
     let slot = Area { x: MARGIN + width + GAP, ..slot };
-    let right = captioned(&mut canvas, slot, 1, &plain_caption("instances"));
-    let panel = Panel { area: right, ..panel };
-    canvas.picture(right, range_panel::instances(scene, &window));
+    let caption = Caption { letter: Some(1), title: "instances", ..Caption::default() };
+    let area = captioned(&mut canvas, slot, caption);
+    let panel = Panel { area, ..panel };
+    canvas.picture(area, range_panel::instances(scene, &window));
     panel.marks(&mut canvas, &found.points);
 
-    let slot = Area {
-        x: MARGIN,
-        y: right.bottom() + GAP,
-        width: WIDTH - 2.0 * MARGIN,
-        height: 0.42 * WIDTH,
-    };
-    let below = captioned(&mut canvas, slot, 2, &plain_caption("bird's-eye view"));
-    plane(&mut canvas, scene, &found.points, below, dpi);
-    canvas.height = (below.bottom() + MARGIN).ceil();
+    let y = area.bottom() + GAP;
+    let slot = Area { x: MARGIN, y, width: INNER_WIDTH, height: 0.42 * WIDTH };
+    let caption = Caption { letter: Some(2), title: "bird's-eye view", ..Caption::default() };
+    let area = captioned(&mut canvas, slot, caption);
+    plane(&mut canvas, scene, &found.points, area, dpi);
+    canvas.height = (area.bottom() + MARGIN).ceil();
     canvas
 }
 
-/// The headline, and below it which frame this is. Returns where they end.
+/// Draws the headline and below it the frame. Returns where they end.
 fn title(canvas: &mut Canvas, scene: &Scene, headline: &str) -> f64 {
-    let room = WIDTH - 2.0 * MARGIN;
     let mut baseline = MARGIN;
-    for line in wrapped(headline, room) {
+    for line in wrapped(headline, INNER_WIDTH) {
         baseline += theme::HEADING + 4.0;
-        let ink = theme::text(theme::HEADING, Weight::Medium, theme::INK, Anchor::Start);
-        canvas.text([MARGIN, baseline], line, ink);
+        canvas.text([MARGIN, baseline], line, theme::heading());
     }
     baseline += theme::SMALL + 6.0;
     let words = format!("{}  ·  {}", scene.heading, scene.remark);
-    let faint = theme::text(theme::SMALL, Weight::Regular, theme::FAINT_INK, Anchor::Start);
-    let words = font::fitted(&words, theme::SMALL, Weight::Regular, room);
-    canvas.text([MARGIN, baseline], words, faint);
+    let words = font::fitted(&words, theme::SMALL, Weight::Regular, INNER_WIDTH);
+    canvas.text([MARGIN, baseline], words, theme::faint(Anchor::Start));
     baseline + 10.0
 }
 
-/// The headline in lines that fit, the last with an ellipsis if they are too few.
+/// The headline in lines that fit; the last ends with an ellipsis if there is more.
 fn wrapped(headline: &str, room: f64) -> Vec<String> {
     let fits = |line: &str| font::width(line, theme::HEADING, Weight::Medium) <= room;
     let mut lines = vec![String::new()];
@@ -87,14 +85,10 @@ fn wrapped(headline: &str, room: f64) -> Vec<String> {
     lines.into_iter().map(fitted).collect()
 }
 
-fn plain_caption(title: &'static str) -> Caption {
-    Caption { title, count: String::new(), keys: Vec::new() }
-}
-
 fn components_caption(pairs: &[BorderPair]) -> Caption {
     let in_favour = pairs.iter().filter(|pair| pair.holds).count();
-    let key = |colour: Colour, words: &str, count: usize| {
-        Key::Line(Stroke::solid(colour, 2.0), format!("{words} ({})", grouped(count)))
+    let key = |colour, words: &str, count: usize| {
+        Key::line(colour, format!("{words} ({})", grouped(count as u64)))
     };
     let keys = match pairs.is_empty() {
         true => Vec::new(),
@@ -103,43 +97,32 @@ fn components_caption(pairs: &[BorderPair]) -> Caption {
             key(theme::APART, "against", pairs.len() - in_favour),
         ],
     };
-    Caption { title: "local components", count: String::new(), keys }
+    Caption { letter: Some(0), title: "local components", count: String::new(), keys }
 }
 
 /// Draws a caption and returns the area of the slot's height below it.
-fn captioned(canvas: &mut Canvas, slot: Area, place: usize, caption: &Caption) -> Area {
-    let second_row = !caption.fits(slot.width);
-    caption.draw(canvas, slot, place, second_row);
-    let row = TITLE_ROW + if second_row { LEGEND_ROW } else { 0.0 };
-    Area { y: slot.y + row, ..slot }
+fn captioned(canvas: &mut Canvas, slot: Area, caption: Caption) -> Area {
+    caption.draw(canvas, [slot.x, slot.y], slot.width);
+    Area { y: slot.y + Caption::height(&[caption], slot.width), ..slot }
 }
 
-/// The part of the range image around the points, as a panel shows it; all columns if they lie on both
-/// sides of its seam.
+/// The part of the range image around the points; all columns if the seam parts them.
 fn window(scene: &Scene, points: &[PointFacts]) -> Window {
     let image = &scene.stages.image;
-    let (rows, columns) = (image.rows(), image.columns());
-    let pixels = || points.iter().filter_map(|point| point.pixel);
-    let around = |values: &mut dyn Iterator<Item = usize>, more: usize, size: usize| {
-        let ends = values.fold(None, |ends: Option<(usize, usize)>, value| {
-            Some(ends.map_or((value, value), |(low, high)| (low.min(value), high.max(value))))
-        });
-        let (low, high) = ends.unwrap_or((0, size - 1));
+    let pixels = points.iter().filter_map(|point| point.pixel);
+    let pixels = pixels.map(|[row, column]| (row_from_top(image, row), column));
+    let (rows, columns): (Vec<usize>, Vec<usize>) = pixels.unzip();
+    let around = |values: Vec<usize>, more: usize, size: usize| {
+        let low = values.iter().min().copied().unwrap_or(0);
+        let high = values.iter().max().copied().unwrap_or(size - 1);
         low.saturating_sub(more)..(high + more + 1).min(size)
     };
-    let mut shown = around(&mut pixels().map(|[_, column]| column), BESIDE, columns);
-    if shown.len() > columns / 2 {
-        shown = 0..columns;
+    let mut columns = around(columns, COLUMNS_BESIDE, image.columns());
+    if columns.len() > image.columns() / 2 {
+        columns = 0..image.columns();
     }
-    let more = if rows <= FEW_ROWS { rows } else { ABOVE };
-    let row = |[row, _]: [usize; 2]| shown_row(scene, row);
-    Window { columns: shown, rows: around(&mut pixels().map(row), more, rows) }
-}
-
-/// A row of the range image as panels count them: from the top.
-fn shown_row(scene: &Scene, row: usize) -> usize {
-    let image = &scene.stages.image;
-    if image.top_row_first { row } else { image.rows() - 1 - row }
+    let more = if image.rows() <= FEW_ROWS { image.rows() } else { ROWS_BESIDE };
+    Window { columns, rows: around(rows, more, image.rows()) }
 }
 
 /// A part of the range image in an area of the page.
@@ -154,17 +137,17 @@ impl Panel<'_> {
     /// The middle of a pixel on the page, if it is shown.
     fn middle(&self, row: usize, column: usize) -> Option<[f64; 2]> {
         let Window { columns, rows } = self.window;
-        let row = shown_row(self.scene, row);
+        let row = row_from_top(&self.scene.stages.image, row);
         let along = |at: usize, from: usize, count: usize, side: f64| {
             ((at - from) as f64 + 0.5) / count as f64 * side
         };
-        (rows.contains(&row) && columns.contains(&column)).then(|| {
+        self.window.contains(row, column).then(|| {
             let x = along(column, columns.start, columns.len(), self.area.width);
             [self.area.x + x, self.area.y + along(row, rows.start, rows.len(), self.area.height)]
         })
     }
 
-    /// The pairs that voted, those against over the others; not those across the seam of the image.
+    /// The pairs that voted, those against over the others; without pairs across the image's seam.
     fn votes(&self, canvas: &mut Canvas, pairs: &[BorderPair]) {
         let place = |place: Place| self.middle(place.row, place.column);
         for (holds, colour) in [(true, theme::MERGED), (false, theme::APART)] {
@@ -174,7 +157,7 @@ impl Panel<'_> {
             for pair in pairs.iter().filter(is_drawn) {
                 if let (Some(from), Some(to)) = (place(pair.a), place(pair.b)) {
                     canvas.line(from, to, Stroke::solid(opaque(theme::PANEL), 4.0));
-                    canvas.line(from, to, Stroke::solid(colour, 2.0));
+                    canvas.line(from, to, Stroke::solid(opaque(colour), 2.0));
                 }
             }
         }
@@ -199,11 +182,12 @@ fn named(points: &[PointFacts]) -> impl Iterator<Item = (&'static str, &PointFac
 /// A ring around a place, and a letter beside it that stays within the area.
 fn mark(canvas: &mut Canvas, area: Area, [x, y]: [f64; 2], name: &str) {
     canvas.circle([x, y], 6.5, None, Some(Stroke::solid(opaque(theme::PANEL), 4.5)));
-    canvas.circle([x, y], 6.5, None, Some(Stroke::solid(theme::FOCUS, 2.0)));
+    canvas.circle([x, y], 6.5, None, Some(Stroke::solid(opaque(theme::FOCUS), 2.0)));
     let is_left = x > area.right() - 24.0;
     let x = if is_left { x - 15.0 } else { x + 15.0 };
     let y = (y - 6.0).max(area.y + 13.0);
-    canvas.text([x, y], name, theme::label(theme::HEADING, theme::FOCUS, Anchor::Middle));
+    let style = theme::label(theme::HEADING, opaque(theme::FOCUS), Anchor::Middle);
+    canvas.text([x, y], name, style);
 }
 
 /// The instances from above around the points.
@@ -213,7 +197,7 @@ fn plane(canvas: &mut Canvas, scene: &Scene, points: &[PointFacts], area: Area, 
         .map(|point| [0, 1].map(|axis| f64::from(point.position[axis])))
         .filter(|[x, y]| x.is_finite() && y.is_finite())
         .collect();
-    let plane = Plane::new(area, &Region::whole(places.iter().copied(), 4.0, 12.0));
+    let plane = Plane::new(area, &Region::whole(&places, 4.0, 12.0));
     birds_eye(canvas, scene, &plane, dpi);
     for (name, point) in named(points) {
         let [x, y, _] = point.position.map(f64::from);

@@ -48,7 +48,7 @@ pub fn width(text: &str, size: f64, weight: Weight) -> f64 {
     units * size / f64::from(face.units_per_em())
 }
 
-/// The text without its end where it is too wide, with an ellipsis in its place.
+/// The text; where it is too wide, an ellipsis takes the place of its end.
 pub fn fitted(text: &str, size: f64, weight: Weight, room: f64) -> String {
     if width(text, size, weight) <= room {
         return text.to_owned();
@@ -64,8 +64,8 @@ pub fn fitted(text: &str, size: f64, weight: Weight, room: f64) -> String {
     String::new()
 }
 
-/// Gives the outlines of a text's letters one after the other to `builder`; `start` tells it where, in
-/// ems, the next begins.
+/// Gives the outlines of a text's letters to `builder` one after the other; `start` tells it where,
+/// in ems, the next begins.
 pub fn outlines<B: OutlineBuilder>(
     text: &str,
     weight: Weight,

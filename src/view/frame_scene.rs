@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::colours::ColourTracker;
+use super::colour_tracker::ColourTracker;
 use super::scene::{Scene, SceneClass};
 use crate::annotate::{Clustered, Method, cluster};
+use crate::diagnose::explain::{ExplanationReport, Frame, Subject, explain};
 use crate::error::Result;
-use crate::explain::{ExplanationReport, Frame, Subject, explain};
 use crate::io::CloudMessage;
 
 /// A clustered cloud message and its intensities.

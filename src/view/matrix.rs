@@ -1,7 +1,7 @@
-//! The merge on its two matrices, move by move, as in the paper's example with m = 6: a yellow arrow at the
-//! target's row, a green frame around the query's votes.
+//! The merge on its two matrices, move by move, as in the paper's example with m = 6: a yellow
+//! arrow points at the target's row, a green frame surrounds the query's votes.
 //!
-//! Rows are handed on as in preset `paper`: who joins takes over the votes of the row that decided.
+//! Votes are handed on as in preset `paper`: a component that joins takes over those of its target.
 
 use super::canvas::{Anchor, Area, Canvas, Colour, Stroke, between, opaque};
 use super::font::{self, Weight};
@@ -9,13 +9,14 @@ use super::theme;
 use crate::cluster::{Merge, MergeStep, Votes};
 use crate::palette::instance_colour;
 
-/// Something that happens in the merge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Move {
-    /// A component opens an instance.
-    Opens(u32),
-    /// A component joins.
-    Joins(MergeStep),
+/// A move of the merge: a component opens an instance, or joins one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Move {
+    /// The component that asks, or the one that opens the instance.
+    target: u32,
+    /// The component that joins.
+    query: Option<u32>,
+    words: String,
 }
 
 /// V+ or V-, dense: row after row.
@@ -23,12 +24,63 @@ type Matrix = Vec<Vec<u64>>;
 
 const MARGIN: f64 = 16.0;
 const CELL: f64 = 19.0;
-const FRAMES_IN_ROW: usize = 3;
+const GAP: f64 = 22.0;
+const MOVES_IN_ROW: usize = 3;
 const GREEN: Colour = [0, 150, 90, 255];
 const YELLOW: Colour = [240, 180, 0, 255];
+const AGAINST: [u8; 3] = [255, 176, 140];
+const DIAGONAL: [u8; 3] = [238, 239, 241];
+const RULE: Colour = [200, 204, 210, 255];
+/// An arrow to the right, its tip a little left of the origin.
+const ARROW: [[f64; 2]; 7] = [
+    [-3.0, 0.0],
+    [-11.0, -5.5],
+    [-11.0, -2.2],
+    [-20.0, -2.2],
+    [-20.0, 2.2],
+    [-11.0, 2.2],
+    [-11.0, 5.5],
+];
 
 /// Draws every move of a merge. Meant for a handful of components.
 pub fn merge_moves(votes: &Votes, merge: &Merge) -> Canvas {
+    let m = votes.components as usize;
+    let mut matrices = matrices(votes);
+    let moves = moves(merge);
+    let side = CELL * m as f64;
+    let [width, height] = [2.0 * side + 74.0, side + 96.0];
+    let (rows, columns) = (moves.len().div_ceil(MOVES_IN_ROW).max(1), MOVES_IN_ROW as f64);
+    let mut canvas = Canvas::new(
+        2.0 * MARGIN + columns * width + (columns - 1.0) * GAP,
+        2.0 * MARGIN + rows as f64 * height - GAP,
+        theme::PAGE,
+    );
+    let mut assigned = vec![0_u32; m];
+    for (place, step) in moves.iter().enumerate() {
+        let x = MARGIN + (place % MOVES_IN_ROW) as f64 * (width + GAP);
+        let y = MARGIN + (place / MOVES_IN_ROW) as f64 * height;
+        let words = format!("{}.  {}", place + 1, step.words);
+        let words = font::fitted(&words, theme::TITLE, Weight::Medium, width);
+        canvas.text([x, y + 14.0], words, theme::title());
+        for (k, (name, matrix)) in ["V+", "V−"].into_iter().zip(&matrices).enumerate() {
+            let corner = [x + 24.0 + k as f64 * (side + 34.0), y + 48.0];
+            let tint = [theme::IN_FAVOUR, AGAINST][k];
+            Grid { corner, name, tint, matrix }.draw(&mut canvas, step, &assigned);
+        }
+        let joined = step.query.unwrap_or(step.target) as usize - 1;
+        assigned[joined] = merge.instance_of_component[joined];
+        if let Some(query) = step.query {
+            for matrix in &mut matrices {
+                hand_on(matrix, step.target as usize - 1, query as usize - 1, &assigned);
+            }
+        }
+        chips(&mut canvas, [x, y + 62.0 + side], &assigned);
+    }
+    canvas
+}
+
+/// V+ and V- of all pairs.
+fn matrices(votes: &Votes) -> [Matrix; 2] {
     let m = votes.components as usize;
     let mut matrices = [vec![vec![0; m]; m], vec![vec![0; m]; m]];
     for vote in &votes.pairs {
@@ -38,34 +90,7 @@ pub fn merge_moves(votes: &Votes, merge: &Merge) -> Canvas {
             matrix[b][a] = u64::from(count);
         }
     }
-    let moves = moves(merge);
-    let side = CELL * m as f64;
-    let frame = [2.0 * side + 74.0, side + 96.0];
-    let rows = moves.len().div_ceil(FRAMES_IN_ROW).max(1) as f64;
-    let columns = FRAMES_IN_ROW as f64;
-    let width = 2.0 * MARGIN + columns * frame[0] + (columns - 1.0) * 22.0;
-    let mut canvas = Canvas::new(width, 2.0 * MARGIN + rows * frame[1] - 22.0, theme::PAGE);
-    let mut assigned = vec![0_u32; m];
-    for (number, step) in moves.iter().enumerate() {
-        let corner = [
-            MARGIN + (number % FRAMES_IN_ROW) as f64 * (frame[0] + 22.0),
-            MARGIN + (number / FRAMES_IN_ROW) as f64 * frame[1],
-        ];
-        let (target, query) = match step {
-            Move::Opens(opener) => (*opener, None),
-            Move::Joins(step) => (step.target, Some(step.query)),
-        };
-        draw_move(&mut canvas, corner, number + 1, step, &matrices, &assigned, frame[0]);
-        let joined = query.unwrap_or(target) as usize - 1;
-        assigned[joined] = merge.instance_of_component[joined];
-        if let Some(query) = query {
-            for matrix in &mut matrices {
-                hand_on(matrix, target as usize - 1, query as usize - 1, &assigned);
-            }
-        }
-        chips(&mut canvas, [corner[0], corner[1] + 62.0 + side], &assigned);
-    }
-    canvas
+    matrices
 }
 
 /// Openings and joinings in their order.
@@ -78,128 +103,109 @@ fn moves(merge: &Merge) -> Vec<Move> {
             continue;
         }
         opened = instance;
-        moves.push(Move::Opens(label));
+        let words = format!("{label} opens an instance");
+        moves.push(Move { target: label, query: None, words });
         let is_own =
             |step: &&MergeStep| merge.instance_of_component[step.query as usize - 1] == instance;
-        while let Some(step) = steps.next_if(is_own) {
-            moves.push(Move::Joins(*step));
+        while let Some(&MergeStep { target, query, positive, negative }) = steps.next_if(is_own) {
+            let words = format!("{target} asks {query}: {positive} > {negative}, joins");
+            moves.push(Move { target, query: Some(query), words });
         }
     }
     moves
 }
 
-/// The query takes over the target's votes towards everyone who has no instance yet.
+/// The query takes over the target's votes towards all components without an instance.
 fn hand_on(matrix: &mut Matrix, target: usize, query: usize, assigned: &[u32]) {
     for other in (0..assigned.len()).filter(|&other| assigned[other] == 0) {
         matrix[query][other] += matrix[target][other];
     }
 }
 
-fn draw_move(
-    canvas: &mut Canvas,
-    [x, y]: [f64; 2],
-    number: usize,
-    step: &Move,
-    matrices: &[Matrix; 2],
-    assigned: &[u32],
-    width: f64,
-) {
-    let (target, query, words) = match step {
-        Move::Opens(opener) => (*opener, None, format!("{opener} opens an instance")),
-        Move::Joins(s) => {
-            let words =
-                format!("{} asks {}: {} > {}, joins", s.target, s.query, s.positive, s.negative);
-            (s.target, Some(s.query), words)
-        }
-    };
-    let style = theme::text(theme::TITLE, Weight::Medium, theme::INK, Anchor::Start);
-    let words = font::fitted(&format!("{number}.  {words}"), theme::TITLE, Weight::Medium, width);
-    canvas.text([x, y + 14.0], words, style);
-    let side = CELL * assigned.len() as f64;
-    for (place, (name, matrix)) in ["V+", "V−"].into_iter().zip(matrices).enumerate() {
-        let corner = [x + 24.0 + place as f64 * (side + 34.0), y + 48.0];
-        grid(canvas, corner, name, matrix, target, query, assigned);
-    }
+/// One matrix of a move, its upper left cell at the corner.
+struct Grid<'a> {
+    corner: [f64; 2],
+    name: &'a str,
+    tint: [u8; 3],
+    matrix: &'a Matrix,
 }
 
-fn grid(
-    canvas: &mut Canvas,
-    [x, y]: [f64; 2],
-    name: &str,
-    matrix: &Matrix,
-    target: u32,
-    query: Option<u32>,
-    assigned: &[u32],
-) {
-    let small = |colour| theme::text(theme::SMALL, Weight::Regular, colour, Anchor::Middle);
-    let m = matrix.len();
-    let most = matrix.iter().flatten().copied().max().unwrap_or(0).max(1) as f64;
-    let tint = if name == "V+" { [120, 184, 240] } else { [255, 176, 140] };
-    let middle = |k: usize| CELL * (k as f64 + 0.5);
-    let style = theme::text(theme::SMALL, Weight::Medium, theme::INK, Anchor::Middle);
-    canvas.text([x - 13.0, y - 5.0], name, style);
-    for k in 0..m {
-        let words = (k + 1).to_string();
-        canvas.text([x + middle(k), y - 5.0], words.clone(), small(theme::FAINT_INK));
-        if k as u32 + 1 != target {
-            canvas.text([x - 9.0, y + middle(k) + 4.0], words, small(theme::FAINT_INK));
+/// The middle of row or column k.
+fn middle(k: usize) -> f64 {
+    CELL * (k as f64 + 0.5)
+}
+
+impl Grid<'_> {
+    fn draw(&self, canvas: &mut Canvas, step: &Move, assigned: &[u32]) {
+        self.names(canvas, step.target as usize - 1);
+        let most = self.matrix.iter().flatten().copied().max().unwrap_or(0).max(1) as f64;
+        for (row, votes) in self.matrix.iter().enumerate() {
+            for (column, &count) in votes.iter().enumerate() {
+                let is_over = assigned[column] != 0;
+                self.cell(canvas, [row, column], count, most, is_over);
+            }
         }
+        self.marks(canvas, step);
     }
-    for (row, votes) in matrix.iter().enumerate() {
-        for (column, &count) in votes.iter().enumerate() {
-            let cell = Area {
-                x: x + CELL * column as f64,
-                y: y + CELL * row as f64,
-                width: CELL,
-                height: CELL,
-            };
-            // What is asked no more is pale.
-            let is_over = assigned[column] != 0 || row == column;
-            let part = count as f64 / most * if is_over { 0.25 } else { 1.0 };
-            let fill = if row == column { [238, 239, 241] } else { between([255; 3], tint, part) };
-            let line = Stroke::solid([200, 204, 210, 255], 0.7);
-            canvas.rect(cell, Some(opaque(fill)), Some(line));
-            if row != column {
-                let ink = if is_over || count == 0 { [176, 180, 188, 255] } else { theme::INK };
-                let at = [cell.x + CELL / 2.0, cell.y + CELL / 2.0 + 4.0];
-                canvas.text(at, count.to_string(), small(ink));
+
+    fn area(&self, [row, column]: [usize; 2]) -> Area {
+        let [x, y] = self.corner;
+        let (x, y) = (x + CELL * column as f64, y + CELL * row as f64);
+        Area { x, y, width: CELL, height: CELL }
+    }
+
+    /// The matrix's name and the numbers of rows and columns; the arrow covers that of the target.
+    fn names(&self, canvas: &mut Canvas, target: usize) {
+        let [x, y] = self.corner;
+        let style = theme::text(theme::SMALL, Weight::Medium, theme::INK, Anchor::Middle);
+        canvas.text([x - 13.0, y - 5.0], self.name, style);
+        for k in 0..self.matrix.len() {
+            let words = (k + 1).to_string();
+            canvas.text([x + middle(k), y - 5.0], words.clone(), theme::faint(Anchor::Middle));
+            if k != target {
+                canvas.text([x - 9.0, y + middle(k) + 4.0], words, theme::faint(Anchor::Middle));
             }
         }
     }
-    // The yellow arrow points at the target's row, the green frame is around the query's votes.
-    let at = y + middle(target as usize - 1);
-    let arrow = [
-        [-3.0, 0.0],
-        [-11.0, -5.5],
-        [-11.0, -2.2],
-        [-20.0, -2.2],
-        [-20.0, 2.2],
-        [-11.0, 2.2],
-        [-11.0, 5.5],
-    ];
-    let arrow = arrow.map(|[dx, dy]| [x + dx, at + dy]);
-    canvas.polygon(arrow.to_vec(), Some(YELLOW), None);
-    if let Some(query) = query {
-        let cell = Area {
-            x: x + CELL * (query - 1) as f64,
-            y: at - CELL / 2.0,
-            width: CELL,
-            height: CELL,
-        };
-        canvas.rect(cell, None, Some(Stroke::solid(GREEN, 2.2)));
-        let [tip_x, tip_y] = [cell.x + CELL / 2.0, y - 15.0];
-        let marker = [[tip_x, tip_y + 1.0], [tip_x - 4.5, tip_y - 7.0], [tip_x + 4.5, tip_y - 7.0]];
-        canvas.polygon(marker.to_vec(), Some(GREEN), None);
+
+    /// A count; pale if its column is asked no more.
+    fn cell(&self, canvas: &mut Canvas, place: [usize; 2], count: u64, most: f64, is_over: bool) {
+        let area = self.area(place);
+        let is_diagonal = place[0] == place[1];
+        let part = count as f64 / most * if is_over { 0.25 } else { 1.0 };
+        let fill = if is_diagonal { DIAGONAL } else { between([255; 3], self.tint, part) };
+        canvas.rect(area, Some(opaque(fill)), Some(Stroke::solid(RULE, 0.7)));
+        if !is_diagonal {
+            let ink = if is_over || count == 0 { theme::PALE_INK } else { theme::INK };
+            let at = [area.x + CELL / 2.0, area.y + CELL / 2.0 + 4.0];
+            canvas.text(at, count.to_string(), theme::small(ink, Anchor::Middle));
+        }
+    }
+
+    /// The arrow at the target's row, and the frame around the query's votes.
+    fn marks(&self, canvas: &mut Canvas, step: &Move) {
+        let [x, y] = self.corner;
+        let target = step.target as usize - 1;
+        let arrow = ARROW.map(|[dx, dy]| [x + dx, y + middle(target) + dy]);
+        canvas.polygon(arrow.to_vec(), Some(YELLOW), None);
+        if let Some(query) = step.query {
+            let area = self.area([target, query as usize - 1]);
+            canvas.rect(area, None, Some(Stroke::solid(GREEN, 2.2)));
+            let [x, y] = [area.x + CELL / 2.0, y - 15.0];
+            let tip = vec![[x, y + 1.0], [x - 4.5, y - 7.0], [x + 4.5, y - 7.0]];
+            canvas.polygon(tip, Some(GREEN), None);
+        }
     }
 }
 
 /// The components after the move, coloured by instance.
 fn chips(canvas: &mut Canvas, [x, y]: [f64; 2], assigned: &[u32]) {
     for (k, &instance) in assigned.iter().enumerate() {
-        let centre = [x + 24.0 + CELL * (k as f64 + 0.5), y];
+        let centre = [x + 24.0 + middle(k), y];
+        let colour = opaque(instance_colour(instance));
         let (fill, rim, ink) = match instance {
-            0 => (theme::PAGE, [176, 180, 188, 255], theme::FAINT_INK),
-            _ => (opaque(instance_colour(instance)), opaque(instance_colour(instance)), theme::INK),
+            0 => (theme::PAGE, theme::PALE_INK, theme::FAINT_INK),
+            _ => (colour, colour, theme::INK),
         };
         canvas.circle(centre, 7.5, Some(fill), Some(Stroke::solid(rim, 1.0)));
         let style = theme::text(theme::SMALL, Weight::Medium, ink, Anchor::Middle);
@@ -219,7 +225,8 @@ mod tests {
         let votes = Votes { components: 3, pairs: pairs.to_vec() };
         let merge = merge(&votes, &ClusterParams::paper());
         let moves = moves(&merge);
-        assert!(matches!(moves[..], [Move::Opens(1), Move::Joins(_), Move::Joins(_)]));
+        let queries: Vec<Option<u32>> = moves.iter().map(|step| step.query).collect();
+        assert_eq!((moves[0].target, queries), (1, vec![None, Some(2), Some(3)]));
         let mut positive = vec![vec![0, 4, 2], vec![4, 0, 4], vec![2, 4, 0]];
         hand_on(&mut positive, 0, 1, &[1, 1, 0]);
         assert_eq!(positive[1], [4, 0, 6]);

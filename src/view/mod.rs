@@ -1,42 +1,52 @@
-//! Pictures of a clustered cloud: figures as PNG or SVG, and the stream to the Rerun viewer
-//! (`rerun_stream`, with the feature `rerun`). What looks changes nothing.
+//! Pictures of a clustered cloud: figures as PNG or SVG, pages of triage cases, and the stream to
+//! the Rerun viewer (`rerun_stream`, with the feature `rerun`). Viewing changes no result.
 //!
-//! A [`Scene`] is what is shown, [`figure`](figure()) lays panels out on a [`Canvas`], and [`png`](png())
-//! and [`svg`](svg()) draw it. No display, no font of the system: the same input gives the same bytes.
+//! A [`Scene`] is what is shown. [`figure`](figure()), [`step_figure`] and
+//! [`explanation`](explanation()) lay it out on a [`Canvas`]; [`png`](png()) and [`svg`](svg())
+//! draw that. No display and no font of the system is needed: the same input gives the same bytes.
 
-pub mod canvas;
-pub mod chart;
-pub mod colours;
-pub mod explanation;
-pub mod figure;
-pub mod font;
-pub mod frame_scene;
-pub mod matrix;
-pub mod plane;
-pub mod png;
-pub mod ramp;
-pub mod range_panel;
+mod canvas;
+mod chart;
+mod colour_tracker;
+mod explanation;
+mod figure;
+mod font;
+mod frame_scene;
+mod layout;
+mod legend;
+mod matrix;
+mod numbers;
+mod options;
+mod plane;
+mod plane_panel;
+mod png;
+mod ramp;
+mod range_panel;
 #[cfg(feature = "rerun")]
 pub mod rerun_stream;
-pub mod scene;
-pub mod steps;
-pub mod svg;
-pub mod target;
-pub mod theme;
+mod scene;
+mod step_figure;
+mod steps;
+mod svg;
+mod target;
+mod theme;
 pub mod triage_report;
-pub mod viewer_layout;
-pub mod vote_graph;
+mod viewer_layout;
+mod vote_graph;
 
 pub use canvas::Canvas;
 pub use chart::{Line, LineChart, line_chart, line_charts};
-pub use colours::ColourTracker;
+pub use colour_tracker::ColourTracker;
 pub use explanation::explanation;
-pub use figure::{FigureOptions, Panel, figure};
+pub use figure::figure;
 pub use frame_scene::{ClusteredMessage, explained_scene, explanation_report};
+pub use matrix::merge_moves;
+pub use options::{FigureOptions, Panel};
 pub use plane::Region;
-pub use png::png;
-pub use scene::{Crop, Scene, SceneClass};
-pub use steps::{Step, step_figure, steps};
+pub use png::{png, size_in_pixels};
+pub use scene::{Crop, Scene, SceneClass, Window};
+pub use step_figure::step_figure;
+pub use steps::{Step, steps};
 pub use svg::{inline_svg, svg};
 pub use target::Target;
 pub use viewer_layout::{ShownTopic, viewer_layout};

@@ -1,7 +1,7 @@
 //! The bird's-eye plane on a page: x to the right, y up, the same scale along both.
 
-use super::canvas::{Anchor, Area, Canvas, Raster, Stroke, opaque};
-use super::ramp::quantile;
+use super::canvas::{Anchor, Area, Canvas, Raster, Stroke, between, opaque};
+use super::numbers::{extent, quantile, round_steps};
 use super::range_panel::backdrop;
 use super::scene::{Scene, Window};
 use super::theme;
@@ -17,31 +17,29 @@ pub struct Region {
 }
 
 impl Region {
-    /// Around the sensor and all but the most remote of some points, to whole multiples of `step` metres
-    /// and no smaller than `least` metres.
-    pub fn around(points: impl Iterator<Item = [f64; 2]> + Clone, step: f64, least: f64) -> Self {
-        let span = |axis: usize| {
-            let values = || points.clone().map(|p| p[axis]);
-            let mut low = quantile(values(), 0.01);
-            let mut high = quantile(values(), 0.99);
+    /// Around all but the most remote of some points, to whole multiples of `step` metres and no
+    /// smaller than `least` metres.
+    pub fn around(points: &[[f64; 2]], step: f64, least: f64) -> Self {
+        Region::by_axis(points, |values| {
+            let low = quantile(values.iter().copied(), 0.01);
+            let high = quantile(values.iter().copied(), 0.99);
             let short = (least - (high - low)).max(0.0) / 2.0;
-            (low, high) = (low - short, high + short);
-            [(low / step).floor() * step, (high / step).ceil() * step]
-        };
-        Region { x: span(0), y: span(1) }
+            [((low - short) / step).floor() * step, ((high + short) / step).ceil() * step]
+        })
     }
 
     /// Around all of some points with a margin, and no smaller than `least` metres.
-    pub fn whole(points: impl Iterator<Item = [f64; 2]> + Clone, margin: f64, least: f64) -> Self {
-        let span = |axis: usize| {
-            let values = points.clone().map(|p| p[axis]);
-            let (low, high) =
-                values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-            let (low, high) = if low <= high { (low, high) } else { (0.0, 0.0) };
+    pub fn whole(points: &[[f64; 2]], margin: f64, least: f64) -> Self {
+        Region::by_axis(points, |values| {
+            let [low, high] = extent(values.iter().copied()).unwrap_or([0.0; 2]);
             let more = margin.max((least - (high - low)) / 2.0);
             [low - more, high + more]
-        };
-        Region { x: span(0), y: span(1) }
+        })
+    }
+
+    fn by_axis(points: &[[f64; 2]], span: impl Fn(&[f64]) -> [f64; 2]) -> Self {
+        let [x, y] = [0, 1].map(|axis| points.iter().map(|point| point[axis]).collect::<Vec<_>>());
+        Region { x: span(&x), y: span(&y) }
     }
 
     /// Width over height.
@@ -49,19 +47,12 @@ impl Region {
         (self.x[1] - self.x[0]) / (self.y[1] - self.y[0])
     }
 
-    /// The part of the plane with the objects of a window, the sensor too unless the window is a part.
+    /// The part of the plane with the objects of a window; with the sensor too if the window is the
+    /// whole image.
     pub fn of_objects(scene: &Scene, window: &Window, is_all: bool) -> Self {
-        let image = &scene.stages.image;
-        let columns = image.columns();
-        let is_inside = |pixel: usize| {
-            let row = pixel / columns;
-            let row = if image.top_row_first { row } else { image.rows() - 1 - row };
-            window.columns.contains(&(pixel % columns)) && window.rows.contains(&row)
-        };
-        let objects = &scene.stages.objects;
-        let inside = objects.pixel.iter().zip(&objects.position);
+        let inside = scene.object_pixels().zip(&scene.stages.objects.position);
         let mut points: Vec<[f64; 2]> = inside
-            .filter(|&(&pixel, _)| is_inside(pixel as usize))
+            .filter(|&((row, column, _), _)| window.contains(row, column))
             .map(|(_, &[x, y, _])| [f64::from(x), f64::from(y)])
             .collect();
         if is_all {
@@ -69,7 +60,7 @@ impl Region {
             points.extend(std::iter::repeat_n([0.0; 2], points.len() / 50 + 1));
         }
         let [step, least] = if is_all { [2.0, 10.0] } else { [1.0, 6.0] };
-        Region::around(points.iter().copied(), step, least)
+        Region::around(&points, step, least)
     }
 }
 
@@ -107,7 +98,7 @@ impl Plane {
         self.area.holds(&Area { x, y, width: 0.0, height: 0.0 })
     }
 
-    /// The cloud from above, `density` pixels to the page unit: other returns first, objects over them.
+    /// The cloud from above, `density` pixels to the page unit: objects over the other returns.
     pub fn points(
         &self,
         canvas: &mut Canvas,
@@ -118,41 +109,33 @@ impl Plane {
         let [width, height] = [self.area.width, self.area.height]
             .map(|side| ((side * density).round() as usize).max(1));
         let mut raster = Raster::filled(width, height, theme::PANEL);
-        let mut splat = |point: usize, side: usize, colour: [u8; 3]| {
+        let mut dot = |point: usize, side: usize, colour: [u8; 3]| {
             let [x, y, _] = scene.cloud.position(point).map(f64::from);
             let page = self.to_page([x, y]);
             let corner = [page[0] - self.area.x, page[1] - self.area.y]
                 .map(|c| (c * density - (side - 1) as f64 / 2.0).floor());
-            if corner[0] < 0.0 || corner[1] < 0.0 {
-                return;
-            }
-            let [left, top] = corner.map(|c| c as usize);
-            for y in top..(top + side).min(height) {
-                for x in left..(left + side).min(width) {
-                    raster.pixels[y * width + x] = colour;
-                }
+            if corner[0] >= 0.0 && corner[1] >= 0.0 {
+                raster.fill_square(corner.map(|c| c as usize), side, colour);
             }
         };
-        let is_object = |point: usize| scene.stages.mask.is_object[point];
         // Larger dots where there are few to the page unit.
         let size = (self.scale * 0.02).clamp(0.8, 2.2);
         let side = (density * size).round().max(1.0) as usize;
-        for point in (0..scene.cloud.len()).filter(|&point| scene.cloud.is_return(point)) {
-            if !is_object(point) {
-                let dim = super::canvas::between(theme::PANEL, backdrop(scene, point), 0.55);
-                splat(point, side, dim);
-            }
+        let is_object = |point: usize| scene.stages.mask.is_object[point];
+        let is_other = |&point: &usize| scene.cloud.is_return(point) && !is_object(point);
+        for point in (0..scene.cloud.len()).filter(is_other) {
+            dot(point, side, between(theme::PANEL, backdrop(scene, point), 0.55));
         }
         let side = (density * size * 1.35).round().max(1.0) as usize;
         for point in (0..scene.cloud.len()).filter(|&point| is_object(point)) {
-            splat(point, side, colour(point));
+            dot(point, side, colour(point));
         }
         canvas.picture(self.area, raster);
     }
 
-    /// Circles around the sensor every so many metres, the sensor, and a bar of so many metres.
+    /// The sensor, circles around it at equal distances, and a bar that shows the scale.
     pub fn furniture(&self, canvas: &mut Canvas) {
-        let spacing = nice(self.area.width / self.scale / 4.0);
+        let spacing = round_down(self.area.width / self.scale / 4.0);
         let corners = [
             [self.area.x, self.area.y],
             [self.area.right(), self.area.y],
@@ -177,7 +160,7 @@ impl Plane {
     }
 
     fn metre_bar(&self, canvas: &mut Canvas) {
-        let metres = nice(self.area.width / self.scale / 7.0);
+        let metres = round_down(self.area.width / self.scale / 7.0);
         let (right, y) = (self.area.right() - 14.0, self.area.bottom() - 12.0);
         let left = right - metres * self.scale;
         let line = Stroke::solid(theme::ON_PANEL, 1.6);
@@ -200,15 +183,37 @@ impl Plane {
     }
 }
 
-/// The nearest of 1, 2, 5, 10, 20 ... below.
-fn nice(length: f64) -> f64 {
+/// The greatest of 1, 2, 5, 10, 20 ... up to a length.
+fn round_down(length: f64) -> f64 {
     if !(length.is_finite() && length > 0.0) {
         return 1.0;
     }
-    let power = 10_f64.powf(length.log10().floor());
-    let step = [5.0, 2.0].into_iter().find(|step| step * power <= length);
-    let nice = step.unwrap_or(1.0) * power;
-    if power < 1.0 { (nice * 100.0).round() / 100.0 } else { nice }
+    let steps = round_steps(length);
+    let round = steps.into_iter().rev().find(|&step| step <= length).unwrap_or(steps[0]);
+    if steps[0] < 1.0 { (round * 100.0).round() / 100.0 } else { round }
+}
+
+/// Places for labels on a panel, so that none covers another.
+#[derive(Debug, Clone)]
+pub struct LabelSpots {
+    area: Area,
+    taken: Vec<Area>,
+}
+
+impl LabelSpots {
+    /// A panel on which the areas of `taken` are to stay free of labels.
+    pub fn new(area: Area, taken: Vec<Area>) -> Self {
+        LabelSpots { area, taken }
+    }
+
+    /// Takes a spot if it lies on the panel and is free.
+    pub fn take(&mut self, spot: Area) -> bool {
+        let is_free = self.area.holds(&spot) && !self.taken.iter().any(|other| other.meets(&spot));
+        if is_free {
+            self.taken.push(spot);
+        }
+        is_free
+    }
 }
 
 #[cfg(test)]
@@ -217,8 +222,11 @@ mod tests {
 
     #[test]
     fn lengths_of_bars_are_round() {
-        assert_eq!([0.7, 1.0, 3.9, 9.9, 12.0, 64.0].map(nice), [0.5, 1.0, 2.0, 5.0, 10.0, 50.0]);
-        assert_eq!([0.0, -1.0, f64::NAN].map(nice), [1.0; 3]);
+        assert_eq!(
+            [0.7, 1.0, 3.9, 9.9, 12.0, 64.0].map(round_down),
+            [0.5, 1.0, 2.0, 5.0, 10.0, 50.0]
+        );
+        assert_eq!([0.0, -1.0, f64::NAN].map(round_down), [1.0; 3]);
     }
 
     #[test]
@@ -233,7 +241,16 @@ mod tests {
 
     #[test]
     fn regions_have_a_size_even_around_nothing() {
-        let region = Region::around(std::iter::empty(), 5.0, 20.0);
+        let region = Region::around(&[], 5.0, 20.0);
         assert_eq!(region, Region { x: [-10.0, 10.0], y: [-10.0, 10.0] });
+    }
+
+    #[test]
+    fn a_spot_is_taken_once_and_only_on_the_panel() {
+        let area = Area { x: 0.0, y: 0.0, width: 10.0, height: 10.0 };
+        let mut spots = LabelSpots::new(area, Vec::new());
+        let spot = Area { width: 3.0, height: 3.0, ..area };
+        assert!(spots.take(spot) && !spots.take(spot));
+        assert!(spots.take(Area { x: 7.0, ..spot }) && !spots.take(Area { y: 8.0, ..spot }));
     }
 }

@@ -1,8 +1,8 @@
 //! A page as PNG.
 
 use tiny_skia::{
-    FillRule, FilterQuality, LineCap, LineJoin, Mask, Paint, PathBuilder, Pixmap, PixmapPaint,
-    Rect, StrokeDash, Transform,
+    FillRule, FilterQuality, LineCap, LineJoin, Mask, Paint, Path, PathBuilder, Pixmap,
+    PixmapPaint, Rect, StrokeDash, Transform,
 };
 
 use super::canvas::{Anchor, Area, Canvas, Colour, Raster, Shape, Stroke, TextStyle};
@@ -13,14 +13,14 @@ const UNITS_PER_INCH: f64 = 96.0;
 const METRES_PER_INCH: f64 = 0.0254;
 
 /// Size in pixels of a page at a resolution.
-pub fn size(canvas: &Canvas, dpi: f64) -> [u32; 2] {
+pub fn size_in_pixels(canvas: &Canvas, dpi: f64) -> [u32; 2] {
     let pixels = |length: f64| (length * dpi / UNITS_PER_INCH).round().max(1.0) as u32;
     [pixels(canvas.width), pixels(canvas.height)]
 }
 
 /// Draws a page at a resolution in dots per inch. `None` if it would not fit into memory.
 pub fn png(canvas: &Canvas, dpi: f64) -> Option<Vec<u8>> {
-    let [width, height] = size(canvas, dpi);
+    let [width, height] = size_in_pixels(canvas, dpi);
     let mut pixmap = Pixmap::new(width, height)?;
     let [r, g, b, _] = canvas.background;
     pixmap.fill(tiny_skia::Color::from_rgba8(r, g, b, 255));
@@ -33,7 +33,7 @@ pub fn png(canvas: &Canvas, dpi: f64) -> Option<Vec<u8>> {
 }
 
 /// Pixels as PNG.
-pub(super) fn raster_png(raster: &Raster) -> Option<Vec<u8>> {
+pub fn raster_png(raster: &Raster) -> Option<Vec<u8>> {
     encode(raster.width as u32, raster.height as u32, raster.pixels.as_flattened(), None)
 }
 
@@ -70,13 +70,13 @@ impl Brush {
             match shape {
                 Shape::Path { points, closed, fill, stroke } => {
                     if let Some(path) = polyline(points, *closed) {
-                        self.path(&path, *fill, *stroke, self.transform);
+                        self.path(&path, *fill, *stroke);
                     }
                 }
                 Shape::Circle { centre, radius, fill, stroke } => {
                     let [x, y] = centre.map(|c| c as f32);
                     if let Some(path) = PathBuilder::from_circle(x, y, *radius as f32) {
-                        self.path(&path, *fill, *stroke, self.transform);
+                        self.path(&path, *fill, *stroke);
                     }
                 }
                 Shape::Text { at, text, style } => self.text(*at, text, style),
@@ -98,25 +98,18 @@ impl Brush {
         Some(mask)
     }
 
-    fn path(
-        &mut self,
-        path: &tiny_skia::Path,
-        fill: Option<Colour>,
-        stroke: Option<Stroke>,
-        transform: Transform,
-    ) {
-        let mask = self.mask.as_ref();
+    fn path(&mut self, path: &Path, fill: Option<Colour>, stroke: Option<Stroke>) {
+        let (mask, transform) = (self.mask.as_ref(), self.transform);
         if let Some(colour) = fill {
             self.pixmap.fill_path(path, &paint(colour), FillRule::Winding, transform, mask);
         }
         if let Some(stroke) = stroke {
+            let dash = stroke.dash.map(|dash| dash.map(|length| length as f32).to_vec());
             let line = tiny_skia::Stroke {
                 width: stroke.width as f32,
                 line_cap: if stroke.dash.is_some() { LineCap::Butt } else { LineCap::Round },
                 line_join: LineJoin::Round,
-                dash: stroke
-                    .dash
-                    .and_then(|dash| StrokeDash::new(dash.map(|d| d as f32).to_vec(), 0.0)),
+                dash: dash.and_then(|dash| StrokeDash::new(dash, 0.0)),
                 ..tiny_skia::Stroke::default()
             };
             self.pixmap.stroke_path(path, &paint(stroke.colour), &line, transform, mask);
@@ -139,8 +132,8 @@ impl Brush {
             return;
         };
         let rim = style.halo.map(|colour| Stroke::solid(colour, style.size / 4.0));
-        self.path(&path, None, rim, self.transform);
-        self.path(&path, Some(style.colour), None, self.transform);
+        self.path(&path, None, rim);
+        self.path(&path, Some(style.colour), None);
     }
 
     /// Without smoothing: each pixel of the page takes that of the raster under its centre.
@@ -171,7 +164,7 @@ fn paint([r, g, b, a]: Colour) -> Paint<'static> {
     paint
 }
 
-fn polyline(points: &[[f64; 2]], closed: bool) -> Option<tiny_skia::Path> {
+fn polyline(points: &[[f64; 2]], closed: bool) -> Option<Path> {
     let mut path = PathBuilder::new();
     for (i, point) in points.iter().enumerate() {
         let [x, y] = point.map(|c| c as f32);

@@ -1,13 +1,13 @@
-//! Panels over the range image: a pixel of the panel for every beam and column.
+//! Panels of the range image: a pixel of the panel for each row and column.
 
 use super::canvas::{Raster, between};
 use super::ramp;
-use super::scene::{Scene, Window};
+use super::scene::{Scene, Window, row_from_top};
 use super::theme;
 use crate::instances::Reason;
 use crate::palette::{instance_colour, reason_colour};
 
-/// Colours a part of the range image: `colour(pixel, point)` of every pixel with a return.
+/// Colours a part of the range image by `colour(pixel, point)` of each pixel with a return.
 pub fn raster(
     scene: &Scene,
     window: &Window,
@@ -16,7 +16,7 @@ pub fn raster(
     let image = &scene.stages.image;
     let mut raster = Raster::filled(window.columns.len(), window.rows.len(), theme::PANEL);
     for (y, row) in window.rows.clone().enumerate() {
-        let row = if image.top_row_first { row } else { image.rows() - 1 - row };
+        let row = row_from_top(image, row);
         for (x, column) in window.columns.clone().enumerate() {
             let pixel = row * image.columns() + column;
             if let Some(point) = image.point_at(pixel) {
@@ -27,7 +27,7 @@ pub fn raster(
     raster
 }
 
-/// Colour of a return that is no object: the nearer the brighter.
+/// Colour of a return that is not an object: the nearer, the brighter.
 pub fn backdrop(scene: &Scene, point: usize) -> [u8; 3] {
     const NEAR: f64 = 4.0;
     const FAR: f64 = 60.0;
@@ -75,7 +75,7 @@ pub fn range(scene: &Scene, window: &Window, far: f64) -> Raster {
     raster(scene, window, |_, point| ramp::near_to_far((scene.range(point) / far).sqrt()))
 }
 
-/// The range image by intensity from `low` to `high`, by its square root.
+/// The range image by the square root of the intensity, 0 to `high`.
 pub fn intensity(scene: &Scene, window: &Window, intensity: &[f32], high: f64) -> Raster {
     raster(scene, window, |_, point| {
         ramp::grey((f64::from(intensity[point]) / high).max(0.0).sqrt())

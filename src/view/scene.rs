@@ -1,12 +1,14 @@
-//! What a figure shows: one clustered cloud, and what is said about it.
+//! What a figure shows: one clustered cloud with its heading, and a part of its range image.
+
+use std::ops::Range;
 
 use crate::cloud::PointCloud;
 use crate::error::{Error, Result};
 use crate::palette::instance_colour;
 use crate::pipeline::Stages;
-use std::ops::Range;
+use crate::range_image::RangeImage;
 
-/// One clustered cloud and what is known of it.
+/// One clustered cloud and what is written about it.
 #[derive(Debug, Clone)]
 pub struct Scene<'a> {
     /// The cloud.
@@ -17,13 +19,13 @@ pub struct Scene<'a> {
     pub classes: Vec<SceneClass>,
     /// N: intensity, if the cloud has it.
     pub intensity: Option<Vec<f32>>,
-    /// Share of votes in favour above which two components become one.
+    /// Two components merge where their share of votes in favour exceeds this.
     pub merge_ratio: f64,
-    /// Colour number of instance k at k - 1.
+    /// Colour number of instance k at k - 1; an instance without one has its id's colour.
     pub colour_numbers: Vec<u32>,
-    /// First words of the figure: which frame, when.
+    /// Heading of the figure: the frame and its time.
     pub heading: String,
-    /// What else is said of it: topic, parameters.
+    /// Smaller text beside the heading: topic, parameters.
     pub remark: String,
 }
 
@@ -36,29 +38,11 @@ pub struct SceneClass {
     pub is_thing: bool,
 }
 
-/// No object in this pixel.
-const NONE: u32 = u32::MAX;
-
 impl Scene<'_> {
     /// Colour of a final instance.
     pub fn colour(&self, instance: u32) -> [u8; 3] {
         let number = self.colour_numbers.get((instance as usize).wrapping_sub(1));
         instance_colour(number.copied().unwrap_or(instance))
-    }
-
-    /// Final instance of each component, component k at k - 1; 0 where it became too small.
-    pub fn instance_of_component(&self) -> Vec<u32> {
-        let stages = self.stages;
-        let mut instance = vec![0; stages.components.count as usize];
-        for (object, &label) in stages.components.label.iter().enumerate() {
-            if label == 0 {
-                continue;
-            }
-            if let Some(point) = stages.image.point_at(stages.objects.pixel[object] as usize) {
-                instance[label as usize - 1] = stages.labels.instance[point];
-            }
-        }
-        instance
     }
 
     /// Component of each pixel of the range image, 0 for none.
@@ -88,10 +72,58 @@ impl Scene<'_> {
         (x * x + y * y + z * z).sqrt()
     }
 
+    /// The points that have a pixel in the range image.
     pub(super) fn seen_points(&self) -> impl Iterator<Item = usize> + '_ {
-        let points = self.stages.image.point_of_pixel.values().iter();
-        points.filter(|&&point| point != NONE).map(|&point| point as usize)
+        let image = &self.stages.image;
+        (0..image.rows() * image.columns()).filter_map(|pixel| image.point_at(pixel))
     }
+
+    /// Row from the top and column of each object pixel with its component; 0 for none.
+    pub(super) fn object_pixels(&self) -> impl Iterator<Item = (usize, usize, u32)> + '_ {
+        let Stages { image, objects, components, .. } = self.stages;
+        objects.pixel.iter().zip(&components.label).map(|(&pixel, &label)| {
+            let (row, column) =
+                (pixel as usize / image.columns(), pixel as usize % image.columns());
+            (row_from_top(image, row), column, label)
+        })
+    }
+}
+
+/// A row of the range image counted from the top of a panel, and the other way round.
+pub(super) fn row_from_top(image: &RangeImage, row: usize) -> usize {
+    if image.top_row_first { row } else { image.rows() - 1 - row }
+}
+
+/// Final instance of each component, component k at k - 1; 0 for one that became too small.
+pub(super) fn instance_of_component(stages: &Stages) -> Vec<u32> {
+    let mut instance = vec![0; stages.components.count as usize];
+    for (object, &label) in stages.components.label.iter().enumerate() {
+        if label == 0 {
+            continue;
+        }
+        if let Some(point) = stages.image.point_at(stages.objects.pixel[object] as usize) {
+            instance[label as usize - 1] = stages.labels.instance[point];
+        }
+    }
+    instance
+}
+
+/// Mean position in metres of the pixels of each component and their number, component k at k - 1.
+pub(super) fn component_centroids(stages: &Stages) -> Vec<([f64; 3], usize)> {
+    let mut centroids = vec![([0.0; 3], 0); stages.components.count as usize];
+    for (&label, position) in stages.components.label.iter().zip(&stages.objects.position) {
+        if label != 0 {
+            let (sum, count) = &mut centroids[label as usize - 1];
+            for (sum, &value) in sum.iter_mut().zip(position) {
+                *sum += f64::from(value);
+            }
+            *count += 1;
+        }
+    }
+    for (centroid, count) in &mut centroids {
+        *centroid = centroid.map(|sum| sum / (*count).max(1) as f64);
+    }
+    centroids
 }
 
 /// A part of the range image.
@@ -103,7 +135,7 @@ pub struct Crop {
     pub rows: Option<Range<usize>>,
 }
 
-/// A part of the range image that has pixels.
+/// A part of the range image that lies within it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Window {
     /// Columns.
@@ -112,8 +144,15 @@ pub struct Window {
     pub rows: Range<usize>,
 }
 
+impl Window {
+    /// Whether a pixel lies in this part; its row counts from the top.
+    pub fn contains(&self, row: usize, column: usize) -> bool {
+        self.rows.contains(&row) && self.columns.contains(&column)
+    }
+}
+
 impl Crop {
-    /// The part that lies in an image of that size.
+    /// The part within an image of that size.
     ///
     /// # Errors
     /// [`Error::Figure`] if there is none.

@@ -1,4 +1,4 @@
-//! Where a stream for the Rerun viewer goes; known whether or not there is one.
+//! Where a stream for the Rerun viewer goes; known with and without the feature `rerun`.
 
 use std::fmt;
 use std::path::PathBuf;

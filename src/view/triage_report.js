@@ -15,8 +15,10 @@
   };
   const move = (by) => {
     const all = rows();
+    const last = all.length - 1;
     const at = all.indexOf(here);
-    go(all[at < 0 ? (by > 0 ? 0 : all.length - 1) : Math.min(Math.max(at + by, 0), all.length - 1)]);
+    const first = by > 0 ? 0 : last;
+    go(all[at < 0 ? first : Math.min(Math.max(at + by, 0), last)]);
   };
 
   const sort = (column) => {
@@ -54,7 +56,9 @@
     }
     if (event.key === "j" || event.key === "ArrowDown") { move(1); event.preventDefault(); }
     if (event.key === "k" || event.key === "ArrowUp") { move(-1); event.preventDefault(); }
-    if (event.key === "Enter" && here && document.activeElement === here) follow(here.querySelector("a"));
+    if (event.key === "Enter" && here && document.activeElement === here) {
+      follow(here.querySelector("a"));
+    }
     if (event.key === "u") { location.hash = "top"; go(here || rows()[0]); }
     if (/^[1-7]$/.test(event.key)) sort(Number(event.key) - 1);
   });

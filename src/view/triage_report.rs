@@ -1,24 +1,24 @@
-//! What triage found as pages to read: a table that can be sorted and a page for each case, with its figure and its
-//! explanation. Nothing is loaded from anywhere; without scripts the table stands as it is.
+//! The cases of triage as HTML: a table that can be sorted, and for each case its figure and its
+//! explanation. Nothing is loaded from elsewhere; without scripts the table stays as it is.
 //!
 //! Either one file, in which a case is a section, or an index and a file for each case.
 
 use super::canvas::Canvas;
 use super::svg::inline_svg;
 
-/// What the pages say of themselves.
+/// Title and summary of the report.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Head {
     /// Name of the recording.
     pub recording: String,
-    /// What was looked at, in a sentence or two.
+    /// What was examined, in a sentence or two.
     pub summary: String,
 }
 
 /// One case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CasePage {
-    /// How likely it is in a failure, 0 to 1.
+    /// How likely it is a failure, 0 to 1.
     pub score: f64,
     /// Cloud topic.
     pub topic: String,
@@ -30,13 +30,13 @@ pub struct CasePage {
     pub position: [f64; 3],
     /// What is suspect, in a word or two.
     pub kind: String,
-    /// The instance; empty of points without one.
+    /// The instance; empty for points without one.
     pub instance: String,
     /// The strongest suspect in a sentence.
     pub sentence: String,
     /// Score, kind and sentence of the others.
     pub others: Vec<(f64, String, String)>,
-    /// The command that shows it.
+    /// The command that explains it.
     pub command: String,
     /// The explanation's text.
     pub explanation: String,
@@ -44,7 +44,7 @@ pub struct CasePage {
     pub figure: Canvas,
 }
 
-/// Where the pages lie.
+/// Whether the cases are sections of one file or files of a folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Layout {
     OneFile,
@@ -116,24 +116,31 @@ const COLUMNS: [(&str, &str); 7] = [
 ];
 
 fn index_body(head: &Head, cases: &[CasePage], layout: Layout) -> String {
-    let columns = COLUMNS.iter().enumerate().map(|(place, (name, kind))| {
-        let sorted = if place == 0 { " aria-sort=\"ascending\"" } else { "" };
-        format!("<th scope=\"col\" class=\"{kind}\"{sorted}><button type=\"button\">{name}</button></th>")
-    });
-    let columns: String = columns.collect();
-    let rows: String =
-        cases.iter().enumerate().map(|(number, case)| row(case, number, layout)).collect();
     let table = match cases.is_empty() {
         true => "<p>Nothing suspect was found.</p>\n".to_owned(),
-        false => format!(
-            "<table id=\"cases\">\n<thead><tr>{columns}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table>\n"
-        ),
+        false => table(cases, layout),
     };
     format!(
-        "<header id=\"top\">\n<h1>Triage of {}</h1>\n<p>{}</p>\n<p class=\"keys\">Keys: <kbd>j</kbd> <kbd>k</kbd> move, \
-         <kbd>Enter</kbd> opens, <kbd>?</kbd> tells all.</p>\n</header>\n{table}{HELP}",
+        "<header id=\"top\">\n<h1>Triage of {}</h1>\n<p>{}</p>\n\
+         <p class=\"keys\">Keys: <kbd>j</kbd> <kbd>k</kbd> move, <kbd>Enter</kbd> opens, \
+         <kbd>?</kbd> tells all.</p>\n</header>\n{table}{HELP}",
         escaped(&head.recording),
         escaped(&head.summary)
+    )
+}
+
+fn table(cases: &[CasePage], layout: Layout) -> String {
+    let columns = COLUMNS.iter().enumerate().map(|(place, (name, kind))| {
+        let sorted = if place == 0 { " aria-sort=\"ascending\"" } else { "" };
+        let button = format!("<button type=\"button\">{name}</button>");
+        format!("<th scope=\"col\" class=\"{kind}\"{sorted}>{button}</th>")
+    });
+    let columns: String = columns.collect();
+    let rows = cases.iter().enumerate().map(|(number, case)| row(case, number, layout));
+    let rows: String = rows.collect();
+    format!(
+        "<table id=\"cases\">\n<thead><tr>{columns}</tr></thead>\n\
+         <tbody>\n{rows}</tbody>\n</table>\n"
     )
 }
 
@@ -141,9 +148,11 @@ fn row(case: &CasePage, number: usize, layout: Layout) -> String {
     let [x, y, z] = case.position;
     let percent = 100.0 * case.score;
     format!(
-        "<tr tabindex=\"-1\"><td class=\"number\">{}</td><td class=\"number\"><span class=\"bar\" \
-         style=\"--part:{percent:.0}%\">{percent:.0} %</span></td><td class=\"number\" title=\"{}\">{}</td><td \
-         class=\"number\">{:.1}</td><td>{}</td><td class=\"place\">{x:.1}, {y:.1}, {z:.1}</td><td><a href=\"{}\">{}</a></td></tr>\n",
+        "<tr tabindex=\"-1\"><td class=\"number\">{}</td>\
+         <td class=\"number\"><span class=\"bar\" style=\"--part:{percent:.0}%\">\
+         {percent:.0} %</span></td><td class=\"number\" title=\"{}\">{}</td>\
+         <td class=\"number\">{:.1}</td><td>{}</td><td class=\"place\">{x:.1}, {y:.1}, {z:.1}</td>\
+         <td><a href=\"{}\">{}</a></td></tr>\n",
         number + 1,
         escaped(&case.topic),
         case.frame,
@@ -160,26 +169,12 @@ fn body(case: &CasePage, number: usize, around: &str) -> String {
         "" => String::new(),
         title => format!(" &middot; instance {}", escaped(title)),
     };
-    let others: String = case
-        .others
-        .iter()
-        .map(|(score, kind, sentence)| {
-            format!(
-                "<li><b>{}</b> ({:.0} %): {}</li>\n",
-                escaped(kind),
-                100.0 * score,
-                escaped(sentence)
-            )
-        })
-        .collect();
-    let others = match others.as_str() {
-        "" => String::new(),
-        list => format!("<h3>Also held against it</h3>\n<ul>\n{list}</ul>\n"),
-    };
     format!(
-        "<nav>{around}</nav>\n<h2>{}. {}</h2>\n<p class=\"lead\">{}.</p>\n<p class=\"facts\">{} &middot; frame {} \
-         &middot; {:.3} s &middot; {x:.2}, {y:.2}, {z:.2} m{instance} &middot; score {:.0} %</p>\n<figure>{}</figure>\n{others}\
-         <h3>Why it is so</h3>\n<pre>{}</pre>\n<h3>The same on the command line</h3>\n<pre class=\"command\">{}</pre>\n",
+        "<nav>{around}</nav>\n<h2>{}. {}</h2>\n<p class=\"lead\">{}.</p>\n\
+         <p class=\"facts\">{} &middot; frame {} &middot; {:.3} s &middot; \
+         {x:.2}, {y:.2}, {z:.2} m{instance} &middot; score {:.0} %</p>\n\
+         <figure>{}</figure>\n{}<h3>Why it is so</h3>\n<pre>{}</pre>\n\
+         <h3>The same on the command line</h3>\n<pre class=\"command\">{}</pre>\n",
         number + 1,
         escaped(&capitalised(&case.kind)),
         escaped(&case.sentence),
@@ -188,9 +183,21 @@ fn body(case: &CasePage, number: usize, around: &str) -> String {
         case.seconds,
         100.0 * case.score,
         inline_svg(&case.figure, &case.sentence),
+        other_suspects(case),
         escaped(case.explanation.trim_end()),
         escaped(&case.command)
     )
+}
+
+fn other_suspects(case: &CasePage) -> String {
+    let item = |(score, kind, sentence): &(f64, String, String)| {
+        let (kind, sentence, percent) = (escaped(kind), escaped(sentence), 100.0 * score);
+        format!("<li><b>{kind}</b> ({percent:.0} %): {sentence}</li>\n")
+    };
+    match case.others.iter().map(item).collect::<String>().as_str() {
+        "" => String::new(),
+        list => format!("<h3>Also held against it</h3>\n<ul>\n{list}</ul>\n"),
+    }
 }
 
 fn capitalised(text: &str) -> String {
@@ -200,27 +207,19 @@ fn capitalised(text: &str) -> String {
 
 fn document(title: &str, content: &str) -> String {
     format!(
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
-         content=\"width=device-width, initial-scale=1\">\n<title>Triage: {}</title>\n<link rel=\"icon\" href=\"data:,\">\n\
-         <style>\n{STYLE}</style>\n</head>\n<body>\n{content}<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>Triage: {}</title>\n<link rel=\"icon\" href=\"data:,\">\n\
+         <style>\n{STYLE}</style>\n</head>\n<body>\n{content}\
+         <script>\n{SCRIPT}</script>\n</body>\n</html>\n",
         escaped(title)
     )
 }
 
 /// Text as HTML shows it, in content and in attributes.
 fn escaped(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            '\'' => escaped.push_str("&#39;"),
-            other => escaped.push(other),
-        }
-    }
-    escaped
+    let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    text.replace('"', "&quot;").replace('\'', "&#39;")
 }
 
 const HELP: &str = "<dialog id=\"help\">

@@ -1,5 +1,5 @@
-//! A layout for Lichtblick and Foxglove that shows an annotated recording in colour at once: those viewers hide
-//! clouds and boxes until somebody asks for them.
+//! A layout for Lichtblick and Foxglove that shows an annotated recording in colour at once.
+//! Without it, those viewers hide clouds and boxes until somebody switches them on.
 
 use serde_json::{Map, Value, json};
 
@@ -12,21 +12,17 @@ pub struct ShownTopic {
     pub instances: String,
     /// The boxes.
     pub objects: String,
-    /// Whether the annotated clouds have their colours in one field `rgb`, as those of ROS, and not in four.
+    /// Whether the annotated clouds have their colours in one field `rgb` (ROS) and not in four.
     pub has_packed_colours: bool,
     /// Coordinate frame of the clouds.
     pub frame_id: String,
 }
 
-/// The layout as JSON: a 3D panel that follows the first topic's coordinate frame, with the clouds coloured by
-/// instance and the boxes on them, beside a panel with the messages of the boxes.
+/// The layout as JSON: a 3D panel that follows the first topic's coordinate frame, with the clouds
+/// coloured by instance and their boxes, beside a panel with the messages of the boxes.
 pub fn viewer_layout(topics: &[ShownTopic]) -> String {
-    let configs: Map<String, Value> =
-        [(SCENE.to_owned(), scene(topics)), (MESSAGES.to_owned(), messages(topics))]
-            .into_iter()
-            .collect();
     let layout = json!({
-        "configById": configs,
+        "configById": {SCENE: scene(topics), MESSAGES: messages(topics)},
         "globalVariables": {},
         "userNodes": {},
         "playbackConfig": {"speed": 1},
@@ -35,22 +31,21 @@ pub fn viewer_layout(topics: &[ShownTopic]) -> String {
     format!("{layout:#}\n")
 }
 
-/// Ids of the panels: their kind, and a name behind it.
+/// Ids of the panels: the kind, then a name.
 const SCENE: &str = "3D!divmerge";
 const MESSAGES: &str = "RawMessages!divmerge";
 
 fn scene(topics: &[ShownTopic]) -> Value {
     let mut shown = Map::new();
     for topic in topics {
-        let colours = match topic.has_packed_colours {
-            true => json!({"colorMode": "rgb", "colorField": "rgb"}),
-            false => json!({"colorMode": "rgba-fields"}),
-        };
-        let mut cloud = json!({"visible": true, "pointSize": 3, "explicitAlpha": 1});
-        if let (Value::Object(cloud), Value::Object(colours)) = (&mut cloud, colours) {
-            cloud.extend(colours);
+        let mut cloud = json!({
+            "visible": true, "pointSize": 3, "explicitAlpha": 1, "colorMode": "rgba-fields",
+        });
+        if topic.has_packed_colours {
+            cloud["colorMode"] = "rgb".into();
+            cloud["colorField"] = "rgb".into();
         }
-        // A cloud that is annotated in place is shown, whatever its own name says.
+        // A cloud that is annotated in place is one topic; the second insertion shows it.
         shown.insert(topic.cloud.clone(), json!({"visible": false}));
         shown.insert(topic.instances.clone(), cloud);
         shown.insert(topic.objects.clone(), json!({"visible": true}));
@@ -77,7 +72,12 @@ fn scene(topics: &[ShownTopic]) -> Value {
 
 fn messages(topics: &[ShownTopic]) -> Value {
     let path = topics.first().map_or("", |topic| topic.objects.as_str());
-    json!({"topicPath": path, "diffEnabled": false, "diffMethod": "custom", "showFullMessageForDiff": false})
+    json!({
+        "topicPath": path,
+        "diffEnabled": false,
+        "diffMethod": "custom",
+        "showFullMessageForDiff": false,
+    })
 }
 
 #[cfg(test)]

@@ -1,15 +1,15 @@
-//! The vote graph: components on the bird's-eye plane, an edge for each pair that touches.
+//! The vote graph: components on the bird's-eye plane, and an edge for each pair that touches.
 
 use super::canvas::{Canvas, Stroke, opaque};
 use super::plane::Plane;
-use super::scene::Scene;
+use super::scene::{Scene, component_centroids, instance_of_component};
 use super::theme;
 use crate::cluster::Vote;
 
 /// Share of votes about the threshold within which a decision counts as thin.
-pub const THIN: f64 = 0.1;
+const THIN: f64 = 0.1;
 
-/// What became of a pair of components that touch.
+/// The outcome for a pair of components that touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Decision {
     /// One instance by the votes.
@@ -20,21 +20,8 @@ pub enum Decision {
     Apart,
 }
 
-/// Decisions of a frame, counted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Decisions {
-    /// Pairs that the votes merged.
-    pub merged: usize,
-    /// Pairs that were rejoined after the votes.
-    pub rejoined: usize,
-    /// Pairs that stayed apart.
-    pub apart: usize,
-    /// Pairs of any kind whose votes were close to the threshold.
-    pub thin: usize,
-}
-
-/// What became of a pair, given the final instance of each component.
-pub fn decision(scene: &Scene, last: &[u32], vote: &Vote) -> Decision {
+/// The outcome for a pair, given the final instance of each component.
+fn decision(scene: &Scene, last: &[u32], vote: &Vote) -> Decision {
     let same = |instance: &[u32]| instance[vote.a as usize - 1] == instance[vote.b as usize - 1];
     if same(&scene.stages.merge.instance_of_component) {
         Decision::Merged
@@ -51,78 +38,51 @@ pub fn is_thin(scene: &Scene, vote: &Vote) -> bool {
     (f64::from(vote.positive) - scene.merge_ratio * total).abs() <= THIN * total
 }
 
-/// Counts all decisions.
-pub fn decisions(scene: &Scene) -> Decisions {
-    let last = scene.instance_of_component();
-    let mut decisions = Decisions::default();
-    for vote in &scene.stages.votes.pairs {
-        match decision(scene, &last, vote) {
-            Decision::Merged => decisions.merged += 1,
-            Decision::Rejoined => decisions.rejoined += 1,
-            Decision::Apart => decisions.apart += 1,
-        }
-        decisions.thin += usize::from(is_thin(scene, vote));
-    }
-    decisions
+/// The outcome of each pair.
+pub fn decisions<'a>(scene: &Scene<'a>) -> Vec<(&'a Vote, Decision)> {
+    let last = instance_of_component(scene.stages);
+    let pairs = scene.stages.votes.pairs.iter();
+    pairs.map(|vote| (vote, decision(scene, &last, vote))).collect()
 }
 
-/// Centre and size of each component on the plane, component k at k - 1: the mean of its pixels, and how
-/// many they are.
+/// Centre on the plane of each component, component k at k - 1, and the number of its pixels.
 pub fn centres(scene: &Scene) -> Vec<([f64; 2], usize)> {
-    let stages = scene.stages;
-    let mut centres = vec![([0.0; 2], 0); stages.components.count as usize];
-    for (&label, &[x, y, _]) in stages.components.label.iter().zip(&stages.objects.position) {
-        if label != 0 {
-            let (sum, count) = &mut centres[label as usize - 1];
-            *sum = [sum[0] + f64::from(x), sum[1] + f64::from(y)];
-            *count += 1;
-        }
-    }
-    for (centre, count) in &mut centres {
-        *centre = centre.map(|sum| sum / (*count).max(1) as f64);
-    }
-    centres
+    let centroids = component_centroids(scene.stages).into_iter();
+    centroids.map(|([x, y, _], count)| ([x, y], count)).collect()
 }
 
-/// Width of an edge with so many votes; `scale` 1 for a plane of some 50 m.
-pub fn edge_width(votes: u32, scale: f64) -> f64 {
-    (0.45 + 0.25 * f64::from(votes).sqrt()).min(4.0) * scale
-}
-
-/// The edge of a pair.
+/// The edge of a pair, wider with more votes; `scale` is 1 for a plane of some 50 m.
 pub fn edge(scene: &Scene, vote: &Vote, decision: Decision, scale: f64) -> Stroke {
-    let width = edge_width(vote.positive + vote.negative, scale);
-    let colour = match decision {
-        Decision::Merged => theme::MERGED,
-        Decision::Rejoined => theme::REJOINED,
-        Decision::Apart => theme::APART,
+    let votes = f64::from(vote.positive + vote.negative);
+    let width = (0.45 + 0.25 * votes.sqrt()).min(4.0) * scale;
+    let ([r, g, b], opacity) = match decision {
+        Decision::Merged => (theme::MERGED, 255),
+        Decision::Rejoined => (theme::REJOINED, 150),
+        Decision::Apart => (theme::APART, 255),
     };
     let dash = is_thin(scene, vote).then_some([2.5 + width, 1.5 + width]);
-    Stroke { colour, width, dash }
+    Stroke { colour: [r, g, b, opacity], width, dash }
 }
 
-/// Draws edges and nodes, pairs that stayed apart over the others.
+/// Draws edges and nodes; pairs that stayed apart lie over the others.
 pub fn draw(canvas: &mut Canvas, plane: &Plane, scene: &Scene) {
     let centres = centres(scene);
-    let instance = scene.instance_of_component();
+    let instance = instance_of_component(scene.stages);
     let is_seen = |label: u32| plane.shows(centres[label as usize - 1].0);
+    let mut seen = decisions(scene);
+    seen.retain(|(vote, _)| is_seen(vote.a) || is_seen(vote.b));
     // Thinner where there are many.
-    let seen = scene.stages.votes.pairs.iter().filter(|vote| is_seen(vote.a) || is_seen(vote.b));
-    let crowd = (500.0 / seen.count().max(1) as f64).sqrt().clamp(0.5, 1.0);
+    let crowd = (500.0 / seen.len().max(1) as f64).sqrt().clamp(0.5, 1.0);
     let scale = (plane.scale / 12.0).clamp(0.6, 1.6) * crowd;
     canvas.clipped(plane.area, |canvas| {
-        for wanted in [Decision::Rejoined, Decision::Merged, Decision::Apart] {
-            for vote in &scene.stages.votes.pairs {
-                let decision = decision(scene, &instance, vote);
-                if decision == wanted && (is_seen(vote.a) || is_seen(vote.b)) {
-                    let [from, to] =
-                        [vote.a, vote.b].map(|k| plane.to_page(centres[k as usize - 1].0));
-                    let mut stroke = edge(scene, vote, decision, scale);
-                    if decision == Decision::Apart {
-                        stroke.colour[3] = (255.0 * crowd.max(0.7)) as u8;
-                    }
-                    canvas.line(from, to, stroke);
+        for level in [Decision::Rejoined, Decision::Merged, Decision::Apart] {
+            for &(vote, decision) in seen.iter().filter(|(_, decision)| *decision == level) {
+                let mut stroke = edge(scene, vote, decision, scale);
+                if decision == Decision::Apart {
+                    stroke.colour[3] = (255.0 * crowd.max(0.7)) as u8;
                 }
+                let [from, to] = [vote.a, vote.b].map(|k| plane.to_page(centres[k as usize - 1].0));
+                canvas.line(from, to, stroke);
             }
         }
         for (&(centre, count), &instance) in centres.iter().zip(&instance) {

@@ -63,7 +63,7 @@ pub fn write_picture(output: &Path, canvas: &Canvas, dpi: f64, force: bool) -> R
     let bytes = if extension(output) == "svg" {
         view::svg(canvas).into_bytes()
     } else {
-        let [width, height] = view::png::size(canvas, dpi);
+        let [width, height] = view::size_in_pixels(canvas, dpi);
         let too_large = || format!("a picture of {width} x {height} pixels is too large");
         view::png(canvas, dpi).with_context(too_large)?
     };

@@ -35,7 +35,7 @@ const ROOMS: &[&[&str]] = &[
 /// Dependencies, and the rooms or files that may name them. Others may be named anywhere.
 const DEPENDENCIES: &[(&str, &[&str])] = &[
     ("anyhow", &["src/bin"]),
-    ("base64", &["crates/recording/src/remote", "src/messages"]),
+    ("base64", &["crates/recording/src/remote", "src/messages", "src/view/svg.rs"]),
     ("binrw", &["crates/recording"]),
     ("clap", &["src/bin"]),
     ("clap_complete", &["src/bin"]),
@@ -53,7 +53,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
     ("png", &["src/view"]),
     ("pyo3", &["python/src"]),
     ("rand_pcg", &["crates/simulate", "src/comparison"]),
-    ("rerun", &["src/view/rerun_stream.rs"]),
+    ("rerun", &["src/view/rerun_stream"]),
     ("rustls", &["crates/recording/src/remote"]),
     ("serde_saphyr", &["src/datasets", "src/network", "src/taxonomy_file.rs"]),
     ("sha2", &["crates/recording", "src/network"]),

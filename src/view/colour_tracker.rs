@@ -2,20 +2,20 @@
 
 use crate::instances::Instance;
 
-/// Gives each instance the colour number of the same object one frame before, found by the nearest box of
-/// its class. Nothing but the last frame is kept.
+/// Gives each instance the colour number of the same object one frame before, which is the nearest
+/// box of its class. Only the last frame is kept.
 #[derive(Debug, Clone, Default)]
 pub struct ColourTracker {
     last: Vec<(Instance, u32)>,
     next: u32,
 }
 
-/// Farthest that an object's centre moves between two frames, in metres; half the box's length more.
+/// How far an object's centre moves between two frames at most, metres, beside half its length.
 const MAX_STEP: f64 = 1.5;
 
 impl ColourTracker {
-    /// Colour number of instance k at k - 1, for the next frame of a series. In the first frame, numbers
-    /// are the instances' own.
+    /// Colour number of instance k at k - 1, for the next frame of a series. In the first frame
+    /// these are the instances' ids.
     pub fn colour_numbers(&mut self, instances: &[Instance]) -> Vec<u32> {
         let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
         for (now, instance) in instances.iter().enumerate() {
