@@ -26,7 +26,7 @@ mod tests;
 
 use nalgebra::Isometry3;
 
-use divmerge_core::cloud::PointCloud;
+use divmerge_core::cloud::{PointCloud, PointColumns};
 pub use mount::{Clutter, Mount};
 use render::{Return, View};
 pub use rig::Rig;
@@ -131,6 +131,7 @@ fn store(
 ) -> Frame {
     let is_organised = sensor.is_organised();
     let mut frame = Frame::empty(stamp_ns, pose);
+    let mut columns = PointColumns::default();
     let (mut ring, mut class) = (Vec::new(), Vec::new());
     for (row, column) in sensor.storage_order() {
         let [nearer, farther] = &returns[row * sensor.columns() + column];
@@ -138,9 +139,9 @@ fn store(
         let nothing = is_organised && nearer.is_none();
         for found in found.chain(nothing.then_some(&None)) {
             let position = found.map_or(nalgebra::Vector3::zeros(), |found| found.position);
-            frame.cloud.x.push(position.x as f32);
-            frame.cloud.y.push(position.y as f32);
-            frame.cloud.z.push(position.z as f32);
+            columns.x.push(position.x as f32);
+            columns.y.push(position.y as f32);
+            columns.z.push(position.z as f32);
             ring.push(sensor.ring(row, column));
             class.push(found.map_or(0, |found| found.class));
             frame.intensity.push(found.map_or(0.0, |found| found.intensity as f32));
@@ -149,9 +150,10 @@ fn store(
         }
     }
     let count = ring.len();
-    (frame.cloud.ring, frame.cloud.class) = (sensor.has_ring().then_some(ring), Some(class));
-    (frame.cloud.height, frame.cloud.width) =
+    (columns.ring, columns.class) = (sensor.has_ring().then_some(ring), Some(class));
+    (columns.height, columns.width) =
         if is_organised { (sensor.beams(), sensor.columns()) } else { (1, count) };
+    frame.cloud = columns.checked().expect("as many of each");
     frame
 }
 

@@ -1,7 +1,7 @@
 //! Several sensors on one vehicle, and the one cloud that a driver makes of their sweeps.
 
 use super::{Drive, Frame, Mount, Scene, Sensor};
-use divmerge_core::cloud::PointCloud;
+use divmerge_core::cloud::PointColumns;
 
 /// Sensors that drive through a scene together.
 #[derive(Debug, Clone)]
@@ -46,6 +46,7 @@ impl Rig {
     /// that of the vehicle's foot.
     pub fn frame(&self, number: usize) -> Frame {
         let mut merged: Option<Frame> = None;
+        let mut columns = PointColumns::default();
         for (source, drive) in (0_u16..).zip(&self.drives) {
             let frame = drive.frame(number);
             let vehicle_from_sensor = drive.mount.vehicle_from_sensor();
@@ -55,31 +56,35 @@ impl Rig {
             for point in 0..count {
                 let position = frame.cloud.position(point).map(f64::from);
                 let at = vehicle_from_sensor * nalgebra::Point3::from(position);
-                merged.cloud.x.push(at.x as f32);
-                merged.cloud.y.push(at.y as f32);
-                merged.cloud.z.push(at.z as f32);
+                columns.x.push(at.x as f32);
+                columns.y.push(at.y as f32);
+                columns.z.push(at.z as f32);
             }
-            extend(&mut merged.cloud.ring, frame.cloud.ring, count);
-            extend(&mut merged.cloud.class, frame.cloud.class, count);
-            extend(&mut merged.cloud.source, Some(vec![source; count]), count);
+            extend(&mut columns.ring, frame.cloud.ring.as_deref(), count);
+            extend(&mut columns.class, frame.cloud.class.as_deref(), count);
+            extend(&mut columns.source, Some(&vec![source; count]), count);
             merged.intensity.extend(frame.intensity);
             merged.true_instance.extend(frame.true_instance);
             merged.time_offset_ns.extend(frame.time_offset_ns);
         }
         let mut merged = merged.expect("a rig has a sensor");
-        (merged.cloud.height, merged.cloud.width) = (1, merged.cloud.x.len());
+        (columns.height, columns.width) = (1, columns.x.len());
+        merged.cloud = columns.checked().expect("as many of each");
         merged
     }
 
     /// The same without what tells the sensors apart.
     pub fn anonymous(&self, number: usize) -> Frame {
         let frame = self.frame(number);
-        let cloud = PointCloud { ring: None, source: None, ..frame.cloud };
-        Frame { cloud, ..frame }
+        let cloud = frame.cloud.with(|columns| (columns.ring, columns.source) = (None, None));
+        Frame { cloud: cloud.expect("fewer columns"), ..frame }
     }
 }
 
-fn extend(column: &mut Option<Vec<u16>>, more: Option<Vec<u16>>, count: usize) {
+fn extend(column: &mut Option<Vec<u16>>, more: Option<&[u16]>, count: usize) {
     let column = column.get_or_insert_default();
-    column.extend(more.unwrap_or_else(|| vec![0; count]));
+    match more {
+        Some(more) => column.extend(more),
+        None => column.resize(column.len() + count, 0),
+    }
 }

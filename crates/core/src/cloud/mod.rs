@@ -9,5 +9,5 @@ pub mod upright_box;
 
 pub use instances::{Instance, PointLabels, Reason};
 pub use likeness::{Kind, Likeness};
-pub use point_cloud::{PointClasses, PointCloud, wide};
+pub use point_cloud::{PointClasses, PointCloud, PointColumns, wide};
 pub use upright_box::{Detection, UprightBox};

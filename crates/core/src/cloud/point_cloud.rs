@@ -1,15 +1,18 @@
-//! A point cloud: columns of equal length, metres, sensor frame.
+//! Point clouds: columns of equal length, metres, sensor frame.
+
+use std::ops::Deref;
 
 use nalgebra::{Point3, UnitQuaternion};
 
 use crate::error::CloudError;
 
-/// N points of one sweep in the sensor's own frame (x forward, y left, z up for most drivers).
+/// The columns of a cloud of N points of one sweep, in the sensor's own frame (x forward, y left, z
+/// up for most drivers). Nothing is checked; [`checked`](Self::checked) makes a [`PointCloud`].
 ///
 /// Columns all have length N. An organised cloud of `height` rows and `width` columns stores point
 /// (row, column) at `row * width + column`; an unorganised one has `height == 1`.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct PointCloud {
+pub struct PointColumns {
     /// x in metres, sensor frame.
     pub x: Vec<f32>,
     /// y in metres, sensor frame.
@@ -40,6 +43,22 @@ pub struct PointCloud {
     pub width: usize,
 }
 
+/// A point cloud: [`PointColumns`] that were checked. They are read as fields of the cloud, and
+/// cannot be changed so that they no longer fit together.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PointCloud {
+    columns: PointColumns,
+}
+
+impl Deref for PointCloud {
+    type Target = PointColumns;
+
+    #[inline]
+    fn deref(&self) -> &PointColumns {
+        &self.columns
+    }
+}
+
 /// Classes of N points, and how sure they are.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PointClasses {
@@ -51,64 +70,13 @@ pub struct PointClasses {
     pub entropy: Option<Vec<f32>>,
 }
 
-impl PointCloud {
-    /// An unorganised cloud from coordinates in metres.
+impl PointColumns {
+    /// A cloud of these columns.
     ///
     /// # Errors
-    /// [`CloudError::ColumnLength`] if the columns differ in length.
-    pub fn new(x: Vec<f32>, y: Vec<f32>, z: Vec<f32>) -> Result<Self, CloudError> {
-        let cloud = PointCloud { height: 1, width: x.len(), x, y, z, ..PointCloud::default() };
-        cloud.check()?;
-        Ok(cloud)
-    }
-
-    /// The same points declared as `height` rows of `width`.
-    ///
-    /// # Errors
-    /// [`CloudError::Shape`] if that is not the number of points.
-    pub fn organised(mut self, height: usize, width: usize) -> Result<Self, CloudError> {
-        (self.height, self.width) = (height, width);
-        self.check()?;
-        Ok(self)
-    }
-
-    /// The same points with a beam number each.
-    ///
-    /// # Errors
-    /// [`CloudError::ColumnLength`] if there is not one for each point.
-    pub fn with_ring(mut self, ring: Vec<u16>) -> Result<Self, CloudError> {
-        self.ring = Some(ring);
-        self.check()?;
-        Ok(self)
-    }
-
-    /// The same points with a semantic class each.
-    ///
-    /// # Errors
-    /// [`CloudError::ColumnLength`] if there is not one for each point.
-    pub fn with_class(mut self, class: Vec<u16>) -> Result<Self, CloudError> {
-        self.class = Some(class);
-        self.check()?;
-        Ok(self)
-    }
-
-    /// The same points with a class each, and with how sure those are.
-    ///
-    /// # Errors
-    /// [`CloudError::ColumnLength`] if there is not one for each point.
-    pub fn with_classes(mut self, classes: PointClasses) -> Result<Self, CloudError> {
-        self.class = Some(classes.class);
-        self.confidence = classes.confidence;
-        self.entropy = classes.entropy;
-        self.check()?;
-        Ok(self)
-    }
-
-    /// Checks that all columns have one length and that the shape holds them.
-    ///
-    /// # Errors
-    /// [`CloudError::ColumnLength`] or [`CloudError::Shape`].
-    pub fn check(&self) -> Result<(), CloudError> {
+    /// [`CloudError::ColumnLength`] if they differ in length, [`CloudError::Shape`] if height and
+    /// width do not multiply to the number of points.
+    pub fn checked(self) -> Result<PointCloud, CloudError> {
         let expected = self.x.len();
         let columns = [
             ("y", Some(self.y.len())),
@@ -125,14 +93,78 @@ impl PointCloud {
                 return Err(CloudError::ColumnLength { column, expected, found });
             }
         }
-        if self.height.checked_mul(self.width) != Some(expected) {
-            return Err(CloudError::Shape {
-                height: self.height,
-                width: self.width,
-                points: expected,
-            });
+        let (height, width) = (self.height, self.width);
+        if height.checked_mul(width) != Some(expected) {
+            return Err(CloudError::Shape { height, width, points: expected });
         }
-        Ok(())
+        Ok(PointCloud { columns: self })
+    }
+}
+
+impl PointCloud {
+    /// An unorganised cloud from coordinates in metres.
+    ///
+    /// # Errors
+    /// [`CloudError::ColumnLength`] if the columns differ in length.
+    pub fn new(x: Vec<f32>, y: Vec<f32>, z: Vec<f32>) -> Result<Self, CloudError> {
+        PointColumns { height: 1, width: x.len(), x, y, z, ..PointColumns::default() }.checked()
+    }
+
+    /// The same cloud with some of its columns changed.
+    ///
+    /// # Errors
+    /// Those of [`PointColumns::checked`].
+    pub fn with(mut self, change: impl FnOnce(&mut PointColumns)) -> Result<Self, CloudError> {
+        change(&mut self.columns);
+        self.columns.checked()
+    }
+
+    /// The columns by themselves.
+    pub fn into_columns(self) -> PointColumns {
+        self.columns
+    }
+
+    /// The same points declared as `height` rows of `width`.
+    ///
+    /// # Errors
+    /// [`CloudError::Shape`] if that is not the number of points.
+    pub fn organised(self, height: usize, width: usize) -> Result<Self, CloudError> {
+        self.with(|columns| (columns.height, columns.width) = (height, width))
+    }
+
+    /// The same points with a beam number each.
+    ///
+    /// # Errors
+    /// [`CloudError::ColumnLength`] if there is not one for each point.
+    pub fn with_ring(self, ring: Vec<u16>) -> Result<Self, CloudError> {
+        self.with(|columns| columns.ring = Some(ring))
+    }
+
+    /// The same points with a semantic class each.
+    ///
+    /// # Errors
+    /// [`CloudError::ColumnLength`] if there is not one for each point.
+    pub fn with_class(self, class: Vec<u16>) -> Result<Self, CloudError> {
+        self.with(|columns| columns.class = Some(class))
+    }
+
+    /// The same points with a class each, and with the certainty of those.
+    ///
+    /// # Errors
+    /// [`CloudError::ColumnLength`] if there is not one for each point.
+    pub fn with_classes(self, classes: PointClasses) -> Result<Self, CloudError> {
+        let PointClasses { class, confidence, entropy } = classes;
+        self.with(|columns| {
+            columns.class = Some(class);
+            (columns.confidence, columns.entropy) = (confidence, entropy);
+        })
+    }
+
+    /// Moves point `index` to a position in metres.
+    #[inline]
+    pub fn set_position(&mut self, index: usize, [x, y, z]: [f32; 3]) {
+        let PointColumns { x: xs, y: ys, z: zs, .. } = &mut self.columns;
+        (xs[index], ys[index], zs[index]) = (x, y, z);
     }
 
     /// Turns all returns about the origin.
@@ -142,9 +174,9 @@ impl PointCloud {
         }
         for point in (0..self.len()).filter(|&point| self.is_return(point)).collect::<Vec<_>>() {
             let at = by * Point3::from(wide(self.position(point)));
-            (self.x[point], self.y[point], self.z[point]) = (at.x as f32, at.y as f32, at.z as f32);
+            self.set_position(point, [at.x as f32, at.y as f32, at.z as f32]);
         }
-        self.turned = by * self.turned;
+        self.columns.turned = by * self.turned;
     }
 
     /// A position of this cloud in the recording's frame, metres.

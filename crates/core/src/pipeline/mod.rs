@@ -561,7 +561,8 @@ mod tests {
 
     #[test]
     fn a_corrected_point_counts_what_its_first_class_left() {
-        let cloud = PointCloud { confidence: Some(vec![0.9, 0.4]), ..PointCloud::default() };
+        let cloud = PointCloud::new(vec![1.0, 2.0], vec![0.0; 2], vec![0.0; 2]).unwrap();
+        let cloud = cloud.with(|columns| columns.confidence = Some(vec![0.9, 0.4])).unwrap();
         let mask = ObjectMask { corrected: vec![(1, 10)], ..ObjectMask::default() };
         assert_eq!(class_weights(&cloud, &mask), Some(vec![0.9, 0.6]));
         let given = PointCloud::default();

@@ -60,8 +60,7 @@ fn seen_from(cloud: &PointCloud, sensor: &Isometry3<f64>) -> PointCloud {
     for point in (0..cloud.len()).filter(|&point| cloud.is_return(point)) {
         let at = Point3::from(cloud.position(point).map(f64::from));
         let at = sensor.inverse_transform_point(&at);
-        let [x, y, z] = as_return(at.into());
-        (seen.x[point], seen.y[point], seen.z[point]) = (x, y, z);
+        seen.set_position(point, as_return(at.into()));
     }
     seen
 }

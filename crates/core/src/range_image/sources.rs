@@ -7,7 +7,7 @@ use super::image::{NOWHERE, RangeImage};
 use super::params::{ProjectionParams, Wrap};
 use super::project::one_sensor;
 use super::projection::Projection;
-use crate::cloud::point_cloud::PointCloud;
+use crate::cloud::{PointCloud, PointColumns};
 use crate::geometry::grid::Grid;
 
 /// No vehicle carries more; a column of more numbers is something else.
@@ -66,15 +66,16 @@ pub(super) fn project(
 fn part(cloud: &PointCloud, points: &[u32]) -> PointCloud {
     let floats = |column: &[f32]| points.iter().map(|&p| column[p as usize]).collect();
     let ring = cloud.ring.as_ref();
-    PointCloud {
+    let columns = PointColumns {
         x: floats(&cloud.x),
         y: floats(&cloud.y),
         z: floats(&cloud.z),
         ring: ring.map(|ring| points.iter().map(|&p| ring[p as usize]).collect()),
         height: 1,
         width: points.len(),
-        ..PointCloud::default()
-    }
+        ..PointColumns::default()
+    };
+    columns.checked().expect("as many of each")
 }
 
 /// Puts an image into its band.

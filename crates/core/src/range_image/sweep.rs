@@ -76,11 +76,12 @@ mod tests {
             .collect();
         assert_eq!(found, expected);
         assert!((300..700).contains(&found.len()), "{}", found.len());
-        let mut reversed = cloud.clone();
-        for column in [&mut reversed.x, &mut reversed.y, &mut reversed.z] {
-            column.reverse();
-        }
-        let mut of_reversed = Sweep::new(&reversed).sample;
+        let reversed = cloud.clone().with(|columns| {
+            for column in [&mut columns.x, &mut columns.y, &mut columns.z] {
+                column.reverse();
+            }
+        });
+        let mut of_reversed = Sweep::new(&reversed.unwrap()).sample;
         of_reversed.iter_mut().for_each(|point| *point = 3999 - *point);
         of_reversed.reverse();
         assert_eq!(of_reversed, found);

@@ -199,7 +199,7 @@ mod tests {
         let moved: Vec<Point3<f64>> = (0..cloud.len()).map(to_vehicle).collect();
         let column = |axis: usize| moved.iter().map(|at| at[axis] as f32).collect();
         let moved = PointCloud::new(column(0), column(1), column(2)).unwrap();
-        moved.with_ring(cloud.ring.unwrap()).unwrap()
+        moved.with_ring(cloud.ring.clone().unwrap()).unwrap()
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::band::{Band, as_return};
 use super::image::{NOWHERE, RangeImage};
-use crate::cloud::PointCloud;
+use crate::cloud::{PointCloud, PointColumns};
 use crate::geometry::grid::Grid;
 
 /// What one band shows, as a cloud and an image of its own.
@@ -28,7 +28,7 @@ impl RangeImage {
         let is_own = |&point: &u32| pixels.contains(&self.pixel_of_point[point as usize]);
         let points: Vec<u32> = (0..cloud.len() as u32).filter(is_own).collect();
         let mut of_point = vec![NOWHERE; cloud.len()];
-        let mut own = PointCloud { height: 1, width: points.len(), ..PointCloud::default() };
+        let mut own = PointColumns { height: 1, width: points.len(), ..PointColumns::default() };
         for (number, &point) in (0..).zip(&points) {
             of_point[point as usize] = number;
             let position = cloud.position(point as usize).map(f64::from);
@@ -50,6 +50,6 @@ impl RangeImage {
             pixel_of_point: points.iter().map(pixel).collect(),
             ..*self
         };
-        BandView { points, cloud: own, image }
+        BandView { points, cloud: own.checked().expect("as many of each"), image }
     }
 }

@@ -339,11 +339,12 @@ mod tests {
 
     /// Every n-th point of one class called the other.
     fn spoiled(cloud: &PointCloud, every: usize) -> PointCloud {
-        let mut spoiled = cloud.clone();
-        for class in spoiled.class.iter_mut().flatten().step_by(every) {
-            *class = if *class == CAR { ROAD } else { CAR };
-        }
-        spoiled
+        let spoiled = cloud.clone().with(|columns| {
+            for class in columns.class.iter_mut().flatten().step_by(every) {
+                *class = if *class == CAR { ROAD } else { CAR };
+            }
+        });
+        spoiled.unwrap()
     }
 
     fn mask(cloud: &PointCloud, smoothing: Option<&Smoothing>) -> ObjectMask {
@@ -381,10 +382,12 @@ mod tests {
     #[test]
     fn classes_of_one_family_are_left_to_the_vote_on_the_object() {
         const TRUCK: u16 = 18;
-        let mut flickering = scene();
-        for class in flickering.class.iter_mut().flatten().step_by(7).filter(|c| **c == CAR) {
-            *class = TRUCK;
-        }
+        let flickering = scene().with(|columns| {
+            for class in columns.class.iter_mut().flatten().step_by(7).filter(|c| **c == CAR) {
+                *class = TRUCK;
+            }
+        });
+        let flickering = flickering.unwrap();
         let found = mask(&flickering, Some(&Smoothing::default()));
         assert_eq!(found, mask(&flickering, None));
     }
@@ -397,8 +400,7 @@ mod tests {
 
     #[test]
     fn nothing_and_clouds_without_classes() {
-        let mut cloud = scene();
-        cloud.class = None;
+        let cloud = scene().with(|columns| columns.class = None).unwrap();
         assert!(mask(&cloud, Some(&Smoothing::default())).corrected.is_empty());
         let empty = PointCloud::new(vec![], vec![], vec![]).expect("no points");
         let empty = empty.with_class(vec![]).expect("no points");

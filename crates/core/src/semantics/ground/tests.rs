@@ -389,9 +389,7 @@ fn nothing_below_the_floor_is_ground() {
     // One return in thirty comes back from farther along its beam, as from a mirror.
     let mut ghosts: Vec<usize> = floor.iter().copied().filter(|&i| jitter(i) > 0.933).collect();
     for &ghost in &ghosts {
-        for along in [&mut cloud.x[ghost], &mut cloud.y[ghost], &mut cloud.z[ghost]] {
-            *along *= 1.6;
-        }
+        cloud.set_position(ghost, cloud.position(ghost).map(|along| along * 1.6));
     }
     let found = verdicts(&cloud);
     // From 20 m on a drop of a metre lies on a slope as gentle as a road's.
