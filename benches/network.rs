@@ -66,7 +66,8 @@ fn main() {
 }
 
 fn cloud(frame: Frame) -> PointCloud {
-    PointCloud { remission: Some(frame.intensity), ..frame.cloud }
+    let cloud = frame.cloud.with(|columns| columns.remission = Some(frame.intensity));
+    cloud.expect("one for each point")
 }
 
 /// Prints a row; milliseconds of a cloud and its classes, `None` where there is no such runtime.

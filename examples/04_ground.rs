@@ -235,10 +235,10 @@ fn usual_and_lowest(figures: &[[f64; 4]]) -> [String; 4] {
 fn sweep(sensor: Sensor, scene: Scene, seed: u64, situation: &Situation) -> Score {
     let mut drive = Drive::new(sensor, scene, seed);
     (situation.change)(&mut drive);
-    let mut cloud = drive.frame(7 * (seed as usize % 10)).cloud;
+    let mut columns = drive.frame(7 * (seed as usize % 10)).cloud.into_columns();
     if situation.is_z_down {
-        cloud.y.iter_mut().chain(&mut cloud.z).for_each(|along| *along = -*along);
+        columns.y.iter_mut().chain(&mut columns.z).for_each(|along| *along = -*along);
     }
-    let truth = cloud.class.take().unwrap_or_default();
-    score(&cloud, &truth)
+    let truth = columns.class.take().unwrap_or_default();
+    score(&columns.checked().expect("as many of each"), &truth)
 }

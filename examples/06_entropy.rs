@@ -280,7 +280,7 @@ impl Frame {
         let mut cloud = self.cloud.clone();
         for (point, role) in self.roles.iter().enumerate() {
             if !matches!(role, PointRole::Object(_)) {
-                (cloud.x[point], cloud.y[point], cloud.z[point]) = (f32::NAN, f32::NAN, f32::NAN);
+                cloud.set_position(point, [f32::NAN; 3]);
             }
         }
         cloud

@@ -1,6 +1,6 @@
 //! Wild clouds from bytes: whatever the bytes are, they are a cloud that a message could hold.
 
-use divmerge::PointCloud;
+use divmerge::{PointCloud, PointColumns};
 
 /// Values that a byte stands for; the others are metres.
 const SPECIAL: [f32; 14] = [
@@ -32,7 +32,7 @@ pub fn wild(bytes: &[u8]) -> PointCloud {
     let scale = 10_f32.powi(i32::from(head[2] % 8) - 4);
     let column = |at: usize| points.iter().map(|point| metres(point[at], scale)).collect();
     let word = |at: usize| points.iter().map(move |p| u16::from_le_bytes([p[at], p[at + 1]]));
-    PointCloud {
+    let columns = PointColumns {
         height: rows,
         width: points.len() / rows,
         x: column(0),
@@ -41,8 +41,9 @@ pub fn wild(bytes: &[u8]) -> PointCloud {
         ring: (head[0] & 1 != 0).then(|| word(3).collect()),
         class: (head[0] & 2 != 0).then(|| word(5).map(|class| class % 300).collect()),
         source: (head[0] & 8 != 0).then(|| word(5).map(|source| source % 3).collect()),
-        ..PointCloud::default()
-    }
+        ..PointColumns::default()
+    };
+    columns.checked().expect("as many of each")
 }
 
 fn metres(byte: u8, scale: f32) -> f32 {

@@ -51,7 +51,7 @@ pub use divmerge_core::methods as baselines;
 pub use divmerge_core::{cluster, pipeline, range_image, semantics};
 pub use divmerge_simulate as simulate;
 
-pub use cloud::PointCloud;
+pub use cloud::{PointCloud, PointColumns};
 pub use diagnose::{explain, failures, triage};
 pub use divmerge_recording::{stopwatch, workers};
 pub use error::{Error, Result};

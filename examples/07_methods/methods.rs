@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use divmerge::Taxonomy;
 use divmerge::baselines::{
     Alpine, AnyBaseline, Baseline, Boxes, Dbscan, DepthClustering, Detection, Euclidean,
     OnePerClass, ScanLineRun, Supervoxel, View, majority_class, without_classes,
@@ -12,7 +13,6 @@ use divmerge::instances::UprightBox;
 use divmerge::pipeline::{self, Config};
 use divmerge::range_image::{ProjectionParams, RangeImage};
 use divmerge::semantics::{MaskSource, object_mask};
-use divmerge::{PointCloud, Taxonomy};
 
 use crate::frames::{Frame, classes};
 
@@ -64,7 +64,8 @@ impl Method {
         match &self.how {
             How::Ours(config) => ours(frame, config),
             How::Unsure(config) => {
-                let cloud = PointCloud { confidence: None, ..frame.cloud.clone() };
+                let cloud = frame.cloud.clone().with(|columns| columns.confidence = None);
+                let cloud = cloud.expect("fewer columns");
                 ours(&Frame { cloud, ..frame.clone() }, config)
             }
             How::WithoutFamilies(config) => {

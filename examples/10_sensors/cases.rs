@@ -1,7 +1,7 @@
 //! The clouds of the table: every simulated sensor, and what drivers and rigs make of some of them.
 
-use divmerge::PointCloud;
 use divmerge::simulate::{Drive, Frame, Rig, Scene, Sensor};
+use divmerge::PointColumns;
 
 /// A kind of cloud.
 pub struct Case {
@@ -63,7 +63,8 @@ fn limited(sensor: Sensor, seed: u64) -> Frame {
 }
 
 fn without_ring(frame: Frame) -> Frame {
-    Frame { cloud: PointCloud { ring: None, ..frame.cloud }, ..frame }
+    let cloud = frame.cloud.with(|columns| columns.ring = None).expect("fewer columns");
+    Frame { cloud, ..frame }
 }
 
 fn lifted(frame: Frame, height: f32) -> Frame {
@@ -72,8 +73,7 @@ fn lifted(frame: Frame, height: f32) -> Frame {
 
 fn turned(mut frame: Frame, turn: impl Fn([f32; 3]) -> [f32; 3]) -> Frame {
     for point in 0..frame.cloud.len() {
-        let [x, y, z] = turn(frame.cloud.position(point));
-        (frame.cloud.x[point], frame.cloud.y[point], frame.cloud.z[point]) = (x, y, z);
+        frame.cloud.set_position(point, turn(frame.cloud.position(point)));
     }
     frame
 }
@@ -94,15 +94,16 @@ fn halves(frame: Frame) -> Frame {
     let floats = |column: &[f32]| order.iter().map(|&p| column[p]).collect::<Vec<f32>>();
     let words = |column: &[u16]| order.iter().map(|&p| column[p]).collect::<Vec<u16>>();
     let cloud = &frame.cloud;
+    let columns = PointColumns {
+        x: floats(&cloud.x),
+        y: floats(&cloud.y),
+        z: floats(&cloud.z),
+        ring: cloud.ring.as_deref().map(words),
+        class: cloud.class.as_deref().map(words),
+        ..cloud.clone().into_columns()
+    };
     Frame {
-        cloud: PointCloud {
-            x: floats(&cloud.x),
-            y: floats(&cloud.y),
-            z: floats(&cloud.z),
-            ring: cloud.ring.as_deref().map(words),
-            class: cloud.class.as_deref().map(words),
-            ..cloud.clone()
-        },
+        cloud: columns.checked().expect("as many of each"),
         intensity: floats(&frame.intensity),
         true_instance: words(&frame.true_instance),
         time_offset_ns: order.iter().map(|&p| frame.time_offset_ns[p]).collect(),

@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use divmerge::PointCloud;
+use divmerge::{PointCloud, PointColumns};
 use numpy::{
     Element, PyArray1, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyUntypedArray,
     PyUntypedArrayMethods,
@@ -179,7 +179,7 @@ pub fn whole_numbers(name: &str, object: &Bound<'_, PyAny>, shape: &[usize]) -> 
 }
 
 /// Points of an array (..., 3 or 4), and the shape before its last axis: (N,) or (H, W).
-pub fn points(object: &Bound<'_, PyAny>) -> PyResult<(PointCloud, Vec<usize>)> {
+pub fn points(object: &Bound<'_, PyAny>) -> PyResult<(PointColumns, Vec<usize>)> {
     let array = array("points", object)?;
     let shape = array.shape().to_vec();
     let ([shape @ .., step @ (3 | 4)], 2 | 3) = (&shape[..], shape.len()) else {
@@ -200,7 +200,7 @@ pub fn points(object: &Bound<'_, PyAny>) -> PyResult<(PointCloud, Vec<usize>)> {
 }
 
 /// Points of an organised cloud in three arrays (H, W).
-pub fn image_points(axes: [(&str, &Bound<'_, PyAny>); 3]) -> PyResult<(PointCloud, Vec<usize>)> {
+pub fn image_points(axes: [(&str, &Bound<'_, PyAny>); 3]) -> PyResult<(PointColumns, Vec<usize>)> {
     let first = array(axes[0].0, axes[0].1)?;
     let shape = first.shape().to_vec();
     if shape.len() != 2 {
@@ -209,7 +209,7 @@ pub fn image_points(axes: [(&str, &Bound<'_, PyAny>); 3]) -> PyResult<(PointClou
     }
     check_count(&shape)?;
     let [x, y, z] = axes.map(|(name, object)| column(name, object, &shape));
-    let mut cloud = PointCloud { x: x?, y: y?, z: z?, ..PointCloud::default() };
+    let mut cloud = PointColumns { x: x?, y: y?, z: z?, ..PointColumns::default() };
     set_shape(&mut cloud, &shape);
     Ok((cloud, shape))
 }
@@ -222,10 +222,10 @@ fn check_count(shape: &[usize]) -> PyResult<()> {
     }
 }
 
-fn set_shape(cloud: &mut PointCloud, shape: &[usize]) {
+fn set_shape(cloud: &mut PointColumns, shape: &[usize]) {
     [cloud.height, cloud.width] = match *shape {
         [height, width] => [height, width],
-        _ => [1, cloud.len()],
+        _ => [1, cloud.x.len()],
     };
 }
 
@@ -234,7 +234,7 @@ fn split<T: Copy>(
     step: usize,
     numbers: &[T],
     single: impl Fn(T) -> f32 + Copy,
-    cloud: &mut PointCloud,
+    cloud: &mut PointColumns,
 ) {
     match step {
         3 => split_each::<T, 3>(numbers, single, cloud),
@@ -245,7 +245,7 @@ fn split<T: Copy>(
 fn split_each<T: Copy, const STEP: usize>(
     numbers: &[T],
     single: impl Fn(T) -> f32,
-    cloud: &mut PointCloud,
+    cloud: &mut PointColumns,
 ) {
     let (points, _) = numbers.as_chunks::<STEP>();
     for column in [&mut cloud.x, &mut cloud.y, &mut cloud.z] {
@@ -259,13 +259,13 @@ fn split_each<T: Copy, const STEP: usize>(
 
 /// Columns that are used again: memory that the system has just given costs more to touch than the
 /// points to copy.
-static COLUMNS: Mutex<Vec<PointCloud>> = Mutex::new(Vec::new());
+static COLUMNS: Mutex<Vec<PointColumns>> = Mutex::new(Vec::new());
 
 /// Most clouds whose columns are kept.
 const KEPT: usize = 4;
 
 /// A cloud whose columns may have room already, and hold what is not to be read.
-fn columns() -> PointCloud {
+fn columns() -> PointColumns {
     let kept = COLUMNS.lock().ok().and_then(|mut kept| kept.pop());
     kept.unwrap_or_default()
 }
@@ -275,8 +275,8 @@ pub fn keep_columns(cloud: PointCloud) {
     if let Ok(mut kept) = COLUMNS.lock()
         && kept.len() < KEPT
     {
-        let PointCloud { x, y, z, .. } = cloud;
-        kept.push(PointCloud { x, y, z, ..PointCloud::default() });
+        let PointColumns { x, y, z, .. } = cloud.into_columns();
+        kept.push(PointColumns { x, y, z, ..PointColumns::default() });
     }
 }
 

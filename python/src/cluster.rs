@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{self, Numbers};
-use crate::clustering::{Columns, Objects, of_points, run, taxonomy, turn};
+use crate::clustering::{Columns, Objects, of_points, run, taxonomy, upright};
 use crate::frames::Frame;
 use crate::parameters::{Parameters, WITHOUT_CLASSES};
 use crate::result::ClusterResult;
@@ -81,12 +81,12 @@ pub fn cluster_image<'py>(
 ) -> PyResult<ClusterResult> {
     let parameters =
         Parameters::take("cluster_image", &[WITHOUT_CLASSES], parameters, |_, _| Ok(()))?;
-    let (mut cloud, shape) = arrays::image_points([("x", x), ("y", y), ("z", z)])?;
+    let (cloud, shape) = arrays::image_points([("x", x), ("y", y), ("z", z)])?;
     let (Numbers::Marks(marks) | Numbers::Whole(marks)) =
         arrays::numbers("mask", mask, &shape, |number| number != 0)?;
     let objects = Objects::Marked(marks);
     let taxonomy = taxonomy(py, &parameters, None)?;
-    turn(&mut cloud, parameters.sensor_frame)?;
+    let cloud = upright(cloud, parameters.sensor_frame)?;
     let config = parameters.config(&taxonomy.get().inner)?;
     run(py, Arc::new(cloud), shape, &objects, &taxonomy, &config)
 }

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use divmerge::PointCloud;
 use divmerge::pipeline::{self, Config};
 use divmerge::semantics::{GroundParams, MaskSource};
 use divmerge::sensor_frame::{SensorFrame, Transforms};
 use divmerge::stopwatch::ms_since;
+use divmerge::{PointCloud, PointColumns};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
@@ -53,7 +53,7 @@ pub fn of_points<'py>(
     columns.set(&mut cloud, &shape)?;
     let objects = objects(semantics, &mut cloud, &shape)?.unwrap_or(Objects::NotGround);
     let taxonomy = taxonomy(py, parameters, None)?;
-    turn(&mut cloud, parameters.sensor_frame)?;
+    let cloud = upright(cloud, parameters.sensor_frame)?;
     let config = parameters.config(&taxonomy.get().inner)?;
     run(py, Arc::new(cloud), shape, &objects, &taxonomy, &config)
 }
@@ -76,9 +76,10 @@ pub fn of_cloud<'py>(
         columns.confidence.is_some() || columns.ring.is_some() || columns.source.is_some();
     let mut given = None;
     if semantics.is_some() || has_more {
-        let own = Arc::make_mut(&mut cloud);
-        columns.set(own, &shape)?;
-        given = objects(semantics, own, &shape)?;
+        let mut own = PointCloud::clone(&cloud).into_columns();
+        columns.set(&mut own, &shape)?;
+        given = objects(semantics, &mut own, &shape)?;
+        cloud = Arc::new(own.checked().map_err(raised)?);
     }
     let objects = given.unwrap_or_else(|| own_objects.clone());
     let taxonomy = taxonomy(py, parameters, Some(own_taxonomy))?;
@@ -123,8 +124,9 @@ pub fn taxonomy(
     }
 }
 
-/// Turns a cloud upright.
-pub fn turn(cloud: &mut PointCloud, sensor_frame: Option<SensorFrame>) -> PyResult<()> {
+/// The cloud of some columns, turned upright.
+pub fn upright(columns: PointColumns, sensor_frame: Option<SensorFrame>) -> PyResult<PointCloud> {
+    let mut cloud = columns.checked().map_err(raised)?;
     let asked = match sensor_frame {
         Some(SensorFrame::Recorded) => {
             return Err(wrong("sensor_frame", "`tf` is for recordings; give axes or angles"));
@@ -132,13 +134,13 @@ pub fn turn(cloud: &mut PointCloud, sensor_frame: Option<SensorFrame>) -> PyResu
         asked => asked.unwrap_or(SensorFrame::AsIs),
     };
     cloud.turn(asked.turn("", &Transforms::default()).map_err(raised)?);
-    Ok(())
+    Ok(cloud)
 }
 
 /// The objects of the arguments; classes go into the cloud.
 fn objects(
     semantics: Option<&Bound<'_, PyAny>>,
-    cloud: &mut PointCloud,
+    cloud: &mut PointColumns,
     shape: &[usize],
 ) -> PyResult<Option<Objects>> {
     let Some(semantics) = semantics else { return Ok(None) };
@@ -164,7 +166,7 @@ fn objects(
 }
 
 impl Columns<'_> {
-    fn set(&self, cloud: &mut PointCloud, shape: &[usize]) -> PyResult<()> {
+    fn set(&self, cloud: &mut PointColumns, shape: &[usize]) -> PyResult<()> {
         if let Some(confidence) = &self.confidence {
             let mut column = arrays::column("confidence", confidence, shape)?;
             // NaN is not sure at all.

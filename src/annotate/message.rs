@@ -187,7 +187,8 @@ impl Method {
         };
         let mut cloud = wire.to_cloud(field)?;
         if self.wants_remission() {
-            cloud.remission = wire.remission()?;
+            let remission = wire.remission()?;
+            cloud = cloud.with(|columns| columns.remission = remission)?;
         }
         self.turn(&mut cloud, &wire.frame_id)?;
         Ok((cloud, field))

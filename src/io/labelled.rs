@@ -174,7 +174,8 @@ impl LabelledFrames {
         };
         let mut cloud = wire.to_cloud(seen)?;
         if self.options.remission {
-            cloud.remission = wire.remission()?;
+            let remission = wire.remission()?;
+            cloud = cloud.with(|columns| columns.remission = remission)?;
         }
         let truth = match &self.options.truth {
             TruthSource::Fields { class, instance } => {

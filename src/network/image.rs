@@ -169,7 +169,7 @@ mod tests {
 
     #[test]
     fn channels_are_normalised_and_empty_pixels_are_zero() {
-        let mut cloud = cloud(&[[3.0, -0.001, 4.0]]);
+        let cloud = cloud(&[[3.0, -0.001, 4.0]]);
         let channels = [
             (InputChannel::Range, 1.0, 2.0),
             (InputChannel::Z, 0.0, 4.0),
@@ -183,7 +183,7 @@ mod tests {
         assert!((out[pixel] - 2.0).abs() < 1e-6);
         assert_eq!([out[32 + pixel], out[64 + pixel]], [1.0, 0.0]);
         assert_eq!(out.iter().filter(|&&value| value != 0.0).count(), 2);
-        cloud.remission = Some(vec![255.0]);
+        let cloud = cloud.with(|columns| columns.remission = Some(vec![255.0])).unwrap();
         out.clear();
         seen.write(&cloud, &channels, 1.0 / 255.0, &mut out);
         assert_eq!(out[64 + pixel], 2.0);

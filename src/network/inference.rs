@@ -143,10 +143,10 @@ impl Network {
             return vec![View { number, points: None, cloud: Cow::Borrowed(cloud), image }];
         }
         let of_band = |view: BandView| {
-            let BandView { points, cloud: mut seen, image } = view;
+            let BandView { points, cloud: seen, image } = view;
             let remission = cloud.remission.as_ref();
-            seen.remission =
-                remission.map(|all| points.iter().map(|&point| all[point as usize]).collect());
+            let own = remission.map(|all| points.iter().map(|&p| all[p as usize]).collect());
+            let seen = seen.with(|columns| columns.remission = own).expect("one for each point");
             let image = self.input_image(&seen, &image);
             View { number, points: Some(points), cloud: Cow::Owned(seen), image }
         };

@@ -9,7 +9,7 @@ use divmerge::network::runtime::{HAS_TRACT, has_onnx_runtime};
 use divmerge::network::{Network, NetworkImage, NetworkOptions};
 use divmerge::range_image::ProjectionParams;
 use divmerge::simulate::{Drive, Scene, Sensor};
-use divmerge::{PointCloud, Result};
+use divmerge::{PointCloud, PointColumns, Result};
 
 use crate::cli::{divmerge, path, text};
 use crate::onnx::Linear;
@@ -64,7 +64,10 @@ fn can_run() -> bool {
 
 fn cloud(sensor: Sensor) -> PointCloud {
     let frame = Drive::new(sensor, Scene::Street, 3).frame(0);
-    PointCloud { remission: Some(frame.intensity), class: None, ..frame.cloud }
+    let change = |columns: &mut PointColumns| {
+        (columns.remission, columns.class) = (Some(frame.intensity), None);
+    };
+    frame.cloud.with(change).expect("one for each point")
 }
 
 /// The trained network of tests/data.
@@ -284,7 +287,7 @@ fn a_cloud_without_returns_and_one_of_several_sensors() {
     let found = network.classes(&empty, &ProjectionParams::default()).unwrap();
     assert_eq!((found.class, found.confidence), (vec![0; 3], Some(vec![0.0; 3])));
     let one = cloud(Sensor::Vlp16);
-    let mut two = one.clone();
+    let mut two = one.clone().into_columns();
     let double = |column: &mut Vec<f32>| column.extend(column.clone());
     double(&mut two.x);
     double(&mut two.y);
@@ -292,7 +295,8 @@ fn a_cloud_without_returns_and_one_of_several_sensors() {
     two.remission.iter_mut().for_each(double);
     two.ring.iter_mut().for_each(|ring| ring.extend(ring.clone()));
     (two.width, two.height) = (two.x.len(), 1);
-    two.source = Some((0..two.len()).map(|point| u16::from(point >= one.len())).collect());
+    two.source = Some((0..two.width).map(|point| u16::from(point >= one.len())).collect());
+    let two = two.checked().expect("as many of each");
     let projection = ProjectionParams::default();
     let alone = network.classes(&one, &projection).unwrap();
     let both = network.classes(&two, &projection).unwrap();

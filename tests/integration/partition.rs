@@ -2,7 +2,7 @@
 
 use divmerge::pipeline::{self, Config, Stages};
 use divmerge::semantics::MaskSource;
-use divmerge::{PointCloud, Taxonomy};
+use divmerge::{PointCloud, PointColumns, Taxonomy};
 use proptest::prelude::*;
 
 use crate::oracle::{self, Image, Parameters};
@@ -87,7 +87,7 @@ fn cloud(rows: usize, columns: usize, cells: &[Cell]) -> PointCloud {
 /// 10 degrees below the horizon two equal ranges on opposite sides would lie on the limit of the
 /// condition.
 fn cloud_of_turn(rows: usize, columns: usize, cells: &[Cell], per_turn: usize) -> PointCloud {
-    let mut cloud = PointCloud { height: rows, width: columns, ..PointCloud::default() };
+    let mut cloud = PointColumns { height: rows, width: columns, ..PointColumns::default() };
     let mut class = Vec::new();
     for (index, cell) in cells.iter().enumerate() {
         let (row, column) = (index / columns, index % columns);
@@ -111,7 +111,8 @@ fn cloud_of_turn(rows: usize, columns: usize, cells: &[Cell], per_turn: usize) -
         }
         class.resize(2 * columns, 0);
     }
-    cloud.with_class(class).expect("columns of one length")
+    cloud.class = Some(class);
+    cloud.checked().expect("columns of one length")
 }
 
 proptest! {

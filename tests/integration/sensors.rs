@@ -11,7 +11,7 @@ use divmerge::range_image::{Geometry, NO_NEIGHBOUR, Projection, ProjectionParams
 use divmerge::semantics::{GroundParams, MaskSource};
 use divmerge::sensor_frame::SensorFrame;
 use divmerge::simulate::{Drive, Frame, Rig, Scene, Sensor};
-use divmerge::{PointCloud, Taxonomy};
+use divmerge::{PointCloud, PointColumns, Taxonomy};
 
 fn frame(sensor: Sensor) -> Frame {
     Drive::new(sensor, Scene::Street, 2).frame(5)
@@ -50,10 +50,14 @@ fn beams_and_columns_of_every_sensor_are_found() {
     }
 }
 
+fn without_ring(cloud: PointCloud) -> PointCloud {
+    cloud.with(|columns| columns.ring = None).expect("fewer columns")
+}
+
 #[test]
 fn uneven_beams_without_a_ring_are_found_in_the_elevations() {
     for sensor in [Sensor::Hdl32e, Sensor::Vlp32c, Sensor::Vls128, Sensor::Helios] {
-        let cloud = PointCloud { ring: None, ..frame(sensor).cloud };
+        let cloud = without_ring(frame(sensor).cloud);
         let (image, _) = look(&cloud);
         assert_eq!((image.projection, image.rows()), (Projection::Elevations, sensor.beams()));
     }
@@ -64,7 +68,7 @@ fn a_module_number_is_no_beam() {
     let with = frame(Sensor::M1).cloud;
     let rings = with.ring.clone().expect("modules");
     assert!(rings.iter().all(|ring| (1..=5).contains(ring)));
-    let without = PointCloud { ring: None, ..with.clone() };
+    let without = without_ring(with.clone());
     assert_eq!(look(&with).0, look(&without).0);
 }
 
@@ -113,14 +117,15 @@ fn in_halves(cloud: &PointCloud) -> PointCloud {
     let order: Vec<usize> = nearer.into_iter().chain(farther).collect();
     let floats = |column: &[f32]| order.iter().map(|&p| column[p]).collect();
     let words = |column: &Vec<u16>| order.iter().map(|&p| column[p]).collect();
-    PointCloud {
+    let columns = PointColumns {
         x: floats(&cloud.x),
         y: floats(&cloud.y),
         z: floats(&cloud.z),
         ring: cloud.ring.as_ref().map(words),
         class: cloud.class.as_ref().map(words),
-        ..cloud.clone()
-    }
+        ..cloud.clone().into_columns()
+    };
+    columns.checked().expect("as many of each")
 }
 
 #[test]
@@ -202,7 +207,8 @@ fn merged_sensors_have_an_image_each() {
 #[test]
 fn a_source_of_one_value_is_no_source() {
     let plain = frame(Sensor::Vlp16).cloud;
-    let one = PointCloud { source: Some(vec![3; plain.len()]), ..plain.clone() };
+    let sources = Some(vec![3; plain.len()]);
+    let one = plain.clone().with(|columns| columns.source = sources).expect("one for each");
     assert_eq!(look(&one).0, look(&plain).0);
 }
 
@@ -219,8 +225,8 @@ fn ground_shares(cloud: &PointCloud) -> [f64; 2] {
 
 #[test]
 fn the_ground_is_found_in_the_frame_of_the_vehicle() {
-    let mut lifted = frame(Sensor::Hdl32e).cloud;
-    lifted.z.iter_mut().for_each(|z| *z += 1.8);
+    let lift = |columns: &mut PointColumns| columns.z.iter_mut().for_each(|z| *z += 1.8);
+    let lifted = frame(Sensor::Hdl32e).cloud.with(lift).expect("as many of each");
     let rig = Rig::robotaxi(Scene::Street, 2);
     for cloud in [lifted, rig.frame(5).cloud, rig.anonymous(5).cloud] {
         let shares = ground_shares(&cloud);
@@ -292,9 +298,12 @@ fn axes_are_turned_and_turned_back() {
     let (_, _, expected) = annotated(&plain, &method);
     // x to the right, y down, z ahead, as cameras have it.
     let mut camera = plain.clone();
-    let PointCloud { x, y, z, .. } = &plain.cloud;
+    let PointColumns { x, y, z, .. } = &*plain.cloud;
     let negative = |column: &[f32]| column.iter().map(|along| -along).collect::<Vec<f32>>();
-    (camera.cloud.x, camera.cloud.y, camera.cloud.z) = (negative(y), negative(z), x.clone());
+    let axes = (negative(y), negative(z), x.clone());
+    let camera_cloud = plain.cloud.clone();
+    let turned = camera_cloud.with(|columns| (columns.x, columns.y, columns.z) = axes);
+    camera.cloud = turned.expect("as many of each");
     method.sensor_frame = "rdf".parse().unwrap();
     let (_, _, found) = annotated(&camera, &method);
     assert_eq!(found.stages.labels, expected.stages.labels);

@@ -3,7 +3,7 @@
 use divmerge::pipeline::{self, Config};
 use divmerge::semantics::{GroundParams, MaskSource};
 use divmerge::simulate::{Drive, Frame, Scene, Sensor};
-use divmerge::{PointCloud, Taxonomy};
+use divmerge::{PointCloud, PointColumns, Taxonomy};
 
 fn frame(sensor: Sensor) -> Frame {
     Drive::new(sensor, Scene::Parking, 3).frame(2)
@@ -15,14 +15,15 @@ fn permuted(cloud: &PointCloud, order: &[usize]) -> PointCloud {
     let pick_u16 = |column: &Option<Vec<u16>>| {
         column.as_ref().map(|column| order.iter().map(|&i| column[i]).collect())
     };
-    PointCloud {
+    let columns = PointColumns {
         x: pick(&cloud.x),
         y: pick(&cloud.y),
         z: pick(&cloud.z),
         ring: pick_u16(&cloud.ring),
         class: pick_u16(&cloud.class),
-        ..cloud.clone()
-    }
+        ..cloud.clone().into_columns()
+    };
+    columns.checked().expect("as many of each")
 }
 
 #[test]
@@ -57,7 +58,7 @@ fn every_sensor_is_recognised() {
         (Sensor::Os1_128, 128, Projection::Organised),
     ];
     for (sensor, rows, projection) in expected {
-        let mut cloud = frame(sensor).cloud;
+        let cloud = frame(sensor).cloud;
         let image = RangeImage::new(&cloud, &ProjectionParams::default());
         assert_eq!((image.rows(), image.projection), (rows, projection), "{sensor}");
         let columns = sensor.columns();
@@ -70,7 +71,7 @@ fn every_sensor_is_recognised() {
                 "{sensor}: {shadowed} of {} shadowed",
                 cloud.len()
             );
-            cloud.ring = None;
+            let cloud = cloud.with(|columns| columns.ring = None).expect("fewer columns");
             let without_ring = RangeImage::new(&cloud, &ProjectionParams::default());
             assert_eq!(without_ring.rows(), rows, "{sensor} without a ring field");
         }
@@ -81,10 +82,9 @@ fn every_sensor_is_recognised() {
 fn a_ring_field_may_ascend_or_descend() {
     use divmerge::range_image::{ProjectionParams, RangeImage};
     let cloud = frame(Sensor::Vlp16).cloud;
-    let mut reversed = cloud.clone();
     let highest = 15;
-    reversed.ring = cloud.ring.map(|ring| ring.iter().map(|ring| highest - ring).collect());
-    let cloud = frame(Sensor::Vlp16).cloud;
+    let ring = cloud.ring.as_ref().expect("rings").iter().map(|ring| highest - ring).collect();
+    let reversed = cloud.clone().with_ring(ring).expect("one for each point");
     let params = ProjectionParams::default();
     assert_eq!(RangeImage::new(&cloud, &params), RangeImage::new(&reversed, &params));
 }
@@ -114,11 +114,12 @@ fn best_beats_paper_on_simulated_scenes() {
 fn ground_f1(drive: &Drive, is_z_down: bool) -> f64 {
     use divmerge::range_image::{ProjectionParams, RangeImage};
     use divmerge::semantics::ground::ground;
-    let mut cloud = drive.frame(3).cloud;
-    let truth = cloud.class.take().expect("classes");
+    let mut columns = drive.frame(3).cloud.into_columns();
+    let truth = columns.class.take().expect("classes");
     if is_z_down {
-        cloud.y.iter_mut().chain(&mut cloud.z).for_each(|along| *along = -*along);
+        columns.y.iter_mut().chain(&mut columns.z).for_each(|along| *along = -*along);
     }
+    let cloud = columns.checked().expect("as many of each");
     let image = RangeImage::new(&cloud, &ProjectionParams::default());
     let found = ground(&cloud, &image, &GroundParams::default()).is_ground;
     let (mut hits, mut errors) = (0.0, 0.0);
@@ -162,16 +163,16 @@ fn ground_is_found_on_hills_by_any_mount() {
 fn a_point_straight_above_moves_no_other() {
     use divmerge::range_image::{ProjectionParams, RangeImage};
     let cloud = frame(Sensor::Vlp16).cloud;
-    let mut with_zenith = cloud.clone();
     let points = cloud.len();
-    for (column, value) in
-        [(&mut with_zenith.x, 0.0), (&mut with_zenith.y, 0.0), (&mut with_zenith.z, 3.0)]
-    {
-        column.push(value);
-    }
-    with_zenith.ring.as_mut().expect("rings").push(15);
-    with_zenith.class.as_mut().expect("classes").push(0);
-    with_zenith.width += 1;
+    let add_zenith = |columns: &mut PointColumns| {
+        columns.x.push(0.0);
+        columns.y.push(0.0);
+        columns.z.push(3.0);
+        columns.ring.as_mut().expect("rings").push(15);
+        columns.class.as_mut().expect("classes").push(0);
+        columns.width += 1;
+    };
+    let with_zenith = cloud.clone().with(add_zenith).expect("one more of each");
     let params = ProjectionParams::default();
     let (before, after) =
         (RangeImage::new(&cloud, &params), RangeImage::new(&with_zenith, &params));

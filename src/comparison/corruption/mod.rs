@@ -113,17 +113,16 @@ pub fn corrupt(
     flip(&mut class, truth, beyond, &together(Purpose::Border), corruption.border_flips);
     flip(&mut class, truth, background, &each(Purpose::People), corruption.lost_people);
     flip(&mut class, truth, before, &each(Purpose::Ghosts), corruption.ghosts);
-    if corruption.confidence {
-        spoiled.confidence = Some(confidence(truth, &class, taxonomy, beyond, &doubt));
-    }
+    let sure = corruption.confidence.then(|| confidence(truth, &class, taxonomy, beyond, &doubt));
     let chance = each(Purpose::Dropped);
     for point in (0..cloud.len()).filter(|&point| chance[point] < corruption.dropped) {
-        spoiled.x[point] = f32::NAN;
-        spoiled.y[point] = f32::NAN;
-        spoiled.z[point] = f32::NAN;
+        spoiled.set_position(point, [f32::NAN; 3]);
     }
-    spoiled.class = cloud.class.is_some().then_some(class);
-    spoiled
+    let spoiled = spoiled.with(|columns| {
+        columns.confidence = sure.or(columns.confidence.take());
+        columns.class = columns.class.is_some().then_some(class);
+    });
+    spoiled.expect("one for each point")
 }
 
 /// Gives points whose chance is below a share the true class of their source, if they have one.
@@ -417,7 +416,7 @@ mod tests {
     fn confidence_is_lower_where_classes_are_wrong_and_gives_none_of_them_away() {
         let corruption =
             Corruption { border_flips: 0.3, confidence: true, ..Corruption::default() };
-        let without = spoiled(Corruption { confidence: false, ..corruption }, 6).1;
+        let without = spoiled(Corruption { confidence: false, ..corruption }, 6).1.into_columns();
         let (cloud, spoiled, around) = spoiled(corruption, 6);
         assert_eq!((without.class, without.confidence), (spoiled.class.clone(), None));
         let sure = spoiled.confidence.as_ref().expect("asked for");

@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 /// points.
 pub fn read_scan(path: &Path) -> Result<PointCloud> {
     let cloud = read_scan_with_remission(path)?;
-    Ok(PointCloud { remission: None, ..cloud })
+    Ok(cloud.with(|columns| columns.remission = None)?)
 }
 
 /// The same with the intensity as remission.
@@ -32,7 +32,7 @@ pub fn read_scan_with_remission(path: &Path) -> Result<PointCloud> {
         floats.map(|bytes| bytes.map_or(f32::NAN, |b| f32::from_le_bytes(*b))).collect()
     };
     let cloud = PointCloud::new(column(0), column(4), column(8))?;
-    Ok(PointCloud { remission: Some(column(12)), ..cloud })
+    Ok(cloud.with(|columns| columns.remission = Some(column(12)))?)
 }
 
 /// A scan and its label file.

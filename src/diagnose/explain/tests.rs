@@ -6,11 +6,11 @@
 //! favour). A voxel is as large as the world: a seed for each side of the axes.
 
 use super::*;
-use crate::PointCloud;
 use crate::cluster::params::ClusterParams;
 use crate::pipeline::{Config, Stages};
 use crate::semantics::MaskSource;
 use crate::taxonomy::Taxonomy;
+use crate::{PointCloud, PointColumns};
 
 struct Scene {
     cloud: PointCloud,
@@ -24,7 +24,8 @@ impl Scene {
     /// `lowest`: elevation of the lowest row in degrees.
     fn new(lines: &[&str], lowest: f64, change: impl FnOnce(&mut ClusterParams)) -> Scene {
         let columns = lines[0].len();
-        let mut cloud = PointCloud { height: lines.len(), width: columns, ..PointCloud::default() };
+        let mut cloud =
+            PointColumns { height: lines.len(), width: columns, ..PointColumns::default() };
         let mut class = Vec::new();
         for (row, line) in lines.iter().enumerate() {
             for (column, cell) in line.chars().enumerate() {
@@ -45,6 +46,7 @@ impl Scene {
             }
         }
         cloud.class = Some(class);
+        let cloud = cloud.checked().unwrap();
         let taxonomy = Taxonomy::semantic_kitti();
         let mut config = Config::paper();
         config.projection.wrap = crate::range_image::Wrap::Never;

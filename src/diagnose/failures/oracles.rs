@@ -3,7 +3,6 @@
 use rustc_hash::FxHashMap;
 
 use super::case::{LabelledRun, Side, Target};
-use crate::cloud::PointCloud;
 use crate::evaluate::verdict::{Labelling, Segment, Verdict, Verdicts};
 use crate::pipeline::{self, Stages};
 use crate::semantics::MaskSource;
@@ -109,8 +108,8 @@ fn true_mask(run: &LabelledRun, true_class: &[u16]) -> Option<OracleVerdicts> {
         if is_same(&given) {
             return None;
         }
-        let class = Some(run.true_class.to_vec());
-        let cloud = PointCloud { class, ..frame.cloud.clone() };
+        let cloud = frame.cloud.clone().with_class(run.true_class.to_vec());
+        let cloud = cloud.expect("a true class for each point");
         pipeline::run_with(&cloud, MaskSource::Classes(run.taxonomy), run.detections, frame.config)
     } else {
         let of_class: Vec<Option<bool>> =

@@ -6,7 +6,7 @@
 //! large as the world, a seed on each side of straight ahead.
 
 use super::*;
-use crate::cloud::PointCloud;
+use crate::cloud::{PointCloud, PointColumns};
 use crate::cluster::Evidence;
 use crate::cluster::params::{BirdsEye, ClusterParams, Leftovers, Region};
 use crate::evaluate::verdict::Verdict;
@@ -43,7 +43,7 @@ impl Scene {
         let cells = |lines: &[&str]| -> Vec<char> {
             lines.concat().chars().chain(std::iter::repeat_n('.', columns)).collect()
         };
-        let mut cloud = PointCloud { height: rows, width: columns, ..PointCloud::default() };
+        let mut cloud = PointColumns { height: rows, width: columns, ..PointColumns::default() };
         for (cell, letter) in cells(ranges).into_iter().enumerate() {
             let column = cell % columns;
             let range = match letter {
@@ -58,6 +58,7 @@ impl Scene {
             push(&mut cloud, range, azimuth, elevation);
         }
         cloud.class = Some(cells(given).into_iter().map(class_of).collect());
+        let cloud = cloud.checked().unwrap();
         let mut config = Config::paper();
         config.projection.wrap = Wrap::Never;
         config.cluster.voxel = 100.0;
@@ -95,7 +96,7 @@ impl Scene {
     }
 }
 
-fn push(cloud: &mut PointCloud, range: f64, azimuth: f64, elevation: f64) {
+fn push(cloud: &mut PointColumns, range: f64, azimuth: f64, elevation: f64) {
     let flat = range * elevation.cos();
     cloud.x.push((flat * azimuth.cos()) as f32);
     cloud.y.push((flat * azimuth.sin()) as f32);
@@ -137,7 +138,7 @@ fn the_mask_loses_misnames_and_invents() {
 fn shadowed_points_spoil_what_is_right_where_it_is_seen() {
     // B, seven points at 8 m, hides four of A's at 12 m; three of A's stand free, out of their
     // reach.
-    let mut cloud = PointCloud::default();
+    let mut cloud = PointColumns::default();
     let columns = |from: usize, count: usize| (from..from + count).map(|column| column as f64);
     let at = |column: f64| ((50.0 - column) * 0.2).to_radians();
     columns(0, 7).for_each(|column| push(&mut cloud, 8.0, at(column), 0.02));

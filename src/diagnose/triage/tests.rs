@@ -1,7 +1,7 @@
 //! Scenes drawn from blocks of points, where what is suspect is known by hand.
 
 use super::*;
-use crate::cloud::PointCloud;
+use crate::cloud::{PointCloud, PointColumns};
 use crate::explain::Frame;
 use crate::pipeline::{self, Config, Stages};
 use crate::range_image::Wrap;
@@ -39,7 +39,7 @@ impl Scene {
     /// What an organised sensor sees of the walls, the nearest of them in each pixel; road 40 m
     /// away behind. `lost`: columns in which no beam comes back.
     fn new(walls: &[Wall], lost: std::ops::Range<usize>, config: Config) -> Self {
-        let mut cloud = PointCloud { height: ROWS, width: COLUMNS, ..PointCloud::default() };
+        let mut cloud = PointColumns { height: ROWS, width: COLUMNS, ..PointColumns::default() };
         let mut class = Vec::new();
         for row in 0..ROWS {
             for column in 0..COLUMNS {
@@ -60,7 +60,7 @@ impl Scene {
             }
         }
         cloud.class = Some(class);
-        Self::of_cloud(cloud, config)
+        Self::of_cloud(cloud.checked().unwrap(), config)
     }
 
     fn of_cloud(cloud: PointCloud, mut config: Config) -> Self {
@@ -189,10 +189,11 @@ fn a_leftover_weighs_by_its_points() {
     let scene = Scene::best(&[wall(10.0, [-2.0, 2.0], CAR), wall(35.0, [20.0, 20.05], CAR)]);
     let found = scene.of(SuspectKind::Leftover);
     assert!(found.len() <= 1);
-    let mut cloud = scene.cloud.clone();
     // One pixel of a car far from everything.
     let pixel = 40;
-    cloud.class.as_mut().expect("classes")[pixel] = CAR;
+    let call_it_car =
+        |columns: &mut PointColumns| columns.class.as_mut().expect("classes")[pixel] = CAR;
+    let cloud = scene.cloud.clone().with(call_it_car).unwrap();
     let scene = Scene::of_cloud(cloud, Config::best());
     let found = scene.of(SuspectKind::Leftover);
     let one = found.iter().find(|suspect| suspect.points == [pixel]).expect("the pixel");
@@ -304,7 +305,7 @@ fn without_classes_there_are_no_sizes_but_neighbours() {
     let mut alone = cloud.clone();
     for (point, is_object) in objects.enumerate() {
         if !is_object {
-            (alone.x[point], alone.y[point], alone.z[point]) = (0.0, 0.0, 0.0);
+            alone.set_position(point, [0.0; 3]);
         }
     }
     let stages = pipeline::run(&alone, MaskSource::All, &config);

@@ -2,7 +2,7 @@
 
 use super::fields::{Datatype, PointField};
 use super::message::PackedCloud;
-use crate::cloud::{PointClasses, PointCloud};
+use crate::cloud::{PointClasses, PointCloud, PointColumns};
 use crate::error::{Error, Result};
 
 /// Fields that say which sensor measured a point of a merged cloud, as drivers and mergers name
@@ -41,17 +41,17 @@ impl PackedCloud<'_> {
     /// [`Error::MissingField`] without one of them, [`Error::Malformed`] if one does not fit into a
     /// point. A message of no points is an empty cloud whatever fields it has.
     pub fn to_cloud(&self, class_field: Option<&str>) -> Result<PointCloud> {
-        let mut cloud = PointCloud {
+        let mut columns = PointColumns {
             height: self.height as usize,
             width: self.width as usize,
-            ..PointCloud::default()
+            ..PointColumns::default()
         };
         if self.point_count() > 0 {
-            [cloud.x, cloud.y, cloud.z] = self.coordinates()?;
-            cloud.ring = self.ring()?;
-            cloud.source = self.source()?;
+            [columns.x, columns.y, columns.z] = self.coordinates()?;
+            columns.ring = self.ring()?;
+            columns.source = self.source()?;
         }
-        cloud.check()?;
+        let cloud = columns.checked()?;
         match class_field {
             Some(name) => Ok(cloud.with_classes(self.classes(name)?)?),
             None => Ok(cloud),

@@ -52,7 +52,7 @@ fn every_format_is_read_back_as_it_was_written() {
         let read = format.decode(&message).unwrap();
         assert_eq!(read, cloud, "{format:?}");
         assert_eq!(format.stamp_ns(&message).unwrap(), 1_700_000_000_000_000_005);
-        let points = read.to_cloud(Some("label")).unwrap();
+        let points = read.to_cloud(Some("label")).unwrap().into_columns();
         assert_eq!((points.x, points.class), (vec![1.0, 2.0, 3.0], Some(vec![41, 42, 43])));
     }
 }

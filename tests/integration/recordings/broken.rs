@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use divmerge::PointCloud;
 use divmerge::annotate::Semantics;
 use divmerge::io::drive::{CLOUD_TOPIC, cloud_message};
 use divmerge::io::{MessageHeader, Overview, POINT_CLOUD2, Record, RecordingWriter, WriteOptions};
@@ -105,14 +106,10 @@ fn recording_of(messages: &[Vec<u8>]) -> (TempDir, PathBuf) {
 fn xyz_message(points: &[[f32; 3]]) -> Vec<u8> {
     let mut frame = Drive::new(Sensor::Vlp16, Scene::Parking, 1).frame(0);
     let count = points.len();
-    let cloud = &mut frame.cloud;
-    (cloud.height, cloud.width) = (1, count);
-    cloud.x = points.iter().map(|p| p[0]).collect();
-    cloud.y = points.iter().map(|p| p[1]).collect();
-    cloud.z = points.iter().map(|p| p[2]).collect();
-    for column in [&mut cloud.ring, &mut cloud.class] {
-        *column = Some(vec![0; count]);
-    }
+    let axis = |axis: usize| points.iter().map(|p| p[axis]).collect();
+    let cloud = PointCloud::new(axis(0), axis(1), axis(2)).expect("three columns");
+    let cloud = cloud.with_ring(vec![0; count]).and_then(|cloud| cloud.with_class(vec![0; count]));
+    frame.cloud = cloud.expect("one for each point");
     frame.intensity = vec![0.0; count];
     frame.time_offset_ns = vec![0; count];
     frame.true_instance = vec![0; count];
@@ -164,7 +161,7 @@ fn empty_nan_and_crowded_clouds_are_annotated_with_a_word() {
 fn clouds_of_no_rows_or_no_columns() {
     let empty = |height: usize, width: usize| {
         let mut frame = Drive::new(Sensor::Vlp16, Scene::Parking, 1).frame(0);
-        frame.cloud = divmerge::PointCloud { height, width, ..divmerge::PointCloud::default() };
+        frame.cloud = PointCloud::default().organised(height, width).expect("no points");
         let mut message = Vec::new();
         cloud_message(&frame, &mut message).expect("a message");
         message

@@ -67,14 +67,16 @@ fn clouds() -> Vec<Vec<u8>> {
     let cloud = |number| {
         let mut frame = drive.frame(number);
         let keep = 400;
-        let cloud = &mut frame.cloud;
-        (cloud.height, cloud.width) = (1, keep);
-        for column in [&mut cloud.x, &mut cloud.y, &mut cloud.z] {
-            column.truncate(keep);
-        }
-        for column in [&mut cloud.ring, &mut cloud.class] {
-            column.as_mut().expect("a column").truncate(keep);
-        }
+        let fewer = frame.cloud.with(|cloud| {
+            (cloud.height, cloud.width) = (1, keep);
+            for column in [&mut cloud.x, &mut cloud.y, &mut cloud.z] {
+                column.truncate(keep);
+            }
+            for column in [&mut cloud.ring, &mut cloud.class] {
+                column.as_mut().expect("a column").truncate(keep);
+            }
+        });
+        frame.cloud = fewer.expect("as many of each");
         frame.intensity.truncate(keep);
         frame.time_offset_ns.truncate(keep);
         frame.true_instance.truncate(keep);
