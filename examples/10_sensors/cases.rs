@@ -1,7 +1,7 @@
 //! The clouds of the table: every simulated sensor, and what drivers and rigs make of some of them.
 
-use divmerge::simulate::{Drive, Frame, Rig, Scene, Sensor};
 use divmerge::PointColumns;
+use divmerge::simulate::{Drive, Frame, Rig, Scene, Sensor};
 
 /// A kind of cloud.
 pub struct Case {
