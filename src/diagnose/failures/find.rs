@@ -79,20 +79,18 @@ fn targets(run: &LabelledRun, true_class: &[u16], verdicts: &Verdicts) -> Vec<Ta
     let of_found = verdicts.found.iter().filter(|one| one.is_failure() && !is_accounted(one));
     let instance = &run.frame.stages.labels.instance;
     let classes = run.taxonomy.classes();
-    let is_counted = |point: &usize| !classes[usize::from(true_class[*point])].is_ignored;
-    let all = || (0..true_class.len()).filter(is_counted);
-    let of_truth = of_truth.map(|judged| {
+    let target = |side: Side, judged: &JudgedObject| {
         let Segment { class, id } = judged.object;
-        let is_own = |&point: &usize| true_class[point] == class && run.true_id[point] == id;
-        let points = all().filter(is_own).collect();
-        Target { side: Side::True, judged: judged.clone(), points }
-    });
-    let of_found = of_found.map(|judged| {
-        let is_own = |&point: &usize| instance[point] == judged.object.id;
-        let points = all().filter(is_own).collect();
-        Target { side: Side::Found, judged: judged.clone(), points }
-    });
-    of_truth.chain(of_found).collect()
+        let is_own = |&point: &usize| match side {
+            Side::True => true_class[point] == class && run.true_id[point] == id,
+            Side::Found => instance[point] == id,
+        };
+        let is_counted = |&point: &usize| !classes[usize::from(true_class[point])].is_ignored;
+        let points = (0..true_class.len()).filter(is_counted).filter(is_own).collect();
+        Target { side, judged: judged.clone(), points }
+    };
+    let of_truth = of_truth.map(|judged| target(Side::True, judged));
+    of_truth.chain(of_found.map(|judged| target(Side::Found, judged))).collect()
 }
 
 fn pixel_bounds(stages: &Stages, points: &[usize]) -> Option<PixelBounds> {

@@ -1,5 +1,6 @@
 //! The facts that triage uses of every instance of a frame, gathered once.
 
+use super::suspect::{Concern, Params, Suspect, SuspectKind, ramp};
 use crate::cluster::params::{ClusterParams, FragmentMerge};
 use crate::explain::Frame;
 use crate::footprint::{PlanePoint, convex_hull};
@@ -28,6 +29,8 @@ pub(super) struct InstanceFacts<'a> {
 pub(super) struct FrameFacts<'a> {
     /// The run.
     pub frame: &'a Frame<'a>,
+    /// Points of an instance from which on suspects have their full score.
+    full_stake: f64,
     /// The merge by size whose limits gaps and sizes are compared with: the run's own, or that of
     /// preset `best` if the run has none.
     pub by_size: FragmentMerge,
@@ -41,7 +44,7 @@ pub(super) struct FrameFacts<'a> {
 
 impl<'a> FrameFacts<'a> {
     /// Gathers the facts. O(M log M) in the object pixels.
-    pub fn of(frame: &'a Frame<'a>) -> Self {
+    pub fn of(frame: &'a Frame<'a>, params: &Params) -> Self {
         let stages = frame.stages;
         let instance_of = instance_of(frame);
         let mut objects = vec![Vec::new(); stages.instances.len()];
@@ -57,6 +60,7 @@ impl<'a> FrameFacts<'a> {
         let own = frame.config.cluster.fragments;
         FrameFacts {
             frame,
+            full_stake: params.min_points.max(1) as f64,
             by_size: own.or(ClusterParams::best().fragments).expect("best merges by size"),
             members: members
                 .map(|(instance, objects)| instance_facts(frame, instance, objects))
@@ -64,6 +68,41 @@ impl<'a> FrameFacts<'a> {
             instance_of,
             instance_of_piece,
         }
+    }
+
+    /// The score of a suspect, weighed by its kind and by the number of points at stake.
+    pub fn score(&self, kind: SuspectKind, evidence: f64, stake: f64) -> f64 {
+        evidence * kind.weight() * ramp(stake, 0.0, self.full_stake)
+    }
+
+    /// A suspect at one instance, its figures and words still empty.
+    pub fn suspect(&self, kind: SuspectKind, evidence: f64, member: &InstanceFacts) -> Suspect {
+        Suspect {
+            kind,
+            score: self.score(kind, evidence, f64::from(member.instance.points)),
+            evidence,
+            concerns: vec![Concern::whole(member.instance.id)],
+            points: Vec::new(),
+            position: member.instance.bounds.centre,
+            measured: 0.0,
+            bound: 0.0,
+            unit: "",
+            sentence: String::new(),
+        }
+    }
+
+    /// A suspect at two instances. The share of the larger is the size of the smaller in relation to
+    /// it: the smaller can spoil no more of it.
+    pub fn suspect_pair(
+        &self,
+        kind: SuspectKind,
+        evidence: f64,
+        [smaller, larger]: [&InstanceFacts; 2],
+    ) -> Suspect {
+        let mut suspect = self.suspect(kind, evidence, smaller);
+        let share = smaller.objects.len() as f64 / larger.objects.len().max(1) as f64;
+        suspect.concerns.push(Concern { instance: larger.instance.id, share: share.min(1.0) });
+        suspect
     }
 
     /// The facts of an instance, by id.

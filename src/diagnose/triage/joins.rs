@@ -2,15 +2,14 @@
 
 use super::between::between;
 use super::facts::{FrameFacts, InstanceFacts};
-use super::hint::{Hint, ramp};
 use super::sizes::gap_evidence;
-use super::suspect::SuspectKind;
+use super::suspect::{Suspect, SuspectKind, ramp};
 use crate::cluster::{Evidence, Join};
 use crate::disjoint_sets::DisjointSets;
 
 /// Joins of two substantial parts across a gap. Joins by size have the evidence of
 /// [`gap_evidence`]; without classes it grows from half the join distance on.
-pub(super) fn thin_joins(facts: &FrameFacts) -> Vec<Hint> {
+pub(super) fn thin_joins(facts: &FrameFacts) -> Vec<Suspect> {
     let stages = facts.frame.stages;
     let pieces = stages.merge.count as usize;
     let mut objects: Vec<Vec<u32>> = vec![Vec::new(); pieces];
@@ -20,29 +19,28 @@ pub(super) fn thin_joins(facts: &FrameFacts) -> Vec<Hint> {
         }
     }
     let mut sets = DisjointSets::new(pieces);
-    let mut hints = Vec::new();
+    let mut suspects = Vec::new();
     for join in &stages.joins {
         let [a, b] = [join.target, join.query].map(|piece| sets.root(piece as usize - 1));
         if a == b {
             continue;
         }
-        let member = facts.member(facts.instance_of_piece[a]);
-        hints.extend(
-            member.and_then(|member| hint(facts, join, member, [&objects[a], &objects[b]])),
-        );
+        if let Some(member) = facts.member(facts.instance_of_piece[a]) {
+            suspects.extend(thin_join(facts, join, member, [&objects[a], &objects[b]]));
+        }
         let joined = std::mem::take(&mut objects[a.max(b)]);
         objects[a.min(b)].extend(joined);
         sets.join(a, b);
     }
-    hints
+    suspects
 }
 
-fn hint(
+fn thin_join(
     facts: &FrameFacts,
     join: &Join,
     member: &InstanceFacts,
     sides: [&Vec<u32>; 2],
-) -> Option<Hint> {
+) -> Option<Suspect> {
     let share = sides[0].len().min(sides[1].len()) as f64 / member.objects.len() as f64;
     let (evidence, bound, how) = match (join.evidence, member.size) {
         (Evidence::Fits { union, limit }, Some(usual)) => {
@@ -64,7 +62,7 @@ fn hint(
         return None;
     }
     let unexplained = between(facts, sides[0], sides[1]).unexplained();
-    Some(Hint {
+    Some(Suspect {
         points: facts.facing(sides[0], sides[1]),
         measured: join.gap,
         bound,
@@ -74,6 +72,6 @@ fn hint(
             member.instance.title(),
             join.gap
         ),
-        ..Hint::at(SuspectKind::ThinJoin, evidence * unexplained, member)
+        ..facts.suspect(SuspectKind::ThinJoin, evidence * unexplained, member)
     })
 }

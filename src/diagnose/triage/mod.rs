@@ -53,7 +53,6 @@
 
 mod between;
 mod facts;
-mod hint;
 mod joins;
 mod pairs;
 mod parts;

@@ -1,8 +1,7 @@
 //! Two instances that may be one object.
 
 use super::facts::{FrameFacts, InstanceFacts};
-use super::hint::{Hint, ramp};
-use super::suspect::SuspectKind;
+use super::suspect::{Suspect, SuspectKind, ramp};
 use crate::footprint::{convex_hull, distance, minimum_area_rectangle};
 
 /// A pair of instances of one family near each other.
@@ -22,8 +21,8 @@ struct Pair<'a> {
 
 /// Pairs of instances that would fit one object of their class, or nearly, and pairs that almost
 /// touch.
-pub(super) fn pairs(facts: &FrameFacts) -> Vec<Hint> {
-    let mut hints = Vec::new();
+pub(super) fn pairs(facts: &FrameFacts) -> Vec<Suspect> {
+    let mut suspects = Vec::new();
     let reach = facts.members.iter().map(|member| reach(facts, member)).fold(0.0, f64::max);
     let mut members: Vec<([f64; 2], &InstanceFacts)> = facts.members.iter().map(across).collect();
     members.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
@@ -31,12 +30,12 @@ pub(super) fn pairs(facts: &FrameFacts) -> Vec<Hint> {
         let beside = members[number + 1..].iter().take_while(|b| b.0[0] <= right + reach);
         for (_, b) in beside.filter(|(_, b)| b.family == a.family) {
             if let Some(pair) = Pair::of(facts, a, b) {
-                hints.extend(pair.could_be_one(facts));
-                hints.extend(pair.almost_touching(facts));
+                suspects.extend(pair.could_be_one(facts));
+                suspects.extend(pair.almost_touching(facts));
             }
         }
     }
-    hints
+    suspects
 }
 
 /// Distance from an instance within which others are compared with it, metres.
@@ -82,9 +81,12 @@ impl<'a> Pair<'a> {
         Some(Pair { members, gap, fill, touching, bridged })
     }
 
-    fn hint(&self, facts: &FrameFacts, kind: SuspectKind, evidence: f64) -> Hint {
+    fn suspect(&self, facts: &FrameFacts, kind: SuspectKind, evidence: f64) -> Suspect {
         let [one, other] = self.members.map(|member| &member.objects);
-        Hint { points: facts.facing(one, other), ..Hint::at_pair(kind, evidence, self.members) }
+        Suspect {
+            points: facts.facing(one, other),
+            ..facts.suspect_pair(kind, evidence, self.members)
+        }
     }
 
     fn titles(&self) -> [String; 2] {
@@ -95,7 +97,7 @@ impl<'a> Pair<'a> {
     /// than 1.4 times as long and as wide as usual; full if it fits; less the farther they are
     /// apart. The evidence is squared because near misses are many: objects of one class park and
     /// walk side by side.
-    fn could_be_one(&self, facts: &FrameFacts) -> Option<Hint> {
+    fn could_be_one(&self, facts: &FrameFacts) -> Option<Suspect> {
         const TOO_LARGE: f64 = 1.4;
         let fill = self.fill[0].max(self.fill[1]);
         let classes_differ = self.members[0].class != self.members[1].class;
@@ -104,7 +106,7 @@ impl<'a> Pair<'a> {
         }
         let evidence = ramp(fill, TOO_LARGE, 1.0) * ramp(self.gap, self.bridged, self.touching);
         let [smaller, larger] = self.titles();
-        (evidence > 0.0).then(|| Hint {
+        (evidence > 0.0).then(|| Suspect {
             measured: fill,
             bound: facts.by_size.slack,
             unit: "of the usual size",
@@ -113,15 +115,15 @@ impl<'a> Pair<'a> {
                  {:.2} times as wide as their class usually is",
                 self.gap, self.fill[0], self.fill[1]
             ),
-            ..self.hint(facts, SuspectKind::CouldBeOne, evidence.powi(2))
+            ..self.suspect(facts, SuspectKind::CouldBeOne, evidence.powi(2))
         })
     }
 
     /// Fires if the outlines are nearer than twice the distance of touching; full if they meet.
-    fn almost_touching(&self, facts: &FrameFacts) -> Option<Hint> {
+    fn almost_touching(&self, facts: &FrameFacts) -> Option<Suspect> {
         let evidence = ramp(self.gap, 2.0 * self.touching, 0.0);
         let [smaller, larger] = self.titles();
-        (evidence > 0.0).then(|| Hint {
+        (evidence > 0.0).then(|| Suspect {
             measured: self.gap,
             bound: self.touching,
             unit: "m",
@@ -130,7 +132,7 @@ impl<'a> Pair<'a> {
                  {:.2} m",
                 self.gap, self.touching
             ),
-            ..self.hint(facts, SuspectKind::AlmostTouching, evidence)
+            ..self.suspect(facts, SuspectKind::AlmostTouching, evidence)
         })
     }
 }

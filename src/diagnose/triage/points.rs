@@ -1,8 +1,7 @@
 //! Points that are signs of failure: of other classes, without an instance, or missing.
 
 use super::facts::{FrameFacts, InstanceFacts};
-use super::hint::{Hint, ramp};
-use super::suspect::{Concern, SuspectKind};
+use super::suspect::{Concern, Suspect, SuspectKind, ramp};
 use crate::disjoint_sets::DisjointSets;
 use crate::footprint::distance;
 use crate::instances::Reason;
@@ -10,11 +9,11 @@ use crate::text::counted;
 
 /// Instances with pixels of other classes than their own, or of corrected classes; full if these
 /// are half of the pixels.
-pub(super) fn mixed_classes(facts: &FrameFacts) -> Vec<Hint> {
-    facts.members.iter().filter_map(|member| mixed_classes_hint(facts, member)).collect()
+pub(super) fn mixed_classes(facts: &FrameFacts) -> Vec<Suspect> {
+    facts.members.iter().filter_map(|member| mixed_classes_at(facts, member)).collect()
 }
 
-fn mixed_classes_hint(facts: &FrameFacts, member: &InstanceFacts) -> Option<Hint> {
+fn mixed_classes_at(facts: &FrameFacts, member: &InstanceFacts) -> Option<Suspect> {
     let corrected = &facts.frame.stages.mask.corrected;
     let is_corrected =
         |point: usize| corrected.binary_search_by_key(&(point as u32), |fix| fix.0).is_ok();
@@ -25,7 +24,7 @@ fn mixed_classes_hint(facts: &FrameFacts, member: &InstanceFacts) -> Option<Hint
     let others: Vec<u32> = member.objects.iter().filter(is_other).copied().collect();
     let measured = others.len() as f64 / member.objects.len().max(1) as f64;
     let first = *others.first()?;
-    Some(Hint {
+    Some(Suspect {
         points: vec![facts.point(first)],
         measured,
         bound: 0.5,
@@ -35,21 +34,21 @@ fn mixed_classes_hint(facts: &FrameFacts, member: &InstanceFacts) -> Option<Hint
             100.0 * measured,
             member.instance.title()
         ),
-        ..Hint::at(SuspectKind::MixedClasses, ramp(measured, 0.0, 0.5), member)
+        ..facts.suspect(SuspectKind::MixedClasses, ramp(measured, 0.0, 0.5), member)
     })
 }
 
 /// Object points without an instance that lie together: unreached, shadowed without a match, or too
 /// small. They put the nearest instance of their class in doubt; full if they are as many as its
 /// points.
-pub(super) fn unlabelled(facts: &FrameFacts) -> Vec<Hint> {
+pub(super) fn unlabelled(facts: &FrameFacts) -> Vec<Suspect> {
     let (cloud, stages) = (facts.frame.cloud, facts.frame.stages);
     let is_lost =
         |reason| matches!(reason, Reason::Unreached | Reason::Shadowed | Reason::TooSmall);
     let lost = stages.objects.points.iter().copied();
     let lost: Vec<u32> = lost.filter(|&p| is_lost(stages.labels.reason[p as usize])).collect();
     let clumps = clumps(&lost, |point| cloud.position(point as usize));
-    clumps.iter().map(|clump| unlabelled_hint(facts, clump)).collect()
+    clumps.iter().map(|clump| unlabelled_at(facts, clump)).collect()
 }
 
 /// Points lie together if they are in one cell of a grid of this side, metres, or in cells that
@@ -84,7 +83,7 @@ fn clumps(points: &[u32], position: impl Fn(u32) -> [f32; 3]) -> Vec<Vec<u32>> {
     clumps
 }
 
-fn unlabelled_hint(facts: &FrameFacts, clump: &[u32]) -> Hint {
+fn unlabelled_at(facts: &FrameFacts, clump: &[u32]) -> Suspect {
     let (cloud, stages) = (facts.frame.cloud, facts.frame.stages);
     let places = clump.iter().map(|&point| cloud.position(point as usize).map(f64::from));
     let sum = places.fold([0.0; 3], |sum, place| [0, 1, 2].map(|axis| sum[axis] + place[axis]));
@@ -92,15 +91,13 @@ fn unlabelled_hint(facts: &FrameFacts, clump: &[u32]) -> Hint {
     let beside = nearest_member(facts, clump[0], position);
     let all = |member: &InstanceFacts| clump.len() as f64 + f64::from(member.instance.points);
     let measured = beside.map_or(1.0, |member| clump.len() as f64 / all(member));
+    let evidence = ramp(measured, 0.0, 0.5);
     let reason = stages.labels.reason[clump[0] as usize];
-    Hint {
+    Suspect {
         kind: SuspectKind::Unlabelled,
-        evidence: ramp(measured, 0.0, 0.5),
-        concerns: beside
-            .map(|member| Concern { instance: member.instance.id, share: 1.0 })
-            .into_iter()
-            .collect(),
-        stake: clump.len() as u64,
+        score: facts.score(SuspectKind::Unlabelled, evidence, clump.len() as f64),
+        evidence,
+        concerns: beside.iter().map(|member| Concern::whole(member.instance.id)).collect(),
         points: vec![clump[0] as usize],
         position,
         measured,
@@ -133,12 +130,12 @@ fn nearest_member<'a>(
 ///
 /// The figure is the share of such beams between the first and the last pixel of the instance in
 /// each row. Fires above the share of the whole image; full at that share plus a half.
-pub(super) fn missing_returns(facts: &FrameFacts) -> Vec<Hint> {
+pub(super) fn missing_returns(facts: &FrameFacts) -> Vec<Suspect> {
     let usual = usual_missing(facts);
-    facts.members.iter().filter_map(|member| missing_returns_hint(facts, member, usual)).collect()
+    facts.members.iter().filter_map(|member| missing_returns_at(facts, member, usual)).collect()
 }
 
-fn missing_returns_hint(facts: &FrameFacts, member: &InstanceFacts, usual: f64) -> Option<Hint> {
+fn missing_returns_at(facts: &FrameFacts, member: &InstanceFacts, usual: f64) -> Option<Suspect> {
     let image = &facts.frame.stages.image;
     let columns = image.columns();
     let pixel = |object: u32| facts.frame.stages.objects.pixel[object as usize] as usize;
@@ -151,7 +148,7 @@ fn missing_returns_hint(facts: &FrameFacts, member: &InstanceFacts, usual: f64) 
         .sum();
     let measured = empty as f64 / (empty + member.objects.len()) as f64;
     let evidence = ramp(measured, usual, usual + 0.5);
-    (evidence > 0.0).then(|| Hint {
+    (evidence > 0.0).then(|| Suspect {
         points: vec![facts.point(member.objects[0])],
         measured,
         bound: usual,
@@ -163,7 +160,7 @@ fn missing_returns_hint(facts: &FrameFacts, member: &InstanceFacts, usual: f64) 
             member.instance.title(),
             100.0 * usual
         ),
-        ..Hint::at(SuspectKind::MissingReturns, evidence, member)
+        ..facts.suspect(SuspectKind::MissingReturns, evidence, member)
     })
 }
 

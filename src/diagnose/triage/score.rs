@@ -63,7 +63,7 @@ impl Triage {
 /// Looks for suspects in a frame. Time grows with the object pixels and with the pairs of instances
 /// near each other.
 pub fn triage(frame: &Frame, params: &Params) -> Triage {
-    let facts = FrameFacts::of(frame);
+    let facts = FrameFacts::of(frame, params);
     let found = [
         joins::thin_joins(&facts),
         pairs::pairs(&facts),
@@ -76,8 +76,7 @@ pub fn triage(frame: &Frame, params: &Params) -> Triage {
         points::mixed_classes(&facts),
         points::missing_returns(&facts),
     ];
-    let suspects = found.into_iter().flatten().map(|hint| hint.suspect(params)).collect();
-    let suspects = ranked(strongest(suspects));
+    let suspects = ranked(strongest(found.into_iter().flatten()));
     let mut clear = vec![1.0; facts.members.len()];
     for suspect in &suspects {
         for concern in &suspect.concerns {
@@ -102,7 +101,7 @@ fn ranked(mut suspects: Vec<Suspect>) -> Vec<Suspect> {
 
 /// Of each kind the strongest suspect for each instance most in doubt: a car in thirty pieces is
 /// thirty suspects, not nine hundred.
-fn strongest(suspects: Vec<Suspect>) -> Vec<Suspect> {
+fn strongest(suspects: impl Iterator<Item = Suspect>) -> Vec<Suspect> {
     let mut kept: BTreeMap<(SuspectKind, u32), Suspect> = BTreeMap::new();
     let mut others = Vec::new();
     for suspect in suspects {

@@ -3,9 +3,8 @@
 
 use super::between::between;
 use super::facts::{FrameFacts, InstanceFacts};
-use super::hint::{Hint, ramp};
 use super::parts::{ComponentBox, best_split, components};
-use super::suspect::SuspectKind;
+use super::suspect::{Suspect, SuspectKind, ramp};
 use crate::taxonomy::ClassSize;
 use crate::text::counted;
 
@@ -13,11 +12,11 @@ use crate::text::counted;
 ///
 /// Fires above the slack of preset `best` (1.2 times the usual length) and above the width of two
 /// objects side by side (1.5 times the usual width); full at 1.5 times these bounds.
-pub(super) fn too_large(facts: &FrameFacts) -> Vec<Hint> {
-    facts.members.iter().filter_map(|member| too_large_hint(facts, member)).collect()
+pub(super) fn too_large(facts: &FrameFacts) -> Vec<Suspect> {
+    facts.members.iter().filter_map(|member| too_large_at(facts, member)).collect()
 }
 
-fn too_large_hint(facts: &FrameFacts, member: &InstanceFacts) -> Option<Hint> {
+fn too_large_at(facts: &FrameFacts, member: &InstanceFacts) -> Option<Suspect> {
     const FULL: f64 = 1.5;
     let usual = member.size?;
     let [length, width, _] = member.instance.bounds.size;
@@ -25,7 +24,7 @@ fn too_large_hint(facts: &FrameFacts, member: &InstanceFacts) -> Option<Hint> {
     let side = usize::from(width / most[1] > length / most[0]);
     let (measured, bound) = ([length, width][side], most[side]);
     let evidence = ramp(measured / bound, 1.0, FULL);
-    (evidence > 0.0).then(|| Hint {
+    (evidence > 0.0).then(|| Suspect {
         points: ends(facts, member),
         measured,
         bound,
@@ -35,7 +34,7 @@ fn too_large_hint(facts: &FrameFacts, member: &InstanceFacts) -> Option<Hint> {
             member.instance.title(),
             ["long", "wide"][side],
         ),
-        ..Hint::at(SuspectKind::TooLarge, evidence, member)
+        ..facts.suspect(SuspectKind::TooLarge, evidence, member)
     })
 }
 
@@ -57,16 +56,16 @@ fn ends(facts: &FrameFacts, member: &InstanceFacts) -> Vec<usize> {
 ///
 /// The local components of an instance are linked by the gaps between the boxes around them, the
 /// shortest first (a minimum spanning tree). The link with the most [`gap_evidence`] counts.
-pub(super) fn two_masses(facts: &FrameFacts) -> Vec<Hint> {
-    let hint = |(member, parts): (_, &Vec<ComponentBox>)| two_masses_hint(facts, member, parts);
-    facts.members.iter().zip(&components(facts)).filter_map(hint).collect()
+pub(super) fn two_masses(facts: &FrameFacts) -> Vec<Suspect> {
+    let suspect = |(member, parts): (_, &Vec<ComponentBox>)| two_masses_at(facts, member, parts);
+    facts.members.iter().zip(&components(facts)).filter_map(suspect).collect()
 }
 
-fn two_masses_hint(
+fn two_masses_at(
     facts: &FrameFacts,
     member: &InstanceFacts,
     parts: &[ComponentBox],
-) -> Option<Hint> {
+) -> Option<Suspect> {
     let usual = member.size?;
     let touching = facts.by_size.touching_gap(usual);
     let [_, width, _] = member.instance.bounds.size;
@@ -75,7 +74,7 @@ fn two_masses_hint(
         return None;
     }
     let evidence = split.weight * between(facts, &split.sides[0], &split.sides[1]).unexplained();
-    Some(Hint {
+    Some(Suspect {
         points: facts.facing(&split.sides[0], &split.sides[1]),
         measured: split.gap,
         bound: touching,
@@ -88,7 +87,7 @@ fn two_masses_hint(
             counted(split.sides[1].len(), "pixel"),
             split.gap,
         ),
-        ..Hint::at(SuspectKind::TwoMasses, evidence, member)
+        ..facts.suspect(SuspectKind::TwoMasses, evidence, member)
     })
 }
 
@@ -114,12 +113,12 @@ pub(super) fn gap_evidence(
 /// Instances of few pixels: their outline says little, and many are splinters.
 ///
 /// Fires below ten pixels, the limit of a leftover in preset `best` without classes; full at none.
-pub(super) fn leftovers(facts: &FrameFacts) -> Vec<Hint> {
+pub(super) fn leftovers(facts: &FrameFacts) -> Vec<Suspect> {
     const ENOUGH: f64 = 10.0;
     let few = facts.members.iter().filter(|member| (member.objects.len() as f64) < ENOUGH);
-    let hint = |member: &InstanceFacts| {
+    let suspect = |member: &InstanceFacts| {
         let pixels = member.objects.len();
-        Hint {
+        Suspect {
             points: member.objects.iter().take(1).map(|&object| facts.point(object)).collect(),
             measured: pixels as f64,
             bound: ENOUGH,
@@ -129,8 +128,8 @@ pub(super) fn leftovers(facts: &FrameFacts) -> Vec<Hint> {
                 member.instance.title(),
                 counted(pixels, "pixel")
             ),
-            ..Hint::at(SuspectKind::Leftover, ramp(pixels as f64, ENOUGH, 0.0), member)
+            ..facts.suspect(SuspectKind::Leftover, ramp(pixels as f64, ENOUGH, 0.0), member)
         }
     };
-    few.map(hint).collect()
+    few.map(suspect).collect()
 }

@@ -110,6 +110,13 @@ pub struct Concern {
     pub share: f64,
 }
 
+impl Concern {
+    /// An instance on which the whole score falls.
+    pub(super) fn whole(instance: u32) -> Self {
+        Concern { instance, share: 1.0 }
+    }
+}
+
 /// A sign that something is wrong with a frame.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Suspect {
@@ -134,4 +141,9 @@ pub struct Suspect {
     pub unit: &'static str,
     /// A sentence that says all this.
     pub sentence: String,
+}
+
+/// 0 at one value, 1 at the other, linear between them.
+pub(super) fn ramp(value: f64, zero: f64, one: f64) -> f64 {
+    ((value - zero) / (one - zero)).clamp(0.0, 1.0)
 }

@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::facts::{FrameFacts, InstanceFacts};
-use super::hint::{Hint, ramp};
-use super::suspect::SuspectKind;
+use super::suspect::{Suspect, SuspectKind, ramp};
 use crate::cluster::merge::MergeStep;
 
 /// A majority is bare if its margin is less than this: below 60 % of the votes where more than 50 %
@@ -57,15 +56,15 @@ impl Tree {
 }
 
 /// Merges on a thin majority, and chains of bare ones.
-pub(super) fn merges(facts: &FrameFacts) -> Vec<Hint> {
+pub(super) fn merges(facts: &FrameFacts) -> Vec<Suspect> {
     let tree = Tree::of(facts);
     let steps = &facts.frame.stages.merge.steps;
     let lengths = chains(steps, facts.frame.config.cluster.merge_ratio, tree.below.len());
     let each = steps.iter().zip(lengths);
-    let hints = each.flat_map(|(step, length)| {
+    let suspects = each.flat_map(|(step, length)| {
         [thin_majority(facts, &tree, step), bare_chain(facts, &tree, step, length)]
     });
-    hints.flatten().collect()
+    suspects.flatten().collect()
 }
 
 /// For each step the number of bare majorities in a row that end in it.
@@ -82,13 +81,13 @@ fn chains(steps: &[MergeStep], ratio: f64, components: usize) -> Vec<u32> {
 
 /// Full for the barest majority on which half of an instance's pixels depend; 0 without votes
 /// against, or without pixels that depend on it.
-fn thin_majority(facts: &FrameFacts, tree: &Tree, step: &MergeStep) -> Option<Hint> {
+fn thin_majority(facts: &FrameFacts, tree: &Tree, step: &MergeStep) -> Option<Suspect> {
     let member = tree.member(facts, step)?;
     let ratio = facts.frame.config.cluster.merge_ratio;
     let (below, all) = (tree.below[step.query as usize - 1] as usize, member.objects.len());
     let hanging = below.min(all.saturating_sub(below)) as f64 / all as f64;
     let evidence = ramp(margin(step, ratio), 1.0, 0.0) * ramp(hanging, 0.0, 0.5);
-    (evidence > 0.0).then(|| Hint {
+    (evidence > 0.0).then(|| Suspect {
         points: points_of(facts, member, step),
         measured: share(step.positive, step.negative),
         bound: ratio,
@@ -102,15 +101,15 @@ fn thin_majority(facts: &FrameFacts, tree: &Tree, step: &MergeStep) -> Option<Hi
             step.positive,
             step.negative
         ),
-        ..Hint::at(SuspectKind::ThinMajority, evidence, member)
+        ..facts.suspect(SuspectKind::ThinMajority, evidence, member)
     })
 }
 
 /// Fires from two bare majorities in a row on; each more halves the remaining confidence.
-fn bare_chain(facts: &FrameFacts, tree: &Tree, step: &MergeStep, length: u32) -> Option<Hint> {
+fn bare_chain(facts: &FrameFacts, tree: &Tree, step: &MergeStep, length: u32) -> Option<Suspect> {
     let member = tree.member(facts, step).filter(|_| length > 1)?;
     let evidence = 1.0 - 0.5_f64.powi(length as i32 - 1);
-    Some(Hint {
+    Some(Suspect {
         points: points_of(facts, member, step),
         measured: f64::from(length),
         bound: 1.0,
@@ -119,7 +118,7 @@ fn bare_chain(facts: &FrameFacts, tree: &Tree, step: &MergeStep, length: u32) ->
             "{} holds together by {length} bare majorities, one after the other",
             member.instance.title()
         ),
-        ..Hint::at(SuspectKind::BareChain, evidence, member)
+        ..facts.suspect(SuspectKind::BareChain, evidence, member)
     })
 }
 
@@ -136,7 +135,7 @@ fn points_of(facts: &FrameFacts, member: &InstanceFacts, step: &MergeStep) -> Ve
 /// full if one more vote would have joined them, 0 without a vote in favour.
 ///
 /// All votes between the two are added up, as if each were one component.
-pub(super) fn refused(facts: &FrameFacts) -> Vec<Hint> {
+pub(super) fn refused(facts: &FrameFacts) -> Vec<Suspect> {
     let tree = Tree::of(facts);
     let mut between: BTreeMap<(u32, u32), (u64, u64)> = BTreeMap::new();
     for vote in &facts.frame.stages.votes.pairs {
@@ -156,11 +155,11 @@ fn refused_pair(
     a: u32,
     b: u32,
     (positive, negative): (u64, u64),
-) -> Option<Hint> {
+) -> Option<Suspect> {
     let (a, b) = (facts.member(a)?, facts.member(b)?);
     let pair = if a.objects.len() > b.objects.len() { [b, a] } else { [a, b] };
     let (ratio, measured) = (facts.frame.config.cluster.merge_ratio, share(positive, negative));
-    (a.family == b.family).then(|| Hint {
+    (a.family == b.family).then(|| Suspect {
         points: facts.facing(&pair[0].objects, &pair[1].objects),
         measured,
         bound: ratio,
@@ -170,6 +169,6 @@ fn refused_pair(
             pair[0].instance.title(),
             pair[1].instance.title()
         ),
-        ..Hint::at_pair(SuspectKind::RefusedVotes, ramp(measured, 0.0, ratio), pair)
+        ..facts.suspect_pair(SuspectKind::RefusedVotes, ramp(measured, 0.0, ratio), pair)
     })
 }
