@@ -3,7 +3,7 @@
 //! Whether these stages joined two groups is read off the run; how near the groups' regions are on
 //! the bird's-eye plane is measured here again where the run does not keep it.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeSet, VecDeque};
 
 use serde::Serialize;
 
@@ -15,6 +15,7 @@ use crate::cluster::params::{BirdsEye, FragmentMerge, GapMerge, Region};
 use crate::footprint::{PlanePoint, convex_hull, distance, minimum_area_rectangle};
 use crate::instances::Reason;
 use crate::pipeline::Stages;
+use crate::statistics::most_frequent;
 
 /// Something that a stage after the vote merge did, or left undone.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -146,12 +147,9 @@ fn minimum_size(frame: &Frame, point: usize, facts: &PointFacts) -> Option<PostM
 
 /// The most frequent class of a group's pixels; ties go to the lower class.
 fn class_of_group(stages: &Stages, number: u32) -> u16 {
-    let mut counts: BTreeMap<u16, usize> = BTreeMap::new();
-    for object in pixels_of_group(stages, number) {
-        *counts.entry(stages.objects.class[object]).or_default() += 1;
-    }
-    let most = counts.iter().rev().max_by_key(|&(_, count)| count);
-    most.map_or(0, |(&class, _)| class)
+    let classes =
+        pixels_of_group(stages, number).into_iter().map(|object| stages.objects.class[object]);
+    most_frequent(classes).unwrap_or(0)
 }
 
 fn on_the_plane(frame: &Frame, a: &PointFacts, b: &PointFacts) -> Option<PostMergeStage> {

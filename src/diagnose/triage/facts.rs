@@ -91,8 +91,8 @@ impl<'a> FrameFacts<'a> {
         }
     }
 
-    /// A suspect at two instances. The share of the larger is the size of the smaller in relation to
-    /// it: the smaller can spoil no more of it.
+    /// A suspect at two instances. The share of the larger is the size of the smaller in relation
+    /// to it: the smaller can spoil no more of it.
     pub fn suspect_pair(
         &self,
         kind: SuspectKind,
