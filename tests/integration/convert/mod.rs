@@ -200,7 +200,11 @@ proptest! {
         let whole = [
             (pcd("ascii", shape).into_bytes(), pcd_lines().into_bytes(), ScanFormat::Pcd),
             (pcd("binary", shape).into_bytes(), pcd_points(), ScanFormat::Pcd),
-            (pcd("binary_compressed", shape).into_bytes(), compressed(&pcd_columns()), ScanFormat::Pcd),
+            (
+                pcd("binary_compressed", shape).into_bytes(),
+                compressed(&pcd_columns()),
+                ScanFormat::Pcd,
+            ),
             (npy("'<f4'", true, "(7, 4)", &[]), self::bytes(&numbers(4)), ScanFormat::Npy),
             (npy("[('x', '<f4'), ('y', '<f4'), ('z', \
                 '<f8')]", true, "(7,)", &[]), vec![0; 112], ScanFormat::Npy),

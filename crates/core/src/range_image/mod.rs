@@ -84,7 +84,9 @@ mod tests {
             let picks = || picks[..count].iter();
             let ring = (told % 2 == 1).then(|| picks().map(|pick| pick.3).collect());
             let source = (told > 1).then(|| picks().map(|pick| pick.4).collect());
-            let cloud = cloud.with(|columns| (columns.ring, columns.source) = (ring, source)).unwrap();
+            let cloud = cloud
+                .with(|columns| (columns.ring, columns.source) = (ring, source))
+                .unwrap();
             let image = RangeImage::new(&cloud, &ProjectionParams::default());
             for point in 0..count {
                 proptest::prop_assert_eq!(image.pixel_of(point).is_some(), cloud.is_return(point));
