@@ -132,7 +132,7 @@ impl Panels<'_> {
         let plane = || Plane::new(area, &self.region);
         let raster = match panel {
             Panel::Range => range_panel::range(scene, window, far(scene)),
-            Panel::Intensity => match scene.intensity.as_deref() {
+            Panel::Intensity => match scene.intensity {
                 Some(values) => range_panel::intensity(scene, window, values, brightest(values)),
                 None => return,
             },
@@ -197,7 +197,7 @@ fn other_key() -> Key {
 }
 
 fn intensity_key(scene: &Scene) -> Result<Key> {
-    let values = scene.intensity.as_deref().ok_or_else(|| Error::Figure {
+    let values = scene.intensity.ok_or_else(|| Error::Figure {
         problem: "the cloud has no field `intensity` or `reflectivity` for a panel `intensity`"
             .into(),
     })?;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::colour_tracker::ColourTracker;
-use super::scene::{Scene, SceneClass};
+use super::scene::Scene;
 use crate::annotate::{Clustered, Method, cluster};
 use crate::diagnose::explain::{ExplanationReport, Frame, Subject, explain};
 use crate::error::Result;
@@ -36,19 +36,20 @@ impl<'a> ClusteredMessage<'a> {
 
     /// The scene of a figure. The recording starts at `start_ns`; `colours` keeps the colours of
     /// instances from frame to frame.
-    pub fn scene(&self, method: &Method, start_ns: u64, colours: &mut ColourTracker) -> Scene<'_> {
+    pub fn scene<'s>(
+        &'s self,
+        method: &'s Method,
+        start_ns: u64,
+        colours: &mut ColourTracker,
+    ) -> Scene<'s> {
         let Clustered { cloud, stages, semantics, .. } = &self.clustered;
         let has_classes = semantics.starts_with("field:");
-        let classes = method.taxonomy.classes().iter().filter(|_| has_classes);
-        let classes = classes
-            .map(|class| SceneClass { name: class.name.clone(), is_thing: class.is_thing })
-            .collect();
         let seconds = self.message.log_time.saturating_sub(start_ns) as f64 * 1e-9;
         Scene {
             cloud,
             stages,
-            classes,
-            intensity: self.intensity.clone(),
+            classes: if has_classes { method.taxonomy.classes() } else { &[] },
+            intensity: self.intensity.as_deref(),
             merge_ratio: method.config.cluster.merge_ratio,
             colour_numbers: colours.colour_numbers(&stages.instances),
             heading: format!("frame {}  ·  {seconds:.3} s", self.message.number),
@@ -92,10 +93,10 @@ pub fn explained_scene<'a>(frame: &Frame<'a>, report: &ExplanationReport) -> Sce
     Scene {
         cloud: frame.cloud,
         stages: frame.stages,
-        classes: Vec::new(),
+        classes: &[],
         intensity: None,
         merge_ratio: frame.config.cluster.merge_ratio,
-        colour_numbers: ColourTracker::default().colour_numbers(&frame.stages.instances),
+        colour_numbers: Vec::new(),
         heading: format!("frame {} of {}", report.frame, report.topic),
         remark: format!("objects: {}  ·  preset {}", report.semantics, report.preset),
     }

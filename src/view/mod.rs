@@ -44,7 +44,7 @@ pub use matrix::merge_moves;
 pub use options::{FigureOptions, Panel};
 pub use plane::Region;
 pub use png::{png, size_in_pixels};
-pub use scene::{Crop, Scene, SceneClass, Window};
+pub use scene::{Crop, Scene, Window};
 pub use step_figure::step_figure;
 pub use steps::{Step, steps};
 pub use svg::{inline_svg, svg};

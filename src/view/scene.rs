@@ -7,6 +7,7 @@ use crate::error::{Error, Result};
 use crate::palette::instance_colour;
 use crate::pipeline::Stages;
 use crate::range_image::RangeImage;
+use crate::taxonomy::Class;
 
 /// One clustered cloud and what is written about it.
 #[derive(Debug, Clone)]
@@ -15,10 +16,10 @@ pub struct Scene<'a> {
     pub cloud: &'a PointCloud,
     /// Every intermediate of its run.
     pub stages: &'a Stages,
-    /// Names of the classes in the mask; empty where there are no classes.
-    pub classes: Vec<SceneClass>,
+    /// Classes of the mask by number; empty where there are no classes.
+    pub classes: &'a [Class],
     /// N: intensity, if the cloud has it.
-    pub intensity: Option<Vec<f32>>,
+    pub intensity: Option<&'a [f32]>,
     /// Two components merge where their share of votes in favour exceeds this.
     pub merge_ratio: f64,
     /// Colour number of instance k at k - 1; an instance without one has its id's colour.
@@ -27,15 +28,6 @@ pub struct Scene<'a> {
     pub heading: String,
     /// Smaller text beside the heading: topic, parameters.
     pub remark: String,
-}
-
-/// A class in a mask.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct SceneClass {
-    /// Its name.
-    pub name: String,
-    /// Whether its points are objects.
-    pub is_thing: bool,
 }
 
 impl Scene<'_> {
@@ -59,7 +51,7 @@ impl Scene<'_> {
     /// Place of each class among the things.
     pub(super) fn thing_places(&self) -> Vec<usize> {
         let mut next = 0;
-        let place = |class: &SceneClass| {
+        let place = |class: &Class| {
             next += usize::from(class.is_thing);
             next.saturating_sub(1)
         };
