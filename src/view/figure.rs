@@ -168,7 +168,7 @@ impl Panels<'_> {
                 ("object mask", count, mask_keys(scene))
             }
             Panel::Components => {
-                let keys = vec![Key::Words("a colour for each component".into()), other_key()];
+                let keys = vec![Key::Words("one colour per component".into()), other_key()];
                 let count = format!("(m = {})", text(stages.components.count as usize));
                 ("local components", count, keys)
             }
@@ -193,7 +193,7 @@ fn text(number: usize) -> String {
 }
 
 fn other_key() -> Key {
-    Key::square(theme::OTHER_RETURNS[1], "other return")
+    Key::square(theme::OTHER_RETURNS[1], "other returns")
 }
 
 fn intensity_key(scene: &Scene) -> Result<Key> {
@@ -228,7 +228,7 @@ fn instance_count(scene: &Scene) -> String {
     let (instances, merged) = (scene.stages.instances.len(), scene.stages.merge.count as usize);
     match merged == instances {
         true => format!("(n = {})", text(instances)),
-        false => format!("(n = {}; {} after the vote alone)", text(instances), text(merged)),
+        false => format!("(n = {}; {} after the votes alone)", text(instances), text(merged)),
     }
 }
 
@@ -237,7 +237,7 @@ fn instance_keys(scene: &Scene) -> Vec<Key> {
     let occurring =
         reasons.into_iter().filter(|reason| scene.stages.labels.reason.contains(reason));
     let of_reason = |reason: Reason| Key::square(reason_colour(reason as u8), reason.describe());
-    let words = Key::Words("a colour for each instance".into());
+    let words = Key::Words("one colour per instance".into());
     [words].into_iter().chain(occurring.map(of_reason)).chain([other_key()]).collect()
 }
 

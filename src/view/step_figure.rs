@@ -78,7 +78,7 @@ fn components_caption(own: [u8; 3], members: usize) -> Caption {
         Key::square(theme::FOCUS, "newest member"),
         Key::square(theme::APART, "asked, kept apart"),
         Key::square(WAITING, "not yet asked"),
-        Key::Words("dimmed: instances opened before".into()),
+        Key::Words("dimmed: earlier instances".into()),
     ];
     Caption {
         letter: None,
@@ -93,7 +93,7 @@ fn votes_caption() -> Caption {
         Key::line(theme::MERGED, "joins".into()),
         Key::line(theme::APART, "kept apart".into()),
     ];
-    Caption { title: "votes from above", keys, ..Caption::default() }
+    Caption { title: "votes on the plane", keys, ..Caption::default() }
 }
 
 fn decisions_caption(scene: &Scene) -> Caption {
@@ -248,7 +248,7 @@ fn draw_table(
     let skipped = joined.len() - shown_joined;
     let mut table = Table { canvas, merge_ratio, area, y: area.y + 13.0 };
     if skipped > 0 {
-        table.note(&format!("… {} that joined before", grouped(skipped as u64)));
+        table.note(&format!("… {} earlier merges", grouped(skipped as u64)));
     }
     for step in &joined[skipped..] {
         table.row([step.target, step.query], [step.positive, step.negative], JOINS);
@@ -260,7 +260,7 @@ fn draw_table(
     if shown_apart < apart.len() {
         table.note(&format!("… {} more kept apart", grouped((apart.len() - shown_apart) as u64)));
     } else if joined.is_empty() && apart.is_empty() {
-        table.note("all its neighbours belong to instances opened before");
+        table.note("all neighbours belong to earlier instances");
     }
 }
 

@@ -101,8 +101,8 @@ fn steps(number: usize, count: usize, layout: Layout) -> String {
         Some(to) => format!("<a rel=\"{rel}\" href=\"{}\">{words}</a>", link(to, layout)),
         None => format!("<span>{words}</span>"),
     };
-    let before = step(number.checked_sub(1), "prev", "&larr; before");
-    format!("{before} &middot; {}", step(Some(number + 1), "next", "after &rarr;"))
+    let before = step(number.checked_sub(1), "prev", "&larr; previous");
+    format!("{before} &middot; {}", step(Some(number + 1), "next", "next &rarr;"))
 }
 
 const COLUMNS: [(&str, &str); 7] = [
@@ -123,7 +123,7 @@ fn index_body(head: &Head, cases: &[CasePage], layout: Layout) -> String {
     format!(
         "<header id=\"top\">\n<h1>Triage of {}</h1>\n<p>{}</p>\n\
          <p class=\"keys\">Keys: <kbd>j</kbd> <kbd>k</kbd> move, <kbd>Enter</kbd> opens, \
-         <kbd>?</kbd> tells all.</p>\n</header>\n{table}{HELP}",
+         <kbd>?</kbd> lists all keys.</p>\n</header>\n{table}{HELP}",
         escaped(&head.recording),
         escaped(&head.summary)
     )
@@ -173,8 +173,8 @@ fn body(case: &CasePage, number: usize, around: &str) -> String {
         "<nav>{around}</nav>\n<h2>{}. {}</h2>\n<p class=\"lead\">{}.</p>\n\
          <p class=\"facts\">{} &middot; frame {} &middot; {:.3} s &middot; \
          {x:.2}, {y:.2}, {z:.2} m{instance} &middot; score {:.0} %</p>\n\
-         <figure>{}</figure>\n{}<h3>Why it is so</h3>\n<pre>{}</pre>\n\
-         <h3>The same on the command line</h3>\n<pre class=\"command\">{}</pre>\n",
+         <figure>{}</figure>\n{}<h3>Explanation</h3>\n<pre>{}</pre>\n\
+         <h3>On the command line</h3>\n<pre class=\"command\">{}</pre>\n",
         number + 1,
         escaped(&capitalised(&case.kind)),
         escaped(&case.sentence),
@@ -196,7 +196,7 @@ fn other_suspects(case: &CasePage) -> String {
     };
     match case.others.iter().map(item).collect::<String>().as_str() {
         "" => String::new(),
-        list => format!("<h3>Also held against it</h3>\n<ul>\n{list}</ul>\n"),
+        list => format!("<h3>Other suspicions</h3>\n<ul>\n{list}</ul>\n"),
     }
 }
 
@@ -226,11 +226,11 @@ const HELP: &str = "<dialog id=\"help\">
 <h2>Keys</h2>
 <dl>
 <dt><kbd>j</kbd> <kbd>&darr;</kbd></dt><dd>next case</dd>
-<dt><kbd>k</kbd> <kbd>&uarr;</kbd></dt><dd>case before</dd>
-<dt><kbd>Enter</kbd></dt><dd>open it</dd>
-<dt><kbd>1</kbd> to <kbd>7</kbd></dt><dd>sort by that column, again for the other way</dd>
+<dt><kbd>k</kbd> <kbd>&uarr;</kbd></dt><dd>previous case</dd>
+<dt><kbd>Enter</kbd></dt><dd>open the case</dd>
+<dt><kbd>1</kbd> to <kbd>7</kbd></dt><dd>sort by that column; again to reverse</dd>
 <dt><kbd>u</kbd></dt><dd>back to the table</dd>
-<dt><kbd>?</kbd></dt><dd>this</dd>
+<dt><kbd>?</kbd></dt><dd>this list</dd>
 </dl>
 <form method=\"dialog\"><button>Close</button></form>
 </dialog>
