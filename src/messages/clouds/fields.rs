@@ -41,6 +41,20 @@ impl Datatype {
         }
     }
 
+    /// The type of a code in a format's list of types, whose first has code 1.
+    pub(super) fn of_code(types: &[Datatype; 8], code: i32) -> Self {
+        let place = usize::try_from(i64::from(code) - 1).ok();
+        place.and_then(|place| types.get(place)).copied().unwrap_or(Datatype::Unknown(code))
+    }
+
+    /// The code in a format's list of types.
+    pub(super) fn code_in(self, types: &[Datatype; 8]) -> i32 {
+        match self {
+            Datatype::Unknown(code) => code,
+            known => types.iter().position(|&other| other == known).map_or(0, |at| at as i32 + 1),
+        }
+    }
+
     /// Whether the values are integers.
     pub fn is_integer(self) -> bool {
         !matches!(self, Datatype::Float32 | Datatype::Float64 | Datatype::Unknown(_))

@@ -5,46 +5,40 @@ use std::borrow::Cow;
 use super::fields::{CloudPose, Datatype, MOST_FIELDS, PointField};
 use super::format::CloudFormat;
 use super::message::PackedCloud;
-use super::point_cloud2::field_count;
+use super::point_cloud2::read_fields;
 use crate::error::Result;
 use crate::messages::ros::{RosReader, RosWriter};
 
 /// The types in the order of their codes in `foxglove.PackedElementField`, the first of which is 1;
 /// 0 is unknown.
-const TYPES: [(&str, Datatype); 8] = [
-    ("UINT8", Datatype::UInt8),
-    ("INT8", Datatype::Int8),
-    ("UINT16", Datatype::UInt16),
-    ("INT16", Datatype::Int16),
-    ("UINT32", Datatype::UInt32),
-    ("INT32", Datatype::Int32),
-    ("FLOAT32", Datatype::Float32),
-    ("FLOAT64", Datatype::Float64),
+const TYPES: [Datatype; 8] = [
+    Datatype::UInt8,
+    Datatype::Int8,
+    Datatype::UInt16,
+    Datatype::Int16,
+    Datatype::UInt32,
+    Datatype::Int32,
+    Datatype::Float32,
+    Datatype::Float64,
 ];
+
+/// Names of the codes.
+const NAMES: [&str; 9] =
+    ["UNKNOWN", "UINT8", "INT8", "UINT16", "INT16", "UINT32", "INT32", "FLOAT32", "FLOAT64"];
 
 /// The type of a code.
 pub(super) fn datatype(code: i32) -> Datatype {
-    let place = usize::try_from(i64::from(code) - 1).ok();
-    place
-        .and_then(|place| TYPES.get(place))
-        .map_or(Datatype::Unknown(code), |&(_, datatype)| datatype)
+    Datatype::of_code(&TYPES, code)
 }
 
 /// The type of a name, if there is one.
 pub(super) fn datatype_of_name(name: &str) -> Option<Datatype> {
-    match name {
-        "UNKNOWN" => Some(Datatype::Unknown(0)),
-        _ => TYPES.iter().find(|(known, _)| *known == name).map(|&(_, datatype)| datatype),
-    }
+    NAMES.iter().position(|known| *known == name).map(|code| datatype(code as i32))
 }
 
 /// The code of a type.
 pub(super) fn code(datatype: Datatype) -> i32 {
-    match (datatype, TYPES.iter().position(|&(_, known)| known == datatype)) {
-        (_, Some(place)) => place as i32 + 1,
-        (Datatype::Unknown(code), None) => code,
-        (_, None) => 0,
-    }
+    datatype.code_in(&TYPES)
 }
 
 /// A cloud of points one behind the other. Sizes that do not agree are left for
@@ -89,27 +83,21 @@ pub(super) fn decode(message: &[u8]) -> Result<PackedCloud<'_>> {
     let (stamp_sec, stamp_nanosec, frame_id) = reader.header()?;
     let pose = CloudPose { position: reader.f64s()?, orientation: reader.f64s()? };
     let stride = reader.u32()?;
-    let fields = read_fields(&mut reader)?;
+    // An empty name, offset and type, without padding.
+    let fields = read_fields(&mut reader, 4 + 4 + 1, read_field)?;
     let data = Cow::Borrowed(reader.data()?);
     let byte_order = reader.layout().byte_order();
     let cloud = unorganised(format, stride, fields, data)?;
     Ok(PackedCloud { byte_order, stamp_sec, stamp_nanosec, frame_id, pose: Some(pose), ..cloud })
 }
 
-fn read_fields(reader: &mut RosReader) -> Result<Vec<PointField>> {
-    // An empty name, offset and type, without padding.
-    const SMALLEST: usize = 4 + 4 + 1;
-    let count = field_count(reader, SMALLEST)?;
-    let mut fields = Vec::with_capacity(count);
-    for _ in 0..count {
-        fields.push(PointField {
-            name: reader.string()?,
-            offset: reader.u32()?,
-            datatype: datatype(reader.u8()?.into()),
-            count: 1,
-        });
-    }
-    Ok(fields)
+fn read_field(reader: &mut RosReader) -> Result<PointField> {
+    Ok(PointField {
+        name: reader.string()?,
+        offset: reader.u32()?,
+        datatype: datatype(reader.u8()?.into()),
+        count: 1,
+    })
 }
 
 /// Appends the message with data that `fill` appends.

@@ -28,7 +28,7 @@ pub(super) fn decode(format: CloudFormat, message: &[u8]) -> Result<PackedCloud<
         pose: None,
         height: reader.u32()?,
         width: reader.u32()?,
-        fields: read_fields(&mut reader)?,
+        fields: read_fields(&mut reader, SMALLEST_FIELD, read_field)?,
         is_bigendian: reader.bool()?,
         point_step: reader.u32()?,
         row_step: reader.u32()?,
@@ -53,7 +53,7 @@ pub(super) fn encode(
     for field in &cloud.fields {
         writer.string(&field.name);
         writer.u32(field.offset);
-        writer.u8(code(field.datatype));
+        writer.u8(field.datatype.code_in(&TYPES) as u8);
         writer.u32(field.count);
     }
     writer.bool(cloud.is_bigendian);
@@ -73,29 +73,29 @@ impl PackedCloud<'_> {
     }
 }
 
-/// Length of a sequence of fields of at least `smallest` bytes each.
-pub(super) fn field_count(reader: &mut RosReader, smallest: usize) -> Result<usize> {
+/// An empty name, offset, datatype and count, without padding.
+const SMALLEST_FIELD: usize = 4 + 4 + 1 + 4;
+
+/// Reads a sequence of fields of at least `smallest` bytes each.
+pub(super) fn read_fields(
+    reader: &mut RosReader,
+    smallest: usize,
+    read: impl Fn(&mut RosReader) -> Result<PointField>,
+) -> Result<Vec<PointField>> {
     let count = reader.sequence(smallest)?;
-    match count <= MOST_FIELDS {
-        true => Ok(count),
-        false => Err(reader.malformed(format!("{count} fields, more than {MOST_FIELDS}"))),
+    if count > MOST_FIELDS {
+        return Err(reader.malformed(format!("{count} fields, more than {MOST_FIELDS}")));
     }
+    (0..count).map(|_| read(reader)).collect()
 }
 
-fn read_fields(reader: &mut RosReader) -> Result<Vec<PointField>> {
-    // An empty name, offset, datatype and count, without padding.
-    const SMALLEST: usize = 4 + 4 + 1 + 4;
-    let count = field_count(reader, SMALLEST)?;
-    let mut fields = Vec::with_capacity(count);
-    for _ in 0..count {
-        fields.push(PointField {
-            name: reader.string()?,
-            offset: reader.u32()?,
-            datatype: datatype(reader.u8()?),
-            count: reader.u32()?,
-        });
-    }
-    Ok(fields)
+fn read_field(reader: &mut RosReader) -> Result<PointField> {
+    Ok(PointField {
+        name: reader.string()?,
+        offset: reader.u32()?,
+        datatype: Datatype::of_code(&TYPES, reader.u8()?.into()),
+        count: reader.u32()?,
+    })
 }
 
 /// The types in the order of their codes in `sensor_msgs/PointField`, the first of which is 1.
@@ -110,29 +110,17 @@ const TYPES: [Datatype; 8] = [
     Datatype::Float64,
 ];
 
-fn datatype(code: u8) -> Datatype {
-    let known = usize::from(code).checked_sub(1).and_then(|place| TYPES.get(place));
-    known.copied().unwrap_or(Datatype::Unknown(code.into()))
-}
-
-fn code(datatype: Datatype) -> u8 {
-    match (datatype, TYPES.iter().position(|&known| known == datatype)) {
-        (_, Some(place)) => place as u8 + 1,
-        (Datatype::Unknown(code), None) => code as u8,
-        (_, None) => 0,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn codes_are_those_of_the_definition() {
+        let datatype = |code| Datatype::of_code(&TYPES, code);
         assert_eq!(datatype(1), Datatype::Int8);
         assert_eq!(datatype(7), Datatype::Float32);
         assert_eq!(datatype(0), Datatype::Unknown(0));
-        assert!((0..=255).all(|number| code(datatype(number)) == number));
+        assert!((0..=255).all(|code| datatype(code).code_in(&TYPES) == code));
     }
 
     #[test]
