@@ -21,7 +21,7 @@ use divmerge::evaluate::entropy::{
     point_roles, true_objects,
 };
 use divmerge::evaluate::panoptic;
-use divmerge::instances::likeness;
+use divmerge::instances::ShapeClass;
 use divmerge::io::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
 use divmerge::pipeline::{self, Config, Stages};
 use divmerge::semantics::{GroundParams, MaskSource};
@@ -178,14 +178,14 @@ fn truth_table(frames: &[Frame]) {
 
 /// Counts of instances by the true kind that most of their points are of.
 fn likeness_table(frames: &[Frame]) {
-    let mut counts = [[0_usize; likeness::Kind::ALL.len()]; KINDS.len()];
+    let mut counts = [[0_usize; ShapeClass::ALL.len()]; KINDS.len()];
     for frame in frames {
         let stages = frame.run(Objects::NotGround, &Config::best());
         for (kind, likeness) in kinds_and_likenesses(frame, &stages) {
             counts[kind][likeness as usize] += 1;
         }
     }
-    let names = likeness::Kind::ALL.map(likeness::Kind::name);
+    let names = ShapeClass::ALL.map(ShapeClass::name);
     println!("| true | {} |", names.join(" | "));
     println!("| --- |{}", " ---: |".repeat(names.len()));
     for ((name, _), counts) in KINDS.iter().zip(counts) {
@@ -194,7 +194,7 @@ fn likeness_table(frames: &[Frame]) {
     println!();
 }
 
-fn kinds_and_likenesses(frame: &Frame, stages: &Stages) -> Vec<(usize, likeness::Kind)> {
+fn kinds_and_likenesses(frame: &Frame, stages: &Stages) -> Vec<(usize, ShapeClass)> {
     let mut points = vec![[0_usize; KINDS.len()]; stages.instances.len() + 1];
     for (&instance, class) in stages.labels.instance.iter().zip(&frame.classes) {
         if let Some(kind) = KINDS.iter().position(|(_, ids)| ids.contains(class)) {
@@ -205,7 +205,7 @@ fn kinds_and_likenesses(frame: &Frame, stages: &Stages) -> Vec<(usize, likeness:
     let judged = seen.filter_map(|instance| {
         let points = points[instance.id as usize];
         let most = (0..KINDS.len()).max_by_key(|&kind| points[kind])?;
-        (2 * points[most] > instance.points as usize).then_some((most, instance.likeness?.kind))
+        (2 * points[most] > instance.points as usize).then_some((most, instance.shape?.class))
     });
     judged.collect()
 }

@@ -47,7 +47,6 @@ pub mod instances {
 }
 pub use divmerge_core::cloud::{self, sensor_frame, taxonomy};
 pub use divmerge_core::geometry::{disjoint_sets, footprint, grid, kd_tree, statistics};
-pub use divmerge_core::methods as baselines;
 pub use divmerge_core::{cluster, pipeline, range_image, semantics};
 pub use divmerge_simulate as simulate;
 

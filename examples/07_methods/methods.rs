@@ -1,15 +1,16 @@
 //! The methods in the tables, ours and others, behind one call.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use divmerge::Taxonomy;
-use divmerge::baselines::{
-    Alpine, AnyBaseline, Baseline, Boxes, Dbscan, DepthClustering, Detection, Euclidean,
-    OnePerClass, ScanLineRun, Supervoxel, View, majority_class, without_classes,
+use divmerge::cluster::{self, ClusterParams, MethodInput, ObjectPixels};
+use divmerge::comparison::methods::{
+    Alpine, Boxes, Dbscan, DepthClustering, Euclidean, OnePerClass, ScanLineRun, Supervoxel,
+    majority_class, without_classes,
 };
-use divmerge::cluster::ClusterParams;
 use divmerge::evaluate::panoptic::MIN_POINTS;
-use divmerge::instances::UprightBox;
+use divmerge::instances::{Detection, UprightBox};
 use divmerge::pipeline::{self, Config};
 use divmerge::range_image::{ProjectionParams, RangeImage};
 use divmerge::semantics::{MaskSource, object_mask};
@@ -30,7 +31,7 @@ enum How {
     /// The same with every class a family of its own.
     WithoutFamilies(Box<Config>),
     /// Clusters objects of all classes alike, and takes shadowed points back by range in 5 x 5.
-    Classless(AnyBaseline),
+    Classless(Arc<dyn cluster::Method>),
     /// A preset whose points keep the class that was given, whatever their instance's.
     OwnClass(Box<Config>),
     /// The true objects, on the points that are given as things.
@@ -54,9 +55,9 @@ impl Method {
     }
 
     /// Another method, on the same classes as they are given and with the same back-projection.
-    fn theirs(name: &'static str, baseline: AnyBaseline) -> Self {
-        let baseline = Some(baseline);
-        Method::ours(name, Config { baseline, smoothing: None, ..Config::best() })
+    fn theirs(name: &'static str, other: impl cluster::Method + 'static) -> Self {
+        let other_method = Some(Arc::new(other) as _);
+        Method::ours(name, Config { other_method, smoothing: None, ..Config::best() })
     }
 
     /// Labels a frame.
@@ -71,7 +72,7 @@ impl Method {
             How::WithoutFamilies(config) => {
                 by(frame, config, &Taxonomy::semantic_kitti().without_families())
             }
-            How::Classless(baseline) => classes_alike(frame, baseline),
+            How::Classless(other) => classes_alike(frame, other.as_ref()),
             How::OwnClass(config) => {
                 let class = classes(frame.cloud.class.as_deref().unwrap_or_default());
                 Found { class, ..ours(frame, config) }
@@ -120,25 +121,28 @@ fn in_true_boxes(frame: &Frame, least: u64) -> Found {
         Some(Detection { bounds, class: Some(class), score: 1.0 })
     });
     let detections: Vec<Detection> = detections.collect();
-    let baseline = Some(AnyBaseline::Boxes(Boxes::default()));
-    let config = Config { baseline, smoothing: None, ..Config::best() };
+    let other_method = Some(Arc::new(Boxes::default()) as _);
+    let config = Config { other_method, smoothing: None, ..Config::best() };
     let mask = MaskSource::Classes(&taxonomy);
     let stages = pipeline::run_with(&frame.cloud, mask, &detections, &config);
     Found { class: classes(&stages.labels.semantic), instance: stages.labels.instance }
 }
 
-fn classes_alike(frame: &Frame, baseline: &AnyBaseline) -> Found {
-    let taxonomy = Taxonomy::semantic_kitti();
+fn classes_alike(frame: &Frame, other: &dyn cluster::Method) -> Found {
+    let (taxonomy, params) = (Taxonomy::semantic_kitti(), ClusterParams::paper());
     let image = RangeImage::new(&frame.cloud, &ProjectionParams::default());
-    let mask = object_mask(&frame.cloud, &image, MaskSource::Classes(&taxonomy), None);
-    let instance = baseline.instances(View {
+    let given = object_mask(&frame.cloud, &image, MaskSource::Classes(&taxonomy), None);
+    let mask = without_classes(&given);
+    let segmentation = other.segment(&MethodInput {
         cloud: &frame.cloud,
         image: &image,
-        mask: &without_classes(&mask),
-        back_projection: ClusterParams::paper().back_projection,
+        mask: &mask,
+        objects: &ObjectPixels::new(&frame.cloud, &image, &mask, &params),
         detections: &[],
+        back_projection: params.back_projection,
     });
-    Found { class: majority_class(&instance, &mask.class), instance }
+    let instance = segmentation.of_point.expect("other methods segment points");
+    Found { class: majority_class(&instance, &given.class), instance }
 }
 
 /// Preset `best`.
@@ -169,22 +173,22 @@ pub fn paper() -> Method {
 
 /// DBSCAN(0.5, 5).
 pub fn dbscan() -> Method {
-    Method::theirs("DBSCAN 0.5 m, 5", AnyBaseline::Dbscan(Dbscan::default()))
+    Method::theirs("DBSCAN 0.5 m, 5", Dbscan::default())
 }
 
 /// ALPINE, k = 32, with splitting.
 pub fn alpine() -> Method {
-    Method::theirs("ALPINE", AnyBaseline::Alpine(Alpine::new(&Taxonomy::semantic_kitti())))
+    Method::theirs("ALPINE", Alpine::new(&Taxonomy::semantic_kitti()))
 }
 
 /// Connected components within half a metre.
 pub fn euclidean() -> Method {
-    Method::theirs("Euclidean 0.5 m", AnyBaseline::Euclidean(Euclidean::default()))
+    Method::theirs("Euclidean 0.5 m", Euclidean::default())
 }
 
 /// The same of all objects, whatever their class.
 pub fn euclidean_classless() -> Method {
-    classless("Euclidean 0.5 m, classes alike", AnyBaseline::Euclidean(Euclidean::default()))
+    classless("Euclidean 0.5 m, classes alike", Euclidean::default())
 }
 
 /// The true instances: as far as anything can come with the classes that were given.
@@ -208,39 +212,35 @@ pub fn paper_own_class() -> Method {
     Method { name: "`paper`, classes as given", how: How::OwnClass(Box::new(Config::paper())) }
 }
 
-fn classless(name: &'static str, baseline: AnyBaseline) -> Method {
-    Method { name, how: How::Classless(baseline) }
+fn classless(name: &'static str, other: impl cluster::Method + 'static) -> Method {
+    Method { name, how: How::Classless(Arc::new(other)) }
 }
 
 /// All of them: ours, the others class by class, and four as the pipelines of 2021 were released,
 /// which cluster objects of all classes alike and take shadowed points back by range in 5 x 5.
 pub fn all() -> Vec<Method> {
-    use AnyBaseline as Any;
     let unsplit = Alpine { margin: f64::INFINITY, ..Alpine::new(&Taxonomy::semantic_kitti()) };
-    let depth = Any::DepthClustering(DepthClustering::default());
+    let depth = DepthClustering::default();
     let run = ScanLineRun::default();
     vec![
         best(),
         paper(),
         Method::ours("`authors`", Config::authors()),
         alpine(),
-        Method::theirs("ALPINE without splitting", Any::Alpine(unsplit)),
+        Method::theirs("ALPINE without splitting", unsplit),
         euclidean(),
-        Method::theirs("Euclidean 1 m", Any::Euclidean(Euclidean { reach: 1.0 })),
+        Method::theirs("Euclidean 1 m", Euclidean { reach: 1.0 }),
         dbscan(),
-        Method::theirs("depth clustering", depth.clone()),
-        Method::theirs("scan-line run", Any::ScanLineRun(run)),
-        Method::theirs(
-            "scan-line run, 4 beams up",
-            Any::ScanLineRun(ScanLineRun { beams: 4, ..run }),
-        ),
-        Method::theirs("supervoxel", Any::Supervoxel(Supervoxel::default())),
+        Method::theirs("depth clustering", depth),
+        Method::theirs("scan-line run", run),
+        Method::theirs("scan-line run, 4 beams up", ScanLineRun { beams: 4, ..run }),
+        Method::theirs("supervoxel", Supervoxel::default()),
         true_boxes(),
         all_true_boxes(),
-        Method::theirs("one per class", Any::OnePerClass(OnePerClass)),
+        Method::theirs("one per class", OnePerClass),
         euclidean_classless(),
         classless("depth clustering, classes alike", depth),
-        classless("scan-line run, classes alike", Any::ScanLineRun(run)),
-        classless("supervoxel, classes alike", Any::Supervoxel(Supervoxel::default())),
+        classless("scan-line run, classes alike", run),
+        classless("supervoxel, classes alike", Supervoxel::default()),
     ]
 }

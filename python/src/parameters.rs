@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use divmerge::Taxonomy;
 use divmerge::annotate::{Method, ObjectSource, Objects};
-use divmerge::baselines::AnyBaseline;
+use divmerge::comparison::methods;
 use divmerge::io::address::put_secrets_aside;
 use divmerge::io::asked_transforms;
 use divmerge::network::NetworkImage;
@@ -104,7 +104,7 @@ impl Parameters {
     /// The parameters of the pipeline.
     pub fn config(&self, taxonomy: &Taxonomy) -> PyResult<Config> {
         let mut config = self.overrides.config().map_err(raised)?;
-        config.baseline = match self.method.as_deref() {
+        config.other_method = match self.method.as_deref() {
             None | Some(OURS) => None,
             Some("boxes") => {
                 return Err(wrong(
@@ -113,7 +113,7 @@ impl Parameters {
                     reads",
                 ));
             }
-            Some(name) => Some(AnyBaseline::named(name, taxonomy).ok_or_else(|| {
+            Some(name) => Some(methods::named(name, taxonomy).ok_or_else(|| {
                 wrong(
                     "method",
                     format!(

@@ -217,7 +217,7 @@ impl ClusterResult {
     /// of the merge, from 1.
     #[getter]
     fn joins(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        let joins = &self.stages.joins;
+        let joins = &self.stages.post_merge.joins;
         lazily(py, &self.lazy.joins, || {
             let columns = [
                 ("target", list(py, joins, |join| join.target)),
@@ -319,13 +319,13 @@ fn texts<'py>(
 }
 
 fn instance_records<'py>(py: Python<'py>, all: &[Instance]) -> PyResult<Bound<'py, PyAny>> {
-    let probability = |one: &Instance| one.likeness.map_or(f64::NAN, |l| l.probability);
+    let probability = |one: &Instance| one.shape.map_or(f64::NAN, |l| l.probability);
     let columns = [
         ("id", list(py, all, |one| one.id)),
         ("semantic", list(py, all, |one| one.semantic)),
         ("class_name", texts(py, all, |one| one.class_name.as_str())?),
         ("confidence", list(py, all, |one| one.confidence.unwrap_or(f64::NAN))),
-        ("likeness", texts(py, all, |one| one.likeness.map_or("", |l| l.kind.name()))?),
+        ("likeness", texts(py, all, |one| one.shape.map_or("", |shape| shape.class.name()))?),
         ("probability", list(py, all, probability)),
         ("points", list(py, all, |one| one.points)),
         ("pixels", list(py, all, |one| one.pixels)),

@@ -1,8 +1,10 @@
 //! Methods side by side: how well and how fast they segment the same clouds ([`measure()`]), and
-//! classes that are wrong by a known amount to compare them on ([`corrupt`]).
+//! classes that are wrong by a known amount to compare them on ([`corrupt`]). [`methods`] has the
+//! methods of others.
 
 pub mod corruption;
 mod measure;
+pub mod methods;
 
 pub use corruption::{Corruption, Surroundings, corrupt};
 pub use measure::{MethodScores, measure};

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use divmerge::annotate::{Event, Method, Options, Report, annotate};
-use divmerge::baselines::{AnyBaseline, Boxes};
+use divmerge::comparison::methods::Boxes;
 use divmerge::instances::{Detection, UprightBox};
 
 use divmerge::io::drive::{CLOUD_TOPIC, SENSOR_FRAME};
@@ -27,8 +28,8 @@ const BOXES: &str = "/boxes";
 /// Cuts by the boxes of a source.
 fn by_boxes(source: &BoxSource, recording: &Path) -> Result<Options> {
     let boxes = FrameBoxes::open(source, recording, &Taxonomy::semantic_kitti())?;
-    let baseline = Some(AnyBaseline::Boxes(Boxes::default()));
-    let config = Config { baseline, ..Config::best() };
+    let boxes = Some(Arc::new(Boxes::default()) as _);
+    let config = Config { other_method: boxes, ..Config::best() };
     let method = Method { config, boxes, ..Method::default() };
     Ok(Options { method, force: true, ..Options::default() })
 }

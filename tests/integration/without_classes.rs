@@ -3,7 +3,7 @@
 use divmerge::evaluate::entropy::{
     MIN_POINTS, PointRole, TOLERANCE, entropies, found_whole, true_objects,
 };
-use divmerge::instances::likeness;
+use divmerge::instances::ShapeClass;
 use divmerge::io::semantic_kitti::{labelled_scans, read_labels, read_scan};
 use divmerge::pipeline::{self, Config};
 use divmerge::semantics::{GroundParams, MaskSource};
@@ -89,7 +89,7 @@ fn with_classes_gaps_change_nothing_and_nothing_is_likened() {
     let without = pipeline::run(&cloud, mask, &by_angle());
     assert_eq!(best.labels, without.labels);
     assert_eq!(best.instances, without.instances);
-    assert!(best.instances.iter().all(|instance| instance.likeness.is_none()));
+    assert!(best.instances.iter().all(|instance| instance.shape.is_none()));
 }
 
 /// The likeliest kinds of the instances that hold most of a true thing of 200 points or more.
@@ -108,15 +108,14 @@ fn simulated_cars_look_like_vehicles() {
     let is_car =
         |id: u32| points[id as usize].0 >= 200 && 2 * points[id as usize].1 > points[id as usize].0;
     let cars: Vec<_> = stages.instances.iter().filter(|instance| is_car(instance.id)).collect();
-    let alike = cars.iter().filter(|car| {
-        car.likeness.is_some_and(|likeness| likeness.kind == likeness::Kind::Vehicle)
-    });
+    let alike =
+        cars.iter().filter(|car| car.shape.is_some_and(|shape| shape.class == ShapeClass::Vehicle));
     let alike = alike.count();
     assert!(cars.len() > 5 && 10 * alike >= 8 * cars.len(), "{alike} of {}", cars.len());
     let title = cars.iter().map(|car| car.title()).find(|title| title.contains("vehicle-like"));
     assert!(title.is_some_and(|title| title.ends_with(" %")));
     for instance in &stages.instances {
-        let likeness = instance.likeness.expect("no classes");
-        assert!(likeness.probability > 0.0 && likeness.probability <= 1.0, "{likeness:?}");
+        let shape = instance.shape.expect("no classes");
+        assert!(shape.probability > 0.0 && shape.probability <= 1.0, "{shape:?}");
     }
 }

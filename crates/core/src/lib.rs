@@ -7,7 +7,6 @@ pub mod cloud;
 pub mod cluster;
 pub mod error;
 pub mod geometry;
-pub mod methods;
 pub mod pipeline;
 pub mod range_image;
 pub mod semantics;

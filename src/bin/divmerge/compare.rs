@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use divmerge::Taxonomy;
-use divmerge::baselines::AnyBaseline;
+use divmerge::comparison::methods;
 use divmerge::comparison::{MethodScores, measure};
 use divmerge::pipeline::{Config, Preset};
 use divmerge::view::{Line, LineChart};
@@ -101,7 +101,7 @@ impl Contender {
                 config
             }
             Contender::Method(name) => {
-                Config { baseline: AnyBaseline::named(name, taxonomy), ..Config::best() }
+                Config { other_method: methods::named(name, taxonomy), ..Config::best() }
             }
         }
     }

@@ -88,7 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         refuse_existing(output, arguments.force)?;
     }
     let method = arguments.method.method(&arguments.input)?;
-    if let Some(other) = &method.config.baseline {
+    if let Some(other) = &method.config.other_method {
         bail!(
             "{} has no votes or merges to explain; `divmerge figure --method {0}` draws its result",
             other.name()

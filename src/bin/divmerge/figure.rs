@@ -113,7 +113,7 @@ const STEPS: &[NamedValue<Step>] = &[
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let method = arguments.method.method(&arguments.input)?;
-    let panels = match (arguments.panels.as_slice(), &method.config.baseline) {
+    let panels = match (arguments.panels.as_slice(), &method.config.other_method) {
         ([], None) => FigureOptions::default().panels,
         ([], Some(_)) => vec![Panel::Mask, Panel::Instances, Panel::BirdsEye],
         (chosen, _) => chosen.to_vec(),

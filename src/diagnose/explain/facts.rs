@@ -9,7 +9,6 @@ use crate::cluster::back_projection::label_source;
 use crate::instances::Reason;
 use crate::pipeline::Stages;
 use crate::range_image::{NEIGHBOURS, NO_NEIGHBOUR};
-use crate::semantics::MaskSource;
 
 /// A component of the divide step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -77,7 +76,7 @@ impl PointFacts {
         let image = &stages.image;
         let pixel = image.pixel_of(point);
         let is_shadowed = image.is_shadowed(point);
-        let object = object_of(frame, point);
+        let object = label_source(&stages.method_input(cloud, frame.config), point);
         let label = object.map_or(0, |object| stages.components.label[object]);
         let instance = labels.instance[point];
         let of_instance = stages.instances.iter().find(|found| found.id == instance);
@@ -86,7 +85,7 @@ impl PointFacts {
             position: cloud.position(point),
             range: cloud.squared_range(point).sqrt(),
             semantic: cloud.class.as_ref().map_or(0, |class| class[point]),
-            class_name: class_name(frame, stages.mask.class[point]),
+            class_name: frame.mask.class_name(stages.mask.class[point]).to_owned(),
             instance,
             instance_class: of_instance.map(|found| found.class_name.clone()).unwrap_or_default(),
             reason: labels.reason[point],
@@ -100,21 +99,6 @@ impl PointFacts {
             neighbours: object.map(|object| neighbours(frame, object)).unwrap_or_default(),
             object,
         }
-    }
-}
-
-/// The object pixel whose label a point has: its own, or if it is shadowed the nearest of its
-/// class.
-fn object_of(frame: &Frame, point: usize) -> Option<usize> {
-    let Frame { cloud, stages, config, .. } = frame;
-    let window = config.cluster.back_projection;
-    label_source(cloud, &stages.image, &stages.mask, &stages.objects, point, window)
-}
-
-pub(super) fn class_name(frame: &Frame, class: u16) -> String {
-    match frame.mask {
-        MaskSource::Classes(taxonomy) => taxonomy.classes()[usize::from(class)].name.clone(),
-        _ => String::new(),
     }
 }
 

@@ -45,11 +45,12 @@ use serde::Serialize;
 
 use crate::instances::Reason;
 
+pub use crate::cluster::SizeTest;
 pub use border::{BorderPair, Rule};
 pub use facts::{ComponentFacts, GroupFacts, PointFacts};
 pub use frame::{Answer, Frame, Subject, answer};
 pub use places::{Place, nearest_points, return_at};
-pub use post_merge::{GapTest, PostMergeStage, SizeTest};
+pub use post_merge::{GapTest, PostMergeStage};
 pub use text::{ExplanationReport, ExplanationText};
 pub use votes::{Donor, Link, VoteEvidence};
 pub use what_if::{Choice, Flip, Number, WhatIf, what_if};

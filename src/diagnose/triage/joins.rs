@@ -20,7 +20,7 @@ pub(super) fn thin_joins(facts: &FrameFacts) -> Vec<Suspect> {
     }
     let mut sets = DisjointSets::new(pieces);
     let mut suspects = Vec::new();
-    for join in &stages.joins {
+    for join in &stages.post_merge.joins {
         let [a, b] = [join.target, join.query].map(|piece| sets.root(piece as usize - 1));
         if a == b {
             continue;

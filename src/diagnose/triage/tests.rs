@@ -239,7 +239,7 @@ fn borders_that_all_but_voted_to_join() {
     let (a, b) = (labels[0].min(labels[other]), labels[0].max(labels[other]));
     assert_eq!(scene.of(SuspectKind::RefusedVotes), []);
     let mut vote = |positive, negative| {
-        let vote = crate::cluster::votes::Vote { a, b, positive, negative };
+        let vote = crate::cluster::Vote { a, b, positive, negative };
         scene.stages.votes.pairs.push(vote);
         let found = scene.of(SuspectKind::RefusedVotes);
         scene.stages.votes.pairs.pop();

@@ -2,8 +2,7 @@
 
 use nalgebra::Isometry3;
 
-use crate::instances::likeness::Kind;
-use crate::instances::{Instance, Likeness};
+use crate::instances::{Instance, Shape, ShapeClass};
 use crate::messages::ros::RosWriter;
 
 /// Opacity of a box.
@@ -38,9 +37,9 @@ pub struct ObjectBox {
 impl ObjectBox {
     /// An instance's box. `frame` takes the sensor frame to the coordinate frame of the message.
     pub fn of(instance: &Instance, frame: &Isometry3<f64>) -> Self {
-        let (name, probability) = match instance.likeness {
-            Some(Likeness { kind: Kind::Unknown, .. }) => ("", 0.0),
-            Some(Likeness { kind, probability, .. }) => (kind.name(), probability),
+        let (name, probability) = match instance.shape {
+            Some(Shape { class: ShapeClass::Unknown, .. }) => ("", 0.0),
+            Some(Shape { class, probability, .. }) => (class.name(), probability),
             None => (instance.class_name.as_str(), instance.confidence.unwrap_or(1.0)),
         };
         ObjectBox {

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::likeness::{Kind, Likeness};
+use super::shape::{Shape, ShapeClass};
 use super::upright_box::UprightBox;
 
 /// Why a point has no instance. The numbers are those of the field `reason` in an annotated cloud.
@@ -91,7 +91,8 @@ pub struct Instance {
     /// where classes come without any.
     pub confidence: Option<f64>,
     /// What it looks like, where there are no classes.
-    pub likeness: Option<Likeness>,
+    #[serde(rename = "likeness")]
+    pub shape: Option<Shape>,
     /// Number of its points.
     pub points: u32,
     /// Number of its pixels.
@@ -105,10 +106,10 @@ pub struct Instance {
 impl Instance {
     /// Its number and what is known of it, as in `12 car` or `12 vehicle-like 83 %`.
     pub fn title(&self) -> String {
-        match self.likeness {
-            Some(Likeness { kind: Kind::Unknown, .. }) => self.id.to_string(),
-            Some(Likeness { kind, probability, .. }) => {
-                format!("{} {} {:.0} %", self.id, kind.name(), probability * 100.0)
+        match self.shape {
+            Some(Shape { class: ShapeClass::Unknown, .. }) => self.id.to_string(),
+            Some(Shape { class, probability, .. }) => {
+                format!("{} {} {:.0} %", self.id, class.name(), probability * 100.0)
             }
             None => format!("{} {}", self.id, self.class_name).trim_end().to_owned(),
         }

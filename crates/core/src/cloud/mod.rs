@@ -1,13 +1,13 @@
 //! The nouns of the domain: point clouds, classes, instances, and how a cloud's frame stands.
 
 pub mod instances;
-pub mod likeness;
 pub mod point_cloud;
 pub mod sensor_frame;
+pub mod shape;
 pub mod taxonomy;
 pub mod upright_box;
 
 pub use instances::{Instance, PointLabels, Reason};
-pub use likeness::{Kind, Likeness};
 pub use point_cloud::{PointClasses, PointCloud, PointColumns, wide};
+pub use shape::{Shape, ShapeClass};
 pub use upright_box::{Detection, UprightBox};

@@ -1,11 +1,9 @@
 //! Back from pixels to points: what a shadowed point takes from the pixels around it (ALGORITHM
 //! section 6).
 
-use super::objects::ObjectPixels;
-use super::params::{BackProjection, Nearest};
-use crate::cloud::point_cloud::{PointCloud, wide};
-use crate::range_image::RangeImage;
-use crate::semantics::ObjectMask;
+use super::method::MethodInput;
+use super::params::Nearest;
+use crate::cloud::point_cloud::wide;
 
 /// A shadowed point farther than this many lengths of its class from the nearest pixel belongs to
 /// another object.
@@ -15,50 +13,39 @@ const BEYOND: f64 = 1.5;
 /// nearest of its class, with [`Nearest::Space`] else of its family. `None` for points that are no
 /// objects, and for shadowed ones without a match: with [`Nearest::Space`] also for those far
 /// beyond the length of their class.
-pub fn label_source(
-    cloud: &PointCloud,
-    image: &RangeImage,
-    mask: &ObjectMask,
-    objects: &ObjectPixels,
-    point: usize,
-    window: BackProjection,
-) -> Option<usize> {
+pub fn label_source(input: &MethodInput, point: usize) -> Option<usize> {
+    let MethodInput { image, mask, objects, back_projection: window, .. } = *input;
     if !mask.is_object[point] {
         return None;
     }
-    if image.is_shadowed(point) {
-        let class = mask.class[point];
-        let by_space = window.nearest == Nearest::Space;
-        let size = mask.sizes[usize::from(class)].filter(|_| by_space);
-        let in_reach = |&(_, distance): &(usize, f64)| {
-            size.is_none_or(|size| distance <= (BEYOND * size.length).powi(2))
-        };
-        let nearest = |is_kin: &dyn Fn(usize) -> bool| {
-            nearest_object(cloud, image, objects, point, is_kin, window).filter(in_reach)
-        };
-        let found = nearest(&|object| objects.class[object] == class);
-        // One object may carry several classes of a family.
-        let family = mask.families[usize::from(class)];
-        let found = found.or_else(|| {
-            by_space.then(|| nearest(&|object| objects.family[object] == family)).flatten()
-        });
-        found.map(|(object, _)| object)
-    } else {
-        image.pixel_of(point).and_then(|pixel| objects.at(pixel))
+    if !image.is_shadowed(point) {
+        return image.pixel_of(point).and_then(|pixel| objects.at(pixel));
     }
+    let class = mask.class[point];
+    let by_space = window.nearest == Nearest::Space;
+    let size = mask.sizes[usize::from(class)].filter(|_| by_space);
+    let in_reach = |&(_, distance): &(usize, f64)| {
+        size.is_none_or(|size| distance <= (BEYOND * size.length).powi(2))
+    };
+    let nearest =
+        |is_kin: &dyn Fn(usize) -> bool| nearest_object(input, point, is_kin).filter(in_reach);
+    let found = nearest(&|object| objects.class[object] == class);
+    // One object may carry several classes of a family.
+    let family = mask.families[usize::from(class)];
+    let of_family = || nearest(&|object| objects.family[object] == family);
+    let found = found.or_else(|| by_space.then(of_family).flatten());
+    found.map(|(object, _)| object)
 }
 
 /// The object pixel of a class nearest to a point in the window around the point's own pixel, and
 /// its [`distance`]. Columns wrap where the image does. Ties go to the nearer column, then to the
 /// left, then upwards.
 fn nearest_object(
-    cloud: &PointCloud,
-    image: &RangeImage,
-    objects: &ObjectPixels,
+    input: &MethodInput,
     point: usize,
     is_kin: impl Fn(usize) -> bool,
-    window: BackProjection,
 ) -> Option<(usize, f64)> {
+    let MethodInput { cloud, image, objects, back_projection: window, .. } = *input;
     let own = image.pixel_of(point)?;
     let columns = image.columns();
     let (row, column) = (own / columns, own % columns);

@@ -1,6 +1,7 @@
 //! Condition(a, b): do two neighbouring pixels belong together (ALGORITHM section 3)?
 
-use super::params::{Condition, Gate, Rays};
+use super::authors::condition::{gated, nominal_angle_exceeds};
+use super::params::{Condition, Rays};
 use crate::cloud::taxonomy::ClassSize;
 
 /// The condition with what it needs of the image and of its own parameters worked out beforehand.
@@ -78,22 +79,6 @@ fn measured_angle_exceeds(p: [f64; 3], q: [f64; 3], tangent: f64) -> bool {
     let cross =
         norm([p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]]);
     cross > tangent * (farther - pq)
-}
-
-/// beta = atan2(d2 sin alpha, d1 - d2 cos alpha) > theta for ranges d1 >= d2 and a given alpha.
-fn nominal_angle_exceeds(p: [f64; 3], q: [f64; 3], alpha: f64, theta: f64) -> bool {
-    let (p, q) = (norm(p), norm(q));
-    let (d1, d2) = (p.max(q), p.min(q));
-    (d2 * alpha.sin()).atan2(d1 - d2 * alpha.cos()) > theta
-}
-
-fn gated(p: [f64; 3], q: [f64; 3], apart: usize, gate: &Gate, angle: impl Fn() -> bool) -> bool {
-    let distance = norm([p[0] - q[0], p[1] - q[1], p[2] - q[2]]);
-    let (p, q) = (norm(p), norm(q));
-    let in_reach =
-        gate.reach_by_range.iter().all(|&(range, pixels)| p.min(q) <= range || apart <= pixels);
-    (distance < gate.farthest && in_reach && angle())
-        || (distance < gate.touching && p.max(q) < gate.touching_range)
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {

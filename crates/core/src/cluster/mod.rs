@@ -1,39 +1,39 @@
-//! Divide and merge: the paper, a file a step.
+//! Our methods, behind one trait, and the steps they have in common.
 //!
-//! | step | file | paper | ALGORITHM |
+//! | what | file | paper | ALGORITHM |
 //! | --- | --- | --- | --- |
+//! | the trait, its input and its result | [`method`], [`post_merge`] | | |
 //! | parameters, presets | [`params`] | | 7 |
 //! | object pixels, neighbours | [`objects`] | Neighborhood of Alg. 1 | 2, 4 |
-//! | condition | [`condition`] | Fig. 2 | 3 |
-//! | seeds | [`seeds`](mod@seeds) | III.B | 4 |
-//! | growth | [`divide`](mod@divide) | Alg. 1 | 4 |
-//! | votes | [`votes`] | V+ and V- | 4, 5 |
-//! | merge | [`merge`](mod@merge) | Alg. 2 | 5 |
-//! | bird's-eye merge | [`birds_eye`](mod@birds_eye) | III.E | 6 |
-//! | fragments by size | [`fragments`](mod@fragments) | ours | |
-//! | pieces by gaps, where there are no classes | [`gaps`] | ours | |
+//! | condition | [`condition`], [`touching`] | Fig. 2 | 3 |
+//! | divide and merge (`paper`, `authors`) | [`divide_and_merge`] | Alg. 1 and 2, III.E | 4 to 6 |
+//! | what is special to `authors` | `authors` | | 7 |
+//! | merge by size (`best`) | [`fragments`] | ours | |
+//! | merge by gaps (`best` without classes) | [`gaps`] | ours | |
 //! | back to points | [`back_projection`] | | 6 |
 
+mod authors;
 pub mod back_projection;
-pub mod birds_eye;
-mod cells;
 pub mod condition;
-pub mod divide;
+pub mod divide_and_merge;
 pub mod fragments;
 pub mod gaps;
-pub mod merge;
+pub mod method;
 pub mod objects;
 pub mod params;
-pub mod seeds;
+pub mod post_merge;
 pub mod touching;
-pub mod votes;
 
-pub use birds_eye::{birds_eye, fragments};
-pub use divide::{Components, divide};
-pub use fragments::{Evidence, Fragment, Join, assemble};
-pub use gaps::join_by_gaps;
-pub use merge::{Merge, MergeStep, merge};
+pub use divide_and_merge::DivideAndMerge;
+pub use divide_and_merge::assigner::{Merge, MergeStep};
+pub use divide_and_merge::divide::{Components, divide};
+pub use divide_and_merge::merge::merge;
+pub use divide_and_merge::regions::{InstanceRegion, regions};
+pub use divide_and_merge::seeds::seeds;
+pub use divide_and_merge::votes::{Vote, Votes};
+pub use fragments::{Fragment, Group, MergeBySize, SizeTest, assemble};
+pub use gaps::MergeByGaps;
+pub use method::{Method, MethodInput, Segmentation};
 pub use objects::ObjectPixels;
 pub use params::ClusterParams;
-pub use seeds::seeds;
-pub use votes::{Vote, Votes};
+pub use post_merge::{Evidence, Join, PostMerge};

@@ -287,39 +287,6 @@ impl ClusterParams {
         }
     }
 
-    /// What the released C++ does, less its memory errors (ALGORITHM section 7).
-    pub fn authors() -> Self {
-        ClusterParams {
-            voxel: 0.2,
-            rounding: Rounding::Nearest,
-            condition: Condition {
-                angle: 0.15,
-                rays: Rays::Nominal { row_step: 28_f64.to_radians() / 64.0 },
-                gate: Some(Gate {
-                    farthest: 1.5,
-                    touching: 0.5,
-                    touching_range: 5.0,
-                    reach_by_range: vec![(1.5, 11), (3.0, 9), (5.0, 7), (8.0, 5), (15.0, 3)],
-                }),
-                nearness: None,
-            },
-            gap_columns: usize::MAX,
-            gap_rows: 10,
-            seeding: Seeding::AtPop,
-            merge_ratio: 0.4,
-            accumulation: Accumulation::IntoOpener,
-            birds_eye: Some(BirdsEye {
-                region: Region::Box,
-                margin: 0.1,
-                same_class: false,
-                transitive: false,
-                grown_pixels_only: true,
-            }),
-            min_pixels: 31,
-            ..Self::paper()
-        }
-    }
-
     /// Ours, free to differ from the paper wherever measurement says so.
     pub fn best() -> Self {
         let paper = Self::paper();

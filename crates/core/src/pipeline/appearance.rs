@@ -1,14 +1,14 @@
-//! What instances without a class look like, measured on the run.
+//! The shapes of instances without a class, measured on the run.
 
 use rustc_hash::FxHashMap;
 
-use crate::cloud::likeness::Measures;
 use crate::cloud::point_cloud::{PointCloud, wide};
-use crate::cloud::{Likeness, Reason, UprightBox};
-use crate::cluster::ObjectPixels;
+use crate::cloud::shape::{Shape, ShapeMeasures, classify_shape};
+use crate::cloud::{Reason, UprightBox};
+use crate::cluster::{MethodInput, ObjectPixels};
 use crate::range_image::{NO_NEIGHBOUR, RangeImage};
 
-/// What [`Measures`] need beyond an instance's own points.
+/// What [`ShapeMeasures`] need beyond an instance's own points.
 pub(super) struct Appearance {
     ground: GroundHeights,
     /// Departures of ranges, metres; those of instance k at k - 1.
@@ -17,13 +17,8 @@ pub(super) struct Appearance {
 
 impl Appearance {
     /// Of a cloud of N points with a reason each, and M object pixels with an instance each.
-    pub fn new(
-        cloud: &PointCloud,
-        reason: &[Reason],
-        image: &RangeImage,
-        objects: &ObjectPixels,
-        instance: &[u32],
-    ) -> Self {
+    pub fn new(input: &MethodInput, reason: &[Reason], instance: &[u32]) -> Self {
+        let MethodInput { cloud, image, objects, .. } = *input;
         let count = instance.iter().copied().max().unwrap_or(0) as usize;
         let mut departures = vec![Vec::new(); count];
         for (object, &own) in instance.iter().enumerate().filter(|&(_, &own)| own != 0) {
@@ -32,19 +27,19 @@ impl Appearance {
         Appearance { ground: GroundHeights::new(cloud, reason), departures }
     }
 
-    /// What an instance looks like, given its points and its box.
-    pub fn likeness(
+    /// The shape of an instance, given its points and its box.
+    pub fn shape(
         &mut self,
         cloud: &PointCloud,
         id: u32,
         points: &[u32],
         bounds: &UprightBox,
-    ) -> Likeness {
+    ) -> Shape {
         let positions: Vec<[f64; 3]> =
             points.iter().map(|&point| wide(cloud.position(point as usize))).collect();
         let ground = self.ground.at(bounds.centre);
         let departures = &mut self.departures[id as usize - 1];
-        Measures::new(&positions, bounds, ground, departures).likeness()
+        classify_shape(ShapeMeasures::new(&positions, bounds, ground, departures))
     }
 }
 

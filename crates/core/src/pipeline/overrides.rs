@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use super::Config;
+use super::config::Config;
 use crate::cluster::params::{BirdsEye, ClusterParams, Region};
 use crate::error::ParameterError;
 use crate::range_image::ProjectionParams;

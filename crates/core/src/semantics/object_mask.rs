@@ -18,6 +18,16 @@ pub enum MaskSource<'a> {
     Marked(&'a [bool]),
 }
 
+impl MaskSource<'_> {
+    /// Name of the class of a number; empty where there are no classes.
+    pub fn class_name(&self, class: u16) -> &str {
+        match self {
+            MaskSource::Classes(taxonomy) => &taxonomy.classes()[usize::from(class)].name,
+            _ => "",
+        }
+    }
+}
+
 /// Which of N points belong to objects, and to which class.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ObjectMask {

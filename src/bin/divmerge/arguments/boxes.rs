@@ -1,12 +1,14 @@
 //! Arguments of `--method boxes`.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::Result;
 use clap::Args;
 use clap::error::ErrorKind::{ArgumentConflict, MissingRequiredArgument};
 use divmerge::Taxonomy;
-use divmerge::baselines::AnyBaseline;
+use divmerge::cluster::Method;
+use divmerge::comparison::methods::Boxes;
 use divmerge::io::{BoxSource, FrameBoxes};
 use divmerge::pipeline::Config;
 
@@ -84,9 +86,12 @@ impl BoxArguments {
 
     /// Sets margin and minimum score, if the method is `boxes`.
     pub fn set(&self, config: &mut Config) {
-        if let Some(AnyBaseline::Boxes(boxes)) = &mut config.baseline {
-            boxes.margin = self.boxes_margin.unwrap_or(boxes.margin);
-            boxes.least_score = self.least_score.unwrap_or(boxes.least_score);
+        let usual = Boxes::default();
+        if config.method_name() == usual.name() {
+            config.other_method = Some(Arc::new(Boxes {
+                margin: self.boxes_margin.unwrap_or(usual.margin),
+                least_score: self.least_score.unwrap_or(usual.least_score),
+            }));
         }
     }
 

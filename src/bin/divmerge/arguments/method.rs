@@ -6,8 +6,8 @@ use anyhow::Result;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 use divmerge::annotate::Method;
-use divmerge::baselines::AnyBaseline;
 use divmerge::cluster::params::Region;
+use divmerge::comparison::methods;
 use divmerge::pipeline::{BirdsEyeMerge, Overrides, Preset};
 
 use super::boxes::BoxArguments;
@@ -130,7 +130,7 @@ impl MethodArguments {
         let mut config = self.overrides().config()?;
         let (sensor_frame, transforms) = self.geometry.frame(recording)?;
         let method = self.objects.method(recording)?;
-        config.baseline = AnyBaseline::named(self.method, &method.taxonomy);
+        config.other_method = methods::named(self.method, &method.taxonomy);
         self.boxes.set(&mut config);
         let boxes = BoxArguments::open(box_source.as_ref(), recording, &method.taxonomy)?;
         Ok(Method { config, boxes, sensor_frame, transforms, ..method })

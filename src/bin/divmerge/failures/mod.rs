@@ -149,7 +149,7 @@ fn of_frame(
             cloud.recorded(cloud.position(point).map(f64::from)).map(|along| along as f32)
         };
         let mut row = Row::new(failure, source, (*number, *log_time_ns), &recorded);
-        row.explain = config.baseline.is_none().then(|| commands.explain(&row.at));
+        row.explain = config.other_method.is_none().then(|| commands.explain(&row.at));
         let pixels = row.failure.pixels.as_ref();
         row.figure = pixels.and_then(|pixels| commands.figure(pixels, columns));
         row

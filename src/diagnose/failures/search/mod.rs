@@ -30,7 +30,7 @@ pub(super) fn cause(run: &LabelledRun, oracles: &Oracles, target: &Target) -> (C
 }
 
 fn other_method(search: &Search) -> Found {
-    let method = search.run.frame.config.baseline.as_ref()?;
+    let method = search.run.frame.config.other_method.as_ref()?;
     Some((Cause::Method { name: method.name() }, Vec::new()))
 }
 

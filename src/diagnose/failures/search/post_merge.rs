@@ -31,7 +31,7 @@ impl Search<'_> {
         let own = self.is_own_pixel(object);
         let last = |group: u32| match group {
             0 => 0,
-            group => stages.birds_eye[group as usize - 1],
+            group => stages.post_merge.instance[group as usize - 1],
         };
         let end = most_frequent_group(&own, |pixel| last(stages.merged_instance(pixel)))?;
         let groups = (1..=stages.merge.count).filter(|&group| last(group) == end);
@@ -39,7 +39,7 @@ impl Search<'_> {
         let place = |group: u32| groups.binary_search(&group).ok();
         let part_of = |pixel: usize| place(stages.merged_instance(pixel));
         let joins: Vec<&Join> =
-            stages.joins.iter().filter(|join| place(join.target).is_some()).collect();
+            stages.post_merge.joins.iter().filter(|join| place(join.target).is_some()).collect();
         if !joins.is_empty() {
             let edges = edges(joins.iter().map(|join| [join.target, join.query]), place)?;
             let (cut, show) = self.spoiling_edge(groups.len(), &edges, &own, part_of)?;

@@ -1,11 +1,11 @@
-//! What an instance without a class looks like: vehicle, person, pole, structure or vegetation, by
+//! The shape of an instance without a class: vehicle, person, pole, structure or vegetation, by
 //! size and shape.
 //!
-//! Each kind has a score between 0 and 1, a product of soft limits (logistic curves) on what can be
-//! measured; the scores and a constant for "none of these", divided by their sum, are the
-//! probabilities. Limits come from what the kinds are; the docs of [`Kind`] give them. One was
-//! taken from labelled drives, the roughness of leaves. The probability says how far the measures
-//! are inside the limits of one kind alone. It is not calibrated.
+//! Each class has a score between 0 and 1, a product of soft limits (logistic curves) on what can
+//! be measured; the scores and a constant for "none of these", divided by their sum, are the
+//! probabilities. Limits come from what the classes are; the docs of [`ShapeClass`] give them. One
+//! was taken from labelled drives, the roughness of leaves. The probability says how far the
+//! measures are inside the limits of one class alone. It is not calibrated.
 //!
 //! The measure that tells leaves from walls is *roughness*: by how much the range of a pixel
 //! departs from the mean of its neighbours in the row, half of them by more. Along a smooth
@@ -18,10 +18,10 @@ use serde::Serialize;
 use super::upright_box::UprightBox;
 use crate::geometry::statistics::median_by;
 
-/// What an instance looks like.
+/// The class of a shape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Kind {
+pub enum ShapeClass {
     /// Car to bus, or a face of one: 1.2 to 12 m long, up to 2.9 m wide (the 2.55 m that a bus may
     /// be, and mirrors), 0.5 to 3.8 m high and no higher than its length allows, standing on the
     /// ground, smooth.
@@ -40,38 +40,53 @@ pub enum Kind {
     Unknown,
 }
 
-impl Kind {
-    /// All kinds in their order.
-    pub const ALL: [Kind; 6] =
-        [Kind::Vehicle, Kind::Person, Kind::Pole, Kind::Structure, Kind::Vegetation, Kind::Unknown];
+impl ShapeClass {
+    /// All classes in their order.
+    pub const ALL: [ShapeClass; 6] = [
+        ShapeClass::Vehicle,
+        ShapeClass::Person,
+        ShapeClass::Pole,
+        ShapeClass::Structure,
+        ShapeClass::Vegetation,
+        ShapeClass::Unknown,
+    ];
 
     /// Its name as markers show it.
     pub fn name(self) -> &'static str {
         match self {
-            Kind::Vehicle => "vehicle-like",
-            Kind::Person => "person-like",
-            Kind::Pole => "pole-like",
-            Kind::Structure => "structure",
-            Kind::Vegetation => "vegetation-like",
-            Kind::Unknown => "unknown",
+            ShapeClass::Vehicle => "vehicle-like",
+            ShapeClass::Person => "person-like",
+            ShapeClass::Pole => "pole-like",
+            ShapeClass::Structure => "structure",
+            ShapeClass::Vegetation => "vegetation-like",
+            ShapeClass::Unknown => "unknown",
         }
     }
 }
 
-/// The likeliest kind of an instance.
+/// The likeliest class of an instance's shape.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Likeness {
-    /// The kind.
-    pub kind: Kind,
+pub struct Shape {
+    /// The class.
+    #[serde(rename = "kind")]
+    pub class: ShapeClass,
     /// Its probability, 0 to 1.
     pub probability: f64,
     /// What was measured.
-    pub measures: Measures,
+    pub measures: ShapeMeasures,
+}
+
+/// The likeliest class of a shape.
+pub fn classify_shape(measures: ShapeMeasures) -> Shape {
+    let scores = measures.scores();
+    let total: f64 = scores.iter().sum();
+    let best = (0..scores.len()).fold(0, |a, b| if scores[b] > scores[a] { b } else { a });
+    Shape { class: ShapeClass::ALL[best], probability: scores[best] / total, measures }
 }
 
 /// What is measured on an instance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Measures {
+pub struct ShapeMeasures {
     /// Number of its points.
     pub points: usize,
     /// Length, width and height of its upright box, metres.
@@ -86,7 +101,7 @@ pub struct Measures {
     pub roughness: Option<f64>,
 }
 
-impl Measures {
+impl ShapeMeasures {
     /// The measures of points in metres, given their box, the height of the ground below them (in
     /// the sensor's frame) and the departures of their ranges.
     pub fn new(
@@ -96,7 +111,7 @@ impl Measures {
         departures: &mut [f32],
     ) -> Self {
         let [low, high] = [-0.5, 0.5].map(|half| bounds.centre[2] + half * bounds.size[2]);
-        Measures {
+        ShapeMeasures {
             points: positions.len(),
             size: bounds.size,
             above_ground: ground.map(|ground| [low - ground, high - ground]),
@@ -105,15 +120,7 @@ impl Measures {
         }
     }
 
-    /// The likeliest kind and its probability.
-    pub fn likeness(&self) -> Likeness {
-        let scores = self.scores();
-        let total: f64 = scores.iter().sum();
-        let best = (0..scores.len()).fold(0, |a, b| if scores[b] > scores[a] { b } else { a });
-        Likeness { kind: Kind::ALL[best], probability: scores[best] / total, measures: *self }
-    }
-
-    /// Scores in the order of [`Kind::ALL`].
+    /// Scores in the order of [`ShapeClass::ALL`].
     fn scores(&self) -> [f64; 6] {
         const NONE_OF_THESE: f64 = 0.1;
         let seen = above(self.points as f64, 8.0, 2.0);
@@ -238,9 +245,9 @@ fn roughness(departures: &mut [f32]) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Measures of something that stands on the ground.
-    fn standing(size: [f64; 3], thickness: f64, roughness: f64) -> Measures {
-        Measures {
+    /// ShapeMeasures of something that stands on the ground.
+    fn standing(size: [f64; 3], thickness: f64, roughness: f64) -> ShapeMeasures {
+        ShapeMeasures {
             points: 200,
             size,
             above_ground: Some([0.1, 0.1 + size[2]]),
@@ -249,41 +256,41 @@ mod tests {
         }
     }
 
-    fn kind(measures: Measures) -> Kind {
-        let found = measures.likeness();
+    fn class(measures: ShapeMeasures) -> ShapeClass {
+        let found = classify_shape(measures);
         assert!(found.probability > 0.5 && found.probability <= 1.0, "{found:?} of {measures:?}");
-        found.kind
+        found.class
     }
 
     #[test]
     fn things_of_usual_size() {
-        assert_eq!(kind(standing([4.6, 1.9, 1.4], 0.4, 0.012)), Kind::Vehicle);
-        assert_eq!(kind(standing([1.8, 0.3, 1.3], 0.1, 0.012)), Kind::Vehicle);
-        assert_eq!(kind(standing([0.7, 0.5, 1.65], 0.1, 0.02)), Kind::Person);
-        assert_eq!(kind(standing([0.2, 0.15, 5.5], 0.05, 0.01)), Kind::Pole);
-        assert_eq!(kind(standing([0.2, 0.2, 0.8], 0.05, 0.01)), Kind::Pole);
-        assert_eq!(kind(standing([15.0, 0.8, 6.0], 0.2, 0.012)), Kind::Structure);
-        assert_eq!(kind(standing([8.0, 0.2, 1.6], 0.05, 0.012)), Kind::Structure);
-        assert_eq!(kind(standing([3.0, 2.0, 1.5], 0.5, 0.12)), Kind::Vegetation);
+        assert_eq!(class(standing([4.6, 1.9, 1.4], 0.4, 0.012)), ShapeClass::Vehicle);
+        assert_eq!(class(standing([1.8, 0.3, 1.3], 0.1, 0.012)), ShapeClass::Vehicle);
+        assert_eq!(class(standing([0.7, 0.5, 1.65], 0.1, 0.02)), ShapeClass::Person);
+        assert_eq!(class(standing([0.2, 0.15, 5.5], 0.05, 0.01)), ShapeClass::Pole);
+        assert_eq!(class(standing([0.2, 0.2, 0.8], 0.05, 0.01)), ShapeClass::Pole);
+        assert_eq!(class(standing([15.0, 0.8, 6.0], 0.2, 0.012)), ShapeClass::Structure);
+        assert_eq!(class(standing([8.0, 0.2, 1.6], 0.05, 0.012)), ShapeClass::Structure);
+        assert_eq!(class(standing([3.0, 2.0, 1.5], 0.5, 0.12)), ShapeClass::Vegetation);
     }
 
     #[test]
     fn few_points_tell_nothing() {
-        let few = Measures { points: 3, ..standing([4.6, 1.9, 1.4], 0.4, 0.012) };
-        assert_eq!(few.likeness().kind, Kind::Unknown);
-        let one = Measures { points: 1, roughness: None, ..standing([0.0; 3], 0.0, 0.0) };
-        assert_eq!(one.likeness().kind, Kind::Unknown);
-        assert!(one.likeness().probability > 0.9, "{:?}", one.likeness());
+        let few = ShapeMeasures { points: 3, ..standing([4.6, 1.9, 1.4], 0.4, 0.012) };
+        assert_eq!(classify_shape(few).class, ShapeClass::Unknown);
+        let one = ShapeMeasures { points: 1, roughness: None, ..standing([0.0; 3], 0.0, 0.0) };
+        assert_eq!(classify_shape(one).class, ShapeClass::Unknown);
+        assert!(classify_shape(one).probability > 0.9, "{:?}", classify_shape(one));
     }
 
     #[test]
     fn what_floats_is_no_person() {
         let mut floating = standing([0.7, 0.5, 1.2], 0.1, 0.02);
-        assert_eq!(floating.likeness().kind, Kind::Person);
+        assert_eq!(classify_shape(floating).class, ShapeClass::Person);
         floating.above_ground = Some([3.0, 4.2]);
-        assert_ne!(floating.likeness().kind, Kind::Person);
+        assert_ne!(classify_shape(floating).class, ShapeClass::Person);
         floating.above_ground = None;
-        assert_eq!(floating.likeness().kind, Kind::Person);
+        assert_eq!(classify_shape(floating).class, ShapeClass::Person);
     }
 
     #[test]

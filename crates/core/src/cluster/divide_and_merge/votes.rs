@@ -26,7 +26,7 @@ pub struct Votes {
 /// Votes as they come in: (lower label, twice the higher label and, in the lowest bit, whether in
 /// favour). Labels are below 2^31, which is more pixels than any memory holds.
 #[derive(Debug, Default)]
-pub(super) struct Ballot {
+pub(in crate::cluster) struct Ballot {
     cast: Vec<(u32, u32)>,
     /// How many of them are votes; behind them are places for more.
     count: usize,
@@ -34,12 +34,12 @@ pub(super) struct Ballot {
 
 impl Ballot {
     /// With places for so many votes.
-    pub(super) fn with_places(places: usize) -> Self {
+    pub(in crate::cluster) fn with_places(places: usize) -> Self {
         Ballot { cast: vec![(0, 0); places + 1], count: 0 }
     }
 
     /// A vote between two components.
-    pub(super) fn cast(&mut self, own: u32, other: u32, in_favour: bool) {
+    pub(in crate::cluster) fn cast(&mut self, own: u32, other: u32, in_favour: bool) {
         if self.count + 1 >= self.cast.len() {
             self.cast.resize((2 * self.cast.len()).max(64), (0, 0));
         }
@@ -50,7 +50,13 @@ impl Ballot {
     /// one component decide nothing and are not kept. Which those are cannot be foreseen, so each
     /// is written down and some are written over, without a branch.
     #[inline]
-    pub(super) fn cast_if(&mut self, counts: bool, own: u32, other: u32, in_favour: bool) {
+    pub(in crate::cluster) fn cast_if(
+        &mut self,
+        counts: bool,
+        own: u32,
+        other: u32,
+        in_favour: bool,
+    ) {
         let (a, b) = (own.min(other), own.max(other));
         self.cast[self.count] = (a, b << 1 | u32::from(in_favour));
         self.count += usize::from(counts & (own != other));
@@ -59,7 +65,7 @@ impl Ballot {
     /// Counts the votes between `components` components, each as `weight` votes: a counting sort by
     /// the lower label, then a sum for each of its neighbours. O(m + v + p log p) in v votes and
     /// the p neighbours of one component.
-    pub(super) fn count(self, components: u32, weight: u32) -> Votes {
+    pub(in crate::cluster) fn count(self, components: u32, weight: u32) -> Votes {
         let (sorted, start) = self.by_lower_label(components);
         let mut pairs: Vec<Vote> = Vec::new();
         // Where the pair of a label stands, if it is there and belongs to the lower label in turn.

@@ -2,9 +2,9 @@
 
 use rustc_hash::FxHashSet;
 
-use super::objects::ObjectPixels;
-use super::params::{ClusterParams, Rounding};
 use crate::cloud::point_cloud::wide;
+use crate::cluster::objects::ObjectPixels;
+use crate::cluster::params::{ClusterParams, Rounding};
 
 /// The seeds in row-major order, as object pixel numbers: seed k carries label k + 1. Where
 /// neighbours must be of one class, so must the pixels of a voxel.

@@ -1,11 +1,12 @@
 //! ALPINE (Sautier, Puy, Boulch, Marlet and Lepetit 2025, arXiv 2503.13203): "Clustering is back:
 //! Reaching state-of-the-art LiDAR instance segmentation without training".
 
-use super::{Baseline, View, per_class};
+use super::shared::per_class;
 use crate::cloud::taxonomy::{ClassSize, Taxonomy};
-use crate::geometry::disjoint_sets::DisjointSets;
-use crate::geometry::footprint::{PlanePoint, convex_hull, minimum_area_rectangle};
-use crate::geometry::kd_tree::KdTree;
+use crate::cluster::{Method, MethodInput, Segmentation};
+use crate::disjoint_sets::DisjointSets;
+use crate::footprint::{PlanePoint, convex_hull, minimum_area_rectangle};
+use crate::kd_tree::KdTree;
 
 /// The points of a class on the bird's-eye plane, each linked with its k nearest as far as they are
 /// nearer than the class is wide; connected components; components larger than the class's objects
@@ -113,9 +114,17 @@ impl Alpine {
     }
 }
 
-impl Baseline for Alpine {
-    fn instances(&self, view: View) -> Vec<u32> {
-        per_class(view, |class, points| {
+impl Method for Alpine {
+    fn name(&self) -> &'static str {
+        "alpine"
+    }
+
+    fn parameters(&self) -> serde_json::Value {
+        serde_json::json!(self)
+    }
+
+    fn segment(&self, input: &MethodInput) -> Segmentation {
+        per_class(input, |class, points| {
             let plane: Vec<PlanePoint> = points.iter().map(|&[x, y, _]| [x, y]).collect();
             match self.boxes.get(usize::from(class)).copied().flatten() {
                 None => vec![0; points.len()],

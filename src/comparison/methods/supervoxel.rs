@@ -1,11 +1,12 @@
 //! Supervoxels: voxel cloud connectivity segmentation (Papon, Abramov, Schoeler and Woergoetter
 //! 2013).
 
+use crate::cluster::{Method, MethodInput, Segmentation};
 use nalgebra::{Matrix3, Vector3};
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 
-use super::{Baseline, View, per_class};
+use super::shared::per_class;
 
 /// Seeds on a coarse grid of voxels grow over occupied neighbours, ring by ring; a voxel belongs to
 /// the supervoxel that is nearest by position and normal. Class by class.
@@ -34,9 +35,17 @@ impl Default for Supervoxel {
     }
 }
 
-impl Baseline for Supervoxel {
-    fn instances(&self, view: View) -> Vec<u32> {
-        per_class(view, |_, points| {
+impl Method for Supervoxel {
+    fn name(&self) -> &'static str {
+        "supervoxel"
+    }
+
+    fn parameters(&self) -> serde_json::Value {
+        serde_json::json!(self)
+    }
+
+    fn segment(&self, input: &MethodInput) -> Segmentation {
+        per_class(input, |_, points| {
             let voxels = Voxels::new(points, self.voxel);
             let of_voxel = self.grow(&voxels, &self.seed(&voxels));
             voxels.of_point.iter().map(|&voxel| of_voxel[voxel as usize]).collect()

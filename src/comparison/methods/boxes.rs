@@ -2,9 +2,9 @@
 //! segmentation and 3-D object detection, made as in Behley, Milioto and Stachniss 2020 (arXiv
 //! 2003.02371).
 
+use crate::cluster::{Method, MethodInput, Segmentation};
 use serde::Serialize;
 
-use super::{Baseline, View};
 use crate::cloud::point_cloud::wide;
 use crate::cloud::{Detection, UprightBox};
 
@@ -26,17 +26,25 @@ impl Default for Boxes {
     }
 }
 
-impl Baseline for Boxes {
-    fn instances(&self, view: View) -> Vec<u32> {
-        let known = view.detections.iter().filter(|found| found.score >= self.least_score);
+impl Method for Boxes {
+    fn name(&self) -> &'static str {
+        "boxes"
+    }
+
+    fn parameters(&self) -> serde_json::Value {
+        serde_json::json!(self)
+    }
+
+    fn segment(&self, input: &MethodInput) -> Segmentation {
+        let known = input.detections.iter().filter(|found| found.score >= self.least_score);
         let mut found: Vec<&Detection> = known.collect();
         found.sort_by(|a, b| b.score.total_cmp(&a.score)); // stable: the surer first
-        let any_class = !view.mask.has_classes();
+        let any_class = !input.mask.has_classes();
         let instance_of = |point: usize| {
-            if !view.mask.is_object[point] {
+            if !input.mask.is_object[point] {
                 return 0;
             }
-            let (at, class) = (wide(view.cloud.position(point)), view.mask.class[point]);
+            let (at, class) = (wide(input.cloud.position(point)), input.mask.class[point]);
             let in_box = found.iter().zip(1_u32..).filter_map(|(detection, number)| {
                 let is_of_class = any_class || detection.class.is_none_or(|own| own == class);
                 let depth =
@@ -45,7 +53,7 @@ impl Baseline for Boxes {
             });
             in_box.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0, |(_, number)| number)
         };
-        (0..view.cloud.len()).map(instance_of).collect()
+        Segmentation::of_points((0..input.cloud.len()).map(instance_of).collect(), input)
     }
 }
 
@@ -61,7 +69,7 @@ fn share_of_box(bounds: &UprightBox, at: [f64; 3], margin: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{CAR, PERSON, frame};
+    use super::super::test_frames::{CAR, PERSON, frame};
     use super::*;
 
     fn detection(x: f64, length: f64, class: u16, score: f64) -> Detection {
@@ -84,7 +92,7 @@ mod tests {
         // The surer detection is number 1 wherever it stands.
         let found = [detection(0.0, 4.0, car, 0.5), detection(3.0, 4.0, car, 0.9)];
         let frame = frame(6, &points);
-        let instances = |found: &[Detection]| Boxes::default().instances(frame.view(found));
+        let instances = |found: &[Detection]| frame.instances(&Boxes::default(), found);
         assert_eq!(instances(&found), [2, 1, 1, 0, 1, 0]);
         assert_eq!(instances(&[found[0]]), [1, 1, 0, 0, 1, 0]);
         assert_eq!(instances(&[detection(2.0, 1.0, person, 0.1)]), [0, 0, 0, 1, 0, 0]);
@@ -93,12 +101,11 @@ mod tests {
 
     #[test]
     fn points_without_classes_belong_to_boxes_of_any() {
-        let frame = frame(2, &[([0.0, 5.0, 0.0], CAR), ([9.0, 5.0, 0.0], CAR)]);
+        let mut frame = frame(2, &[([0.0, 5.0, 0.0], CAR), ([9.0, 5.0, 0.0], CAR)]);
         let person = [detection(0.0, 4.0, 6, 0.5)];
-        assert_eq!(Boxes::default().instances(frame.view(&person)), [0, 0]);
-        let view = frame.view(&person);
-        let mask = &super::super::without_classes(view.mask);
-        assert_eq!(Boxes::default().instances(View { mask, ..view }), [1, 0]);
+        assert_eq!(frame.instances(&Boxes::default(), &person), [0, 0]);
+        frame.mask = super::super::without_classes(&frame.mask);
+        assert_eq!(frame.instances(&Boxes::default(), &person), [1, 0]);
     }
 
     #[test]

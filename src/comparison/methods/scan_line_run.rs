@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use super::{Baseline, View, object_pixels, to_points};
-use crate::cluster::ObjectPixels;
-use crate::geometry::disjoint_sets::DisjointSets;
+use super::shared::{object_pixels, to_points};
+use crate::cluster::{Method, MethodInput, ObjectPixels, Segmentation};
+use crate::disjoint_sets::DisjointSets;
 use crate::range_image::RangeImage;
 
 /// Each beam is cut into runs of neighbouring points, and a run takes over what its points are near
@@ -31,25 +31,33 @@ impl Default for ScanLineRun {
     }
 }
 
-impl Baseline for ScanLineRun {
-    fn instances(&self, view: View) -> Vec<u32> {
-        let objects = object_pixels(view, 0.0); // the condition is not asked
+impl Method for ScanLineRun {
+    fn name(&self) -> &'static str {
+        "scan-line-run"
+    }
+
+    fn parameters(&self) -> serde_json::Value {
+        serde_json::json!(self)
+    }
+
+    fn segment(&self, input: &MethodInput) -> Segmentation {
+        let objects = object_pixels(input, 0.0); // the condition is not asked
         let mut sets = DisjointSets::new(objects.len());
-        let columns = view.image.columns();
+        let columns = input.image.columns();
         let all: Vec<usize> = (0..objects.len()).collect();
         for row in
             all.chunk_by(|&a, &b| row_of(&objects, a, columns) == row_of(&objects, b, columns))
         {
-            join_runs(&objects, row, view.image.wraps, self.within, &mut sets);
+            join_runs(&objects, row, input.image.wraps, self.within, &mut sets);
             for &pixel in row {
                 let mut above = (1..=self.beams)
-                    .filter_map(|up| nearest_above(&objects, view.image, pixel, up, self.between));
+                    .filter_map(|up| nearest_above(&objects, input.image, pixel, up, self.between));
                 if let Some(above) = above.next() {
                     sets.join(pixel, above);
                 }
             }
         }
-        to_points(view, &objects, &sets.numbered())
+        to_points(input, &objects, &sets.numbered())
     }
 }
 
@@ -115,7 +123,7 @@ fn distance(objects: &ObjectPixels, a: usize, b: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{CAR, PERSON, instances, instances_of_a_beam};
+    use super::super::test_frames::{CAR, PERSON, instances, instances_of_a_beam};
     use super::*;
 
     /// Pixels of a wall-like image: column to y, row to z, at 10 m.

@@ -1,9 +1,10 @@
 //! The divide step: every seed grows its component, and borders vote (Alg. 1; ALGORITHM section 4).
 
-use super::objects::ObjectPixels;
-use super::params::{ClusterParams, Leftovers, Seeding};
 use super::votes::{Ballot, Votes};
-use crate::range_image::{NEIGHBOURS, NO_NEIGHBOUR};
+use crate::cluster::authors::growth::Growth;
+use crate::cluster::objects::ObjectPixels;
+use crate::cluster::params::{ClusterParams, Leftovers, Seeding};
+use crate::range_image::NEIGHBOURS;
 
 /// The local components of the divide step and the votes on their borders.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -131,107 +132,7 @@ fn border_votes(objects: &ObjectPixels, label: &[u32]) -> Ballot {
 /// Right and down: each pair of neighbours from one side.
 const FORWARD: [usize; 2] = [1, 3];
 
-/// The state of Alg. 1 where seeds are labelled at the pop. Queues are linked lists in one arena,
-/// because a pixel that changes hands is in several.
-struct Growth<'a> {
-    objects: &'a ObjectPixels,
-    label: Vec<u32>,
-    grown: Vec<(u32, u32)>,
-    undecided: Vec<(u32, u32)>,
-    ballot: Ballot,
-    arena: Vec<Entry>,
-    queues: Vec<Queue>,
-}
-
-struct Entry {
-    object: u32,
-    next: u32,
-}
-
-struct Queue {
-    label: u32,
-    head: u32,
-    tail: u32,
-}
-
 const END: u32 = u32::MAX;
-
-impl<'a> Growth<'a> {
-    fn new(objects: &'a ObjectPixels, seeds: &[u32]) -> Self {
-        let entries = seeds.iter().map(|&object| Entry { object, next: END });
-        let queues = (0..seeds.len() as u32).map(|number| Queue {
-            label: number + 1,
-            head: number,
-            tail: number,
-        });
-        Growth {
-            objects,
-            label: vec![0; objects.len()],
-            grown: Vec::new(),
-            undecided: Vec::new(),
-            ballot: Ballot::default(),
-            arena: entries.collect(),
-            queues: queues.collect(),
-        }
-    }
-
-    fn run(mut self) -> Self {
-        let mut queues = std::mem::take(&mut self.queues);
-        while !queues.is_empty() {
-            for queue in &mut queues {
-                self.expand(queue);
-            }
-            queues.retain(|queue| queue.head != END);
-        }
-        for (own, neighbour) in std::mem::take(&mut self.undecided) {
-            let other = self.label[neighbour as usize];
-            if other > 0 {
-                self.ballot.cast(own, other, false);
-            }
-        }
-        self
-    }
-
-    /// ExpandCluster of Alg. 1: pops one pixel and visits its neighbours. Every pop writes its own
-    /// label again.
-    fn expand(&mut self, queue: &mut Queue) {
-        let object = self.pop(queue);
-        let own = queue.label;
-        self.label[object] = own;
-        let connected = self.objects.connected[object];
-        for (neighbour, connected) in self.objects.neighbours[object].into_iter().zip(connected) {
-            if neighbour == NO_NEIGHBOUR {
-                continue;
-            }
-            match (connected, self.label[neighbour as usize]) {
-                (true, 0) => {
-                    self.label[neighbour as usize] = own;
-                    self.grown.push((neighbour, own));
-                    self.push(queue, neighbour);
-                }
-                (false, 0) => self.undecided.push((own, neighbour)),
-                (connected, other) => self.ballot.cast(own, other, connected),
-            }
-        }
-    }
-
-    fn pop(&self, queue: &mut Queue) -> usize {
-        let entry = &self.arena[queue.head as usize];
-        queue.head = entry.next;
-        entry.object as usize
-    }
-
-    fn push(&mut self, queue: &mut Queue, object: u32) {
-        let entry = self.arena.len() as u32;
-        self.arena.push(Entry { object, next: END });
-        if queue.head == END {
-            queue.head = entry;
-        } else {
-            self.arena[queue.tail as usize].next = entry;
-        }
-        queue.tail = entry;
-    }
-}
 
 /// Gives each connected leftover a label of its own, in row-major order of its first pixel. A
 /// leftover has no true condition towards any component, so it brings no vote in favour.

@@ -3,57 +3,9 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use super::params::{Accumulation, ClusterParams};
-use super::votes::{Vote, Votes};
-
-/// One decision of the merge: `query` joined the instance of `target`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct MergeStep {
-    /// The component whose row decided.
-    pub target: u32,
-    /// The component that joined.
-    pub query: u32,
-    /// V+ of the pair at that moment, with what the row had inherited.
-    pub positive: u64,
-    /// V- of the pair at that moment.
-    pub negative: u64,
-}
-
-/// The instances of the merge step.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Merge {
-    /// m: instance of each component from 1, in the order in which instances were opened; component
-    /// k is at k - 1.
-    pub instance_of_component: Vec<u32>,
-    /// Number of instances.
-    pub count: u32,
-    /// Every merge in the order in which it happened.
-    pub steps: Vec<MergeStep>,
-}
-
-/// Votes of one component towards one other. Sums of them are no more than all votes of a frame.
-#[derive(Debug, Clone, Copy)]
-struct Entry {
-    label: u32,
-    positive: u32,
-    negative: u32,
-}
-
-impl Entry {
-    /// V+ / (V+ + V-) > ratio, without the division of zero by zero.
-    fn exceeds(&self, ratio: f64) -> bool {
-        let total = f64::from(self.positive) + f64::from(self.negative);
-        self.positive > 0 && f64::from(self.positive) > ratio * total
-    }
-
-    fn plus(&self, other: &Entry) -> Entry {
-        Entry {
-            label: self.label,
-            positive: self.positive + other.positive,
-            negative: self.negative + other.negative,
-        }
-    }
-}
+use super::assigner::{Assigner, Entry, Merge, Rows};
+use super::votes::Votes;
+use crate::cluster::params::{Accumulation, ClusterParams};
 
 /// Merges components.
 ///
@@ -74,55 +26,10 @@ pub fn merge(votes: &Votes, params: &ClusterParams) -> Merge {
     assigner.merge
 }
 
-/// The rows of V+ and V-, one behind the other, each ascending by label.
-struct Rows {
-    entries: Vec<Entry>,
-    /// Row k is entries\[start\[k - 1\]..start\[k\]\].
-    start: Vec<usize>,
-}
-
-impl Rows {
-    fn new(votes: &Votes) -> Self {
-        let mut start = vec![0; votes.components as usize + 2];
-        for vote in &votes.pairs {
-            start[vote.a as usize + 1] += 1;
-            start[vote.b as usize + 1] += 1;
-        }
-        for label in 1..start.len() {
-            start[label] += start[label - 1];
-        }
-        let mut entries = vec![Entry { label: 0, positive: 0, negative: 0 }; 2 * votes.pairs.len()];
-        let mut add = |row: u32, label: u32, vote: &Vote| {
-            let next = &mut start[row as usize];
-            let (positive, negative) = (vote.positive, vote.negative);
-            entries[*next] = Entry { label, positive, negative };
-            *next += 1;
-        };
-        // Pairs are sorted by (a, b). So come the labels below a row's own, and then those above.
-        for vote in &votes.pairs {
-            add(vote.b, vote.a, vote);
-        }
-        for vote in &votes.pairs {
-            add(vote.a, vote.b, vote);
-        }
-        Rows { entries, start }
-    }
-
-    fn of(&self, label: u32) -> &[Entry] {
-        &self.entries[self.start[label as usize - 1]..self.start[label as usize]]
-    }
-}
-
 /// A component waiting to ask others, and what it has inherited: a part of one list.
 struct Target {
     label: u32,
     inherited: Range<usize>,
-}
-
-struct Assigner<'a> {
-    rows: &'a Rows,
-    merge: Merge,
-    ratio: f64,
 }
 
 impl Assigner<'_> {
@@ -200,93 +107,11 @@ impl Assigner<'_> {
             inherited.push(entry);
         }
     }
-
-    /// The rows of those who join are added to the row of the opener while it asks; all others ask
-    /// with their own.
-    fn merge_into_openers(&mut self) {
-        let mut queue = VecDeque::new();
-        for opener in 1..=self.merge.instance_of_component.len() as u32 {
-            if self.instance_of(opener) != 0 {
-                continue;
-            }
-            self.open(opener);
-            self.ask_growing(opener, &mut queue);
-            while let Some(target) = queue.pop_front() {
-                let rows = self.rows;
-                for query in rows.of(target) {
-                    if self.instance_of(query.label) == 0 && query.exceeds(self.ratio) {
-                        self.join(target, query);
-                        queue.push_back(query.label);
-                    }
-                }
-            }
-        }
-    }
-
-    /// The row of those who join is added to the row being scanned; labels that were passed are not
-    /// asked again.
-    fn ask_growing(&mut self, opener: u32, queue: &mut VecDeque<u32>) {
-        let mut row = self.rows.of(opener).to_vec();
-        let mut next = 0;
-        while let Some(&query) = row.get(row.partition_point(|entry| entry.label <= next)) {
-            next = query.label;
-            if self.instance_of(query.label) == 0 && query.exceeds(self.ratio) {
-                self.join(opener, &query);
-                queue.push_back(query.label);
-                row = self.sum(&row, self.rows.of(query.label));
-            }
-        }
-    }
-
-    /// Two rows added entry by entry, less the entries towards labels already assigned.
-    fn sum(&self, a: &[Entry], b: &[Entry]) -> Vec<Entry> {
-        let mut total = Vec::with_capacity(a.len() + b.len());
-        let (mut i, mut j) = (0, 0);
-        while i < a.len() || j < b.len() {
-            let entry = if j == b.len() || (i < a.len() && a[i].label < b[j].label) {
-                i += 1;
-                a[i - 1]
-            } else if i == a.len() || b[j].label < a[i].label {
-                j += 1;
-                b[j - 1]
-            } else {
-                (i, j) = (i + 1, j + 1);
-                a[i - 1].plus(&b[j - 1])
-            };
-            if self.instance_of(entry.label) == 0 {
-                total.push(entry);
-            }
-        }
-        total
-    }
-
-    fn instance_of(&self, label: u32) -> u32 {
-        self.merge.instance_of_component[label as usize - 1]
-    }
-
-    /// A label that nothing joined opens the next instance.
-    fn open(&mut self, label: u32) {
-        self.merge.count += 1;
-        self.assign(label);
-    }
-
-    fn assign(&mut self, label: u32) {
-        self.merge.instance_of_component[label as usize - 1] = self.merge.count;
-    }
-
-    fn join(&mut self, target: u32, query: &Entry) {
-        self.assign(query.label);
-        self.merge.steps.push(MergeStep {
-            target,
-            query: query.label,
-            positive: u64::from(query.positive),
-            negative: u64::from(query.negative),
-        });
-    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::votes::Vote;
     use super::*;
 
     fn votes(components: u32, pairs: &[(u32, u32, u32, u32)]) -> Votes {

@@ -1,7 +1,8 @@
 //! Euclidean cluster extraction (Rusu 2010).
 
-use super::{Baseline, View, per_class};
-use crate::geometry::kd_tree::KdTree;
+use super::shared::per_class;
+use crate::cluster::{Method, MethodInput, Segmentation};
+use crate::kd_tree::KdTree;
 
 /// From point to point: whatever is near a point of a cluster is in it; class by class.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -16,9 +17,17 @@ impl Default for Euclidean {
     }
 }
 
-impl Baseline for Euclidean {
-    fn instances(&self, view: View) -> Vec<u32> {
-        per_class(view, |_, points| clusters(points, self.reach))
+impl Method for Euclidean {
+    fn name(&self) -> &'static str {
+        "euclidean"
+    }
+
+    fn parameters(&self) -> serde_json::Value {
+        serde_json::json!(self)
+    }
+
+    fn segment(&self, input: &MethodInput) -> Segmentation {
+        per_class(input, |_, points| clusters(points, self.reach))
     }
 }
 
@@ -48,7 +57,7 @@ fn clusters(points: &[[f64; 3]], reach: f64) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::super::dbscan::{Dbscan, dbscan};
-    use super::super::tests::{CAR, PERSON, instances};
+    use super::super::test_frames::{CAR, PERSON, instances};
     use super::*;
 
     #[test]

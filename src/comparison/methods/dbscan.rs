@@ -1,9 +1,10 @@
 //! Density-based clustering (Ester, Kriegel, Sander and Xu 1996).
 
-use crate::geometry::disjoint_sets::DisjointSets;
+use crate::cluster::{Method, MethodInput, Segmentation};
+use crate::disjoint_sets::DisjointSets;
 use rustc_hash::FxHashMap;
 
-use super::{Baseline, View, per_class};
+use super::shared::per_class;
 
 /// DBSCAN in space, class by class.
 ///
@@ -25,9 +26,17 @@ impl Default for Dbscan {
     }
 }
 
-impl Baseline for Dbscan {
-    fn instances(&self, view: View) -> Vec<u32> {
-        per_class(view, |_, points| dbscan(points, *self))
+impl Method for Dbscan {
+    fn name(&self) -> &'static str {
+        "dbscan"
+    }
+
+    fn parameters(&self) -> serde_json::Value {
+        serde_json::json!(self)
+    }
+
+    fn segment(&self, input: &MethodInput) -> Segmentation {
+        per_class(input, |_, points| dbscan(points, *self))
     }
 }
 

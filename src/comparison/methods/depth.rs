@@ -1,9 +1,10 @@
 //! Depth clustering (Bogoslavskyi and Stachniss 2016).
 
+use crate::cluster::{Method, MethodInput, Segmentation};
 use serde::Serialize;
 
-use super::{Baseline, View, object_pixels, to_points};
-use crate::geometry::disjoint_sets::DisjointSets;
+use super::shared::{object_pixels, to_points};
+use crate::disjoint_sets::DisjointSets;
 use crate::range_image::NO_NEIGHBOUR;
 
 /// Connected components of the 4-connected range image under the angle condition beta > theta.
@@ -23,9 +24,17 @@ impl Default for DepthClustering {
     }
 }
 
-impl Baseline for DepthClustering {
-    fn instances(&self, view: View) -> Vec<u32> {
-        let objects = object_pixels(view, self.angle);
+impl Method for DepthClustering {
+    fn name(&self) -> &'static str {
+        "depth-clustering"
+    }
+
+    fn parameters(&self) -> serde_json::Value {
+        serde_json::json!(self)
+    }
+
+    fn segment(&self, input: &MethodInput) -> Segmentation {
+        let objects = object_pixels(input, self.angle);
         let mut sets = DisjointSets::new(objects.len());
         for (pixel, neighbours) in objects.neighbours.iter().enumerate() {
             for (&other, connected) in neighbours.iter().zip(objects.connected[pixel]) {
@@ -34,13 +43,13 @@ impl Baseline for DepthClustering {
                 }
             }
         }
-        to_points(view, &objects, &sets.numbered())
+        to_points(input, &objects, &sets.numbered())
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{CAR, PERSON, instances_of_a_beam};
+    use super::super::test_frames::{CAR, PERSON, instances_of_a_beam};
     use super::*;
 
     #[test]

@@ -1,0 +1,130 @@
+//! The instances of the merge step on the bird's-eye plane: their points, regions and classes.
+
+use std::sync::OnceLock;
+
+use super::assigner::Merge;
+use super::divide::Components;
+use crate::cluster::objects::ObjectPixels;
+use crate::cluster::params::{BirdsEye, Region};
+use crate::geometry::footprint::{PlanePoint, convex_hull, distance, minimum_area_rectangle};
+
+/// The region that stands for an instance on the plane.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InstanceRegion {
+    region: Region,
+    /// Its points, metres; none where the region is a box.
+    points: Vec<PlanePoint>,
+    /// Computed when first needed.
+    corners: OnceLock<Vec<PlanePoint>>,
+    pub(in crate::cluster) low: PlanePoint,
+    pub(in crate::cluster) high: PlanePoint,
+}
+
+impl InstanceRegion {
+    /// The region around points in metres. `None` without points: such a region overlaps nothing.
+    fn new(points: Vec<PlanePoint>, region: Region) -> Option<Self> {
+        if points.is_empty() {
+            return None;
+        }
+        let mut low = [f64::INFINITY; 2];
+        let mut high = [f64::NEG_INFINITY; 2];
+        for point in &points {
+            for axis in 0..2 {
+                low[axis] = low[axis].min(point[axis]);
+                high[axis] = high[axis].max(point[axis]);
+            }
+        }
+        let points = if region == Region::Box { Vec::new() } else { points };
+        Some(InstanceRegion { region, points, corners: OnceLock::new(), low, high })
+    }
+
+    fn corners(&self) -> &[PlanePoint] {
+        self.corners.get_or_init(|| {
+            let hull = convex_hull(&self.points);
+            match (self.region, minimum_area_rectangle(&hull)) {
+                (Region::Rectangle, Some(rectangle)) => rectangle.corners().to_vec(),
+                _ => hull,
+            }
+        })
+    }
+
+    /// Metres between two regions; of boxes the greater of the gaps along the axes.
+    pub fn gap(&self, other: &InstanceRegion) -> f64 {
+        if self.region != Region::Box {
+            return distance(self.corners(), other.corners());
+        }
+        let along = |axis: usize| {
+            self.low[axis].max(other.low[axis]) - self.high[axis].min(other.high[axis])
+        };
+        along(0).max(along(1)).max(0.0)
+    }
+
+    /// Whether two regions overlap or are at most `margin` metres apart.
+    pub(in crate::cluster) fn overlaps(&self, other: &InstanceRegion, margin: f64) -> bool {
+        let boxes = (0..2).all(|axis| {
+            self.high[axis].min(other.high[axis]) + margin >= self.low[axis].max(other.low[axis])
+        });
+        boxes && (self.region == Region::Box || distance(self.corners(), other.corners()) <= margin)
+    }
+}
+
+/// The regions of all instances of the merge step; instance k at k - 1. `None` for an instance
+/// without points, which may be where only grown pixels count.
+pub fn regions(
+    objects: &ObjectPixels,
+    components: &Components,
+    merge: &Merge,
+    params: BirdsEye,
+) -> Vec<Option<InstanceRegion>> {
+    let points = points(objects, components, merge, params.grown_pixels_only);
+    points.into_iter().map(|points| InstanceRegion::new(points, params.region)).collect()
+}
+
+/// The points of each instance on the plane.
+pub(in crate::cluster) fn points(
+    objects: &ObjectPixels,
+    components: &Components,
+    merge: &Merge,
+    grown_pixels_only: bool,
+) -> Vec<Vec<PlanePoint>> {
+    let mut points: Vec<Vec<PlanePoint>> = vec![Vec::new(); merge.count as usize];
+    let mut add = |object: usize, label: u32| {
+        let instance = merge.instance_of_component[label as usize - 1];
+        let [x, y, _] = objects.position[object];
+        points[instance as usize - 1].push([f64::from(x), f64::from(y)]);
+    };
+    if grown_pixels_only {
+        for &(object, label) in &components.grown {
+            add(object as usize, label);
+        }
+    } else {
+        for (object, &label) in components.label.iter().enumerate().filter(|&(_, &l)| l != 0) {
+            add(object, label);
+        }
+    }
+    points
+}
+
+/// The most frequent class of each instance's pixels; ties go to the lower class.
+pub(in crate::cluster) fn classes(
+    objects: &ObjectPixels,
+    components: &Components,
+    merge: &Merge,
+) -> Vec<u16> {
+    let labelled = components.label.iter().enumerate().filter(|&(_, &label)| label != 0);
+    let mut members: Vec<(u32, u16)> = labelled
+        .map(|(object, &label)| {
+            let instance = merge.instance_of_component[label as usize - 1];
+            (instance - 1, objects.class[object])
+        })
+        .collect();
+    members.sort_unstable();
+    let mut best = vec![(0, 0); merge.count as usize];
+    for run in members.chunk_by(|a, b| a == b) {
+        let (instance, class) = run[0];
+        if run.len() > best[instance as usize].0 {
+            best[instance as usize] = (run.len(), class);
+        }
+    }
+    best.into_iter().map(|(_, class)| class).collect()
+}

@@ -1,0 +1,159 @@
+//! Groups of pieces with their outlines on the bird's-eye plane, and how two of them compare with
+//! the size of their class.
+
+use serde::Serialize;
+
+use crate::cloud::taxonomy::ClassSize;
+use crate::cluster::params::FragmentMerge;
+use crate::geometry::footprint::{
+    PlanePoint, Rectangle, area, convex_hull, minimum_area_rectangle,
+};
+
+/// One piece of an object: its class and its outline on the bird's-eye plane.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fragment {
+    /// Its class.
+    pub class: FragmentClass,
+    /// Convex hull in metres; empty for a piece without points.
+    pub hull: Vec<PlanePoint>,
+    /// Its pixels.
+    pub pixels: u32,
+}
+
+/// A class, the classes that it is confused with, and the usual size of its objects.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FragmentClass {
+    /// Class number.
+    pub number: u16,
+    /// Number of the family of classes that may be one object.
+    pub family: u16,
+    /// A bit for each group of look-alikes that the class is in; classes that share one may be one
+    /// object where they touch.
+    pub lookalikes: u8,
+    /// Usual size of the class; pieces of a class without one are left alone.
+    pub size: Option<ClassSize>,
+}
+
+impl FragmentClass {
+    /// Whether pieces of the two classes may be one object: they are of one family or look alike.
+    pub fn may_be_one_with(self, other: FragmentClass) -> bool {
+        self.family == other.family || self.lookalikes & other.lookalikes != 0
+    }
+}
+
+/// Pieces that have been put together. The class is that of the larger part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Group {
+    pub(super) hull: Vec<PlanePoint>,
+    pub(super) low: PlanePoint,
+    pub(super) high: PlanePoint,
+    /// Square metres within the hull.
+    pub(super) area: f64,
+    /// Pixels of its pieces.
+    pub(super) pixels: u32,
+    /// Class of its larger part.
+    pub(super) class: FragmentClass,
+    /// How often it has grown; a candidate that knew it smaller is out of date.
+    pub(super) version: u32,
+}
+
+impl Group {
+    pub(super) fn of_piece(piece: &Fragment) -> Self {
+        Group::new(piece.hull.clone(), piece.pixels, piece.class)
+    }
+
+    pub(super) fn new(hull: Vec<PlanePoint>, pixels: u32, class: FragmentClass) -> Self {
+        let mut low = [f64::INFINITY; 2];
+        let mut high = [f64::NEG_INFINITY; 2];
+        for corner in &hull {
+            for axis in 0..2 {
+                low[axis] = low[axis].min(corner[axis]);
+                high[axis] = high[axis].max(corner[axis]);
+            }
+        }
+        let area = area(&hull);
+        Group { hull, low, high, area, pixels, class, version: 0 }
+    }
+
+    /// Distance between the boxes around two groups, metres: they are no nearer to each other.
+    pub(super) fn least_distance(&self, other: &Group) -> f64 {
+        let [x, y] = [0, 1].map(|axis: usize| {
+            (self.low[axis].max(other.low[axis]) - self.high[axis].min(other.high[axis])).max(0.0)
+        });
+        x.hypot(y)
+    }
+
+    /// Class of the larger of two groups, and so of their union.
+    pub(super) fn class_of_larger(&self, other: &Group) -> FragmentClass {
+        if other.pixels > self.pixels { other.class } else { self.class }
+    }
+
+    /// The rectangle of least area around two groups.
+    pub(super) fn rectangle_with(&self, other: &Group) -> Option<Rectangle> {
+        let corners = [&self.hull[..], &other.hull].concat();
+        minimum_area_rectangle(&convex_hull(&corners))
+    }
+
+    /// Whether the classes of the two groups may be one object.
+    pub fn may_be_one_with(&self, other: &Group) -> bool {
+        self.class.may_be_one_with(other.class)
+    }
+
+    /// How two groups compare with the size of their class. `None` where it is of no known size.
+    pub fn compare(&self, other: &Group, params: &FragmentMerge) -> Option<SizeTest> {
+        let size = self.class_of_larger(other).size?;
+        let gap = crate::geometry::footprint::distance(&self.hull, &other.hull);
+        SizeTest::new([self, other], gap, size, params)
+    }
+}
+
+/// Two outlines against the usual size of their class.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SizeTest {
+    /// Distance between the outlines, metres.
+    pub gap: f64,
+    /// Up to so far apart they are one unless the rectangle is too wide, metres.
+    pub touching: f64,
+    /// From this far apart on they are never compared, metres.
+    pub too_far: f64,
+    /// The widest rectangle around outlines that touch, metres; what is wider are two side by side.
+    pub widest: f64,
+    /// Sides of the rectangle around both, metres, the longer first.
+    pub union: [f64; 2],
+    /// The longest sides accepted across that gap, metres.
+    pub limit: [f64; 2],
+}
+
+impl SizeTest {
+    /// Measures two groups that lie `gap` metres apart; `size` is that of their class.
+    pub(super) fn new(
+        [one, other]: [&Group; 2],
+        gap: f64,
+        size: ClassSize,
+        params: &FragmentMerge,
+    ) -> Option<Self> {
+        Some(SizeTest {
+            gap,
+            touching: params.touching_gap(size),
+            too_far: params.bridged_gap(size),
+            widest: params.widest(size),
+            union: one.rectangle_with(other)?.size,
+            limit: params.longest_sides(size, gap),
+        })
+    }
+
+    /// Whether the outlines all but touch.
+    pub(super) fn is_touching(&self) -> bool {
+        self.gap <= self.touching
+    }
+
+    /// Whether the rectangle is no wider than one object may be.
+    pub(super) fn is_narrow(&self) -> bool {
+        self.union[1] <= self.widest
+    }
+
+    /// Whether the rectangle is no longer and no wider than an object of the class across that gap.
+    pub(super) fn fits(&self) -> bool {
+        self.union[0] <= self.limit[0] && self.union[1] <= self.limit[1]
+    }
+}
