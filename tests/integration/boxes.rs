@@ -28,8 +28,8 @@ const BOXES: &str = "/boxes";
 /// Cuts by the boxes of a source.
 fn by_boxes(source: &BoxSource, recording: &Path) -> Result<Options> {
     let boxes = FrameBoxes::open(source, recording, &Taxonomy::semantic_kitti())?;
-    let boxes = Some(Arc::new(Boxes::default()) as _);
-    let config = Config { other_method: boxes, ..Config::best() };
+    let other_method = Some(Arc::new(Boxes::default()) as _);
+    let config = Config { other_method, ..Config::best() };
     let method = Method { config, boxes, ..Method::default() };
     Ok(Options { method, force: true, ..Options::default() })
 }
