@@ -151,7 +151,7 @@ fn within(objects: &ObjectPixels, a: u32, b: u32, at_most: f64) -> Option<f64> {
 }
 #[cfg(test)]
 mod tests {
-    use super::space::{HALF, pack, unpack};
+    use super::space::{pack, unpack};
     use super::*;
     use crate::cluster::post_merge::{Evidence, Join};
 

@@ -162,7 +162,7 @@ impl Space {
 
 /// Bits of a key for each of x, y and level.
 const LEVEL_BITS: u32 = 21;
-pub(super) const HALF: i32 = 1 << (LEVEL_BITS - 1);
+const HALF: i32 = 1 << (LEVEL_BITS - 1);
 
 /// One number for a cell, ordered by x, then y, then level; cells beyond 2^20 share the last one.
 pub(super) fn pack(cell: [i32; 3]) -> u64 {
