@@ -13,11 +13,12 @@ use std::path::Path;
 use std::time::Instant;
 
 use divmerge::annotate::{
-    Annotated, FrameTimes, MessageTypes, Method, Semantics, annotate_message,
+    AnnotateConfig, Annotated, FrameTimes, MessageTypes, Semantics, annotate_message,
 };
+use divmerge::frames::EncodedCloud;
 use divmerge::io::drive::cloud_message;
 use divmerge::io::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
-use divmerge::io::{CloudFormat, CloudNumber, Record, RecordingReader};
+use divmerge::io::{CloudFormat, Record, RecordingReader};
 use divmerge::pipeline::{self, Config, StageTimes};
 use divmerge::semantics::MaskSource;
 use divmerge::simulate::{Drive, Scene, Sensor};
@@ -219,21 +220,17 @@ fn recorded(path: &Path) -> Option<Vec<Vec<u8>>> {
 }
 
 fn report(name: &str, messages: &[Vec<u8>], semantics: &Semantics, config: Config, rounds: usize) {
-    let method = Method { semantics: semantics.clone(), config, ..Method::default() };
+    let method =
+        AnnotateConfig { semantics: semantics.clone(), config, ..AnnotateConfig::default() };
     let mut frames: Vec<(f64, FrameTimes, f64, usize, usize)> = Vec::new();
     let mut annotated = Annotated::default();
-    let which = CloudNumber { topic: "", number: 0 }; // asked by boxes alone
+    let encoded = |message: &Vec<u8>| EncodedCloud::of_message(CloudFormat::Ros2, message.clone());
+    let clouds: Vec<EncodedCloud> = messages.iter().map(encoded).collect();
     for _ in 0..rounds {
-        for message in messages {
-            let clustered = annotate_message(
-                message,
-                CloudFormat::Ros2,
-                which,
-                &method,
-                &MessageTypes::default(),
-                &mut annotated,
-            )
-            .expect("annotated");
+        for cloud in &clouds {
+            let types = MessageTypes::default();
+            let clustered =
+                annotate_message(cloud, &method, &types, &mut annotated).expect("annotated");
             let stages = &clustered.stages;
             let copy = copy_ms(&annotated.cloud);
             let (points, objects) = (stages.labels.reason.len(), stages.objects.len());

@@ -23,12 +23,12 @@ use std::path::Path;
 use std::process::Command;
 
 use divmerge::annotate::{
-    Annotated, Event, MessageTypes, Method, Options, Profile, annotate, annotate_message,
+    AnnotateConfig, Annotated, Event, MessageTypes, Options, Profile, annotate, annotate_message,
 };
+use divmerge::frames::EncodedCloud;
 use divmerge::io::drive::{CLOUD_TOPIC, cloud_message};
 use divmerge::io::{
-    CloudFormat, CloudNumber, MARKER_ARRAY, MessageHeader, POINT_CLOUD2, RecordingWriter,
-    WriteOptions,
+    CloudFormat, MARKER_ARRAY, MessageHeader, POINT_CLOUD2, RecordingWriter, WriteOptions,
 };
 use divmerge::simulate::{Drive, Scene, Sensor};
 use divmerge::workers::Workers;
@@ -91,21 +91,14 @@ struct Messages {
 impl Messages {
     fn simulate(sensor: Sensor, frames: usize) -> Self {
         let drive = Drive::new(sensor, Scene::Street, 1);
-        let (method, mut annotated) = (Method::default(), Annotated::default());
+        let (method, mut annotated) = (AnnotateConfig::default(), Annotated::default());
         let mut messages = Messages { clouds: Vec::new(), added: Vec::new() };
         for number in 0..frames {
             let mut message = Vec::new();
             cloud_message(&drive.frame(number), &mut message).expect("a simulated frame");
-            let which = CloudNumber { topic: CLOUD_TOPIC, number: number as u64 };
-            annotate_message(
-                &message,
-                CloudFormat::Ros2,
-                which,
-                &method,
-                &MessageTypes::default(),
-                &mut annotated,
-            )
-            .expect("annotated");
+            let encoded = EncodedCloud::of_message(CloudFormat::Ros2, message.clone());
+            annotate_message(&encoded, &method, &MessageTypes::default(), &mut annotated)
+                .expect("annotated");
             messages.clouds.push(message);
             messages.added.push([annotated.cloud.clone(), annotated.objects.clone()]);
         }

@@ -4,9 +4,10 @@ use std::hint::black_box;
 
 use divmerge::PointCloud;
 use divmerge::annotate::{
-    Annotated, FrameTimes, MessageTypes, Method, Semantics, annotate_message,
+    AnnotateConfig, Annotated, FrameTimes, MessageTypes, Semantics, annotate_message,
 };
-use divmerge::io::{CloudFormat, CloudNumber, Datatype, PackedCloud, PointField};
+use divmerge::frames::EncodedCloud;
+use divmerge::io::{CloudFormat, Datatype, PackedCloud, PointField};
 use divmerge::pipeline::Config;
 
 use super::{best_ms, print_head, verdict};
@@ -29,7 +30,8 @@ pub(super) fn messages(clouds: &[PointCloud], rounds: usize) {
     let messages: Vec<Vec<u8>> = clouds.iter().map(message).collect();
     for (config, (_, goals)) in [Config::best(), Config::paper()].into_iter().zip(MESSAGE_GOALS_MS)
     {
-        let method = Method { semantics: Semantics::Auto, config, ..Method::default() };
+        let method =
+            AnnotateConfig { semantics: Semantics::Auto, config, ..AnnotateConfig::default() };
         let mut found: Vec<(FrameTimes, f64)> =
             messages.iter().map(|message| fastest(message, &method, rounds)).collect();
         found.sort_by(|a, b| a.0.total_ms().total_cmp(&b.0.total_ms()));
@@ -92,20 +94,13 @@ fn message(cloud: &PointCloud) -> Vec<u8> {
 }
 
 /// The times of the fastest round and the fastest copy of what it wrote.
-fn fastest(message: &[u8], method: &Method, rounds: usize) -> (FrameTimes, f64) {
-    let which = CloudNumber { topic: "", number: 0 }; // asked by boxes alone
+fn fastest(message: &[u8], method: &AnnotateConfig, rounds: usize) -> (FrameTimes, f64) {
+    let encoded = EncodedCloud::of_message(CloudFormat::Ros2, message.to_vec());
     let mut annotated = Annotated::default();
     let (mut times, mut copy_ms) = (None::<FrameTimes>, f64::INFINITY);
     for _ in 0..rounds {
-        annotate_message(
-            message,
-            CloudFormat::Ros2,
-            which,
-            method,
-            &MessageTypes::default(),
-            &mut annotated,
-        )
-        .expect("annotated");
+        annotate_message(&encoded, method, &MessageTypes::default(), &mut annotated)
+            .expect("annotated");
         copy_ms = copy_ms.min(best_ms(1, || black_box(&annotated.cloud).to_vec()));
         let is_faster = times.is_none_or(|best| annotated.times.total_ms() < best.total_ms());
         times = if is_faster { Some(annotated.times) } else { times };

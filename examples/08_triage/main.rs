@@ -25,7 +25,7 @@ use std::collections::BTreeSet;
 use anyhow::Result;
 use divmerge::evaluate::verdict::{Labelling, MatchRules, verdicts};
 use divmerge::explain::Frame;
-use divmerge::io::{LabelledFrames, LabelledOptions, Truth};
+use divmerge::frames::{LabelledFrames, LabelledOptions, Truth};
 use divmerge::pipeline::{self, Config};
 use divmerge::semantics::MaskSource;
 use divmerge::simulate::{Drive, Scene, Sensor};

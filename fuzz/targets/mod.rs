@@ -4,9 +4,9 @@
 mod runs;
 
 use divmerge::io::CloudFormat;
-use divmerge::io::boxes::messages::{detection_boxes, marker_boxes};
-use divmerge::io::classes::messages::image_classes;
 use divmerge::io::scans::ScanFormat;
+use divmerge::messages::boxes::{detection_boxes, marker_boxes};
+use divmerge::messages::classes::image_classes;
 use divmerge::network::NetworkConfig;
 
 use crate::mutate::Mutator;

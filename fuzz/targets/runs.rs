@@ -5,13 +5,16 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use divmerge::annotate::{self, Event, MessageTypes, Method, Options, Semantics, annotate_message};
-use divmerge::io::boxes::kitti::KittiBoxes;
-use divmerge::io::boxes::messages::marker_boxes;
-use divmerge::io::classes::ClassFiles;
+use divmerge::annotate::{
+    self, AnnotateConfig, Event, MessageTypes, Options, Semantics, annotate_message,
+};
+use divmerge::datasets::class_files::ClassFiles;
+use divmerge::datasets::kitti_boxes::KittiBoxes;
+use divmerge::frames::EncodedCloud;
 use divmerge::io::scans::{Scan, ScanFormat};
 use divmerge::io::semantic_kitti::{drive_files, read_labels, read_scan};
-use divmerge::io::{CloudFormat, CloudNumber, Item, Overview, Part, Record, RecordingReader};
+use divmerge::io::{CloudFormat, Item, Overview, Part, Record, RecordingReader};
+use divmerge::messages::boxes::marker_boxes;
 use divmerge::pipeline::{self, Config};
 use divmerge::semantics::{GroundParams, MaskSource};
 use divmerge::{Taxonomy, error};
@@ -58,16 +61,16 @@ pub(super) fn packed_cloud(format: CloudFormat, bytes: &[u8]) -> Ended {
 }
 
 pub(super) fn message(bytes: &[u8]) -> Ended {
-    static METHODS: OnceLock<[Method; 2]> = OnceLock::new();
+    static METHODS: OnceLock<[AnnotateConfig; 2]> = OnceLock::new();
     let methods = METHODS.get_or_init(|| {
         [Semantics::Auto, Semantics::Ground]
-            .map(|semantics| Method { semantics, ..Method::default() })
+            .map(|semantics| AnnotateConfig { semantics, ..AnnotateConfig::default() })
     });
-    let which = CloudNumber { topic: "/points", number: 0 };
     let method = &methods[bytes.len() % 2];
     let mut annotated = annotate::Annotated::default();
     let (format, types) = (CloudFormat::Ros2, MessageTypes::default());
-    let clustered = annotate_message(bytes, format, which, method, &types, &mut annotated)
+    let encoded = EncodedCloud::of_message(format, bytes.to_vec());
+    let clustered = annotate_message(&encoded, method, &types, &mut annotated)
         .map_err(|error| error.to_string())?;
     let wire =
         format.decode(&annotated.cloud).map_err(|error| format!("wrong: own message: {error}"))?;

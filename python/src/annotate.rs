@@ -3,9 +3,9 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use divmerge::annotate::moments::{self, Moment};
+use divmerge::annotate::time_spec::{self, TimeSpec};
 use divmerge::annotate::{
-    self as library, Event, Flavor, Form, MessageTypes, Objects, Options, Report, Slice,
+    self as library, AnnotationReport, Event, Flavor, Form, MessageTypes, Objects, Options, Slice,
 };
 use divmerge::io::{Compression, ObjectKind};
 use pyo3::exceptions::PyUserWarning;
@@ -88,7 +88,7 @@ pub fn run<'py>(
         options.form = Form::InPlace;
     }
     options.resumable = options.resume;
-    let window = py.detach(|| moments::window(path, (from, to), &options.topics));
+    let window = py.detach(|| time_spec::window(path, (from, to), &options.topics));
     (options.from_ns, options.to_ns) = window.map_err(raised)?;
     options.method = parameters.method(py, objects, path)?;
     if !options.force && out.symlink_metadata().is_ok() {
@@ -104,7 +104,7 @@ type See<'a> = &'a mut dyn FnMut(Event) -> ControlFlow<()>;
 pub fn watched<'py>(
     py: Python<'py>,
     progress: Option<Py<PyAny>>,
-    work: impl FnOnce(See) -> divmerge::Result<Report> + Send,
+    work: impl FnOnce(See) -> divmerge::Result<AnnotationReport> + Send,
 ) -> PyResult<Bound<'py, PyAny>> {
     let mut watch = Watch { progress, failure: None };
     let report = py.detach(|| work(&mut |event| watch.see(event)));
@@ -147,8 +147,8 @@ struct Asked {
     objects: Objects,
     options: Options,
     in_place: bool,
-    from: Option<Moment>,
-    to: Option<Moment>,
+    from: Option<TimeSpec>,
+    to: Option<TimeSpec>,
     progress: Option<Py<PyAny>>,
 }
 
@@ -202,7 +202,7 @@ pub fn flag(name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
 }
 
 /// Seconds from the start as a number, or text as the command line has it.
-fn moment(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Moment> {
+fn moment(name: &str, value: &Bound<'_, PyAny>) -> PyResult<TimeSpec> {
     let said = match value.extract::<f64>() {
         Ok(_) => number(name, value)?.to_string(),
         Err(_) => text(name, value)?,

@@ -2,11 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use divmerge::annotate::annotated_topics;
 use divmerge::evaluate::panoptic::MIN_POINTS;
 use divmerge::evaluate::{Evaluation, MetricSet, ScanLabels, Scores};
+use divmerge::frames::{EncodedClouds, annotated_topics};
 use divmerge::io::Overview;
-use divmerge::io::frames::CloudMessages;
 use numpy::PyUntypedArrayMethods;
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -122,7 +121,7 @@ fn of_recording<'py>(
 
 fn score(path: &Path, topic: &str, metrics: MetricSet) -> divmerge::Result<Scores> {
     let mut sums = Evaluation::new(metrics);
-    for message in CloudMessages::open(path, Some(topic), 0..=u64::MAX)? {
+    for message in EncodedClouds::open(path, Some(topic), 0..=u64::MAX)? {
         let message = message?;
         let place = format!("{}: cloud {} of {topic}", path.display(), message.number);
         let wire = message.decode()?;

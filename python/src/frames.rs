@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use divmerge::PointCloud;
-use divmerge::annotate::{self, Decoded, Method, Objects as ObjectsOf};
-use divmerge::io::frames::CloudMessages;
+use divmerge::annotate::{AnnotateConfig, Decoded, Objects as ObjectsOf};
+use divmerge::frames::{EncodedClouds, choose_topics};
 use divmerge::io::{Overview, PackedCloud};
 use divmerge::semantics::MaskSource;
 use numpy::PyArray1;
@@ -175,8 +175,8 @@ impl Frame {
 /// The clouds of a topic in the order of the file, one at a time in memory.
 #[pyclass(frozen, module = "divmerge")]
 pub struct Frames {
-    messages: Mutex<CloudMessages>,
-    method: Method,
+    messages: Mutex<EncodedClouds>,
+    method: AnnotateConfig,
     taxonomy: Py<PyTaxonomy>,
     fields: Vec<String>,
     topic: String,
@@ -230,7 +230,7 @@ impl Frames {
         let message = self.messages.lock().unwrap_or_else(PoisonError::into_inner).next()?;
         Some(message.and_then(|message| {
             let wire = message.decode()?;
-            let decoded = self.method.decode(&wire, message.which())?;
+            let decoded = self.method.decode(&wire, &message.key(&wire))?;
             let objects = match decoded.mask {
                 MaskSource::All => Objects::All,
                 MaskSource::Classes(_) => Objects::Classes,
@@ -240,9 +240,9 @@ impl Frames {
                 self.fields.iter().map(|name| field(&wire, name)).collect::<Result<_, _>>()?;
             let Decoded { cloud, semantics, .. } = decoded;
             Ok(Read {
-                topic: message.topic.clone(),
+                topic: message.topic.to_string(),
                 number: message.number,
-                log_time_ns: message.log_time,
+                log_time_ns: message.log_time_ns(),
                 stamp_ns: wire.stamp_ns(),
                 frame_id: wire.frame_id.clone(),
                 cloud,
@@ -348,7 +348,7 @@ pub fn frames(
         None => Py::new(py, PyTaxonomy { inner: method.taxonomy.clone() })?,
     };
     let last = stop.map_or(u64::MAX, |stop| stop - 1);
-    let opened = py.detach(|| CloudMessages::open(&path, topic.as_deref(), start..=last));
+    let opened = py.detach(|| EncodedClouds::open(&path, topic.as_deref(), start..=last));
     let messages = opened.map_err(raised)?;
     let count = messages.message_count().min(last.saturating_add(1)).saturating_sub(start);
     let topic = messages.topic().to_owned();
@@ -359,8 +359,8 @@ pub fn frames(
 /// The topics of a recording that carry clouds, sorted.
 pub fn topics(py: Python<'_>, path: PathBuf) -> PyResult<Vec<String>> {
     let path = recording(path);
-    let chosen = py.detach(|| annotate::choose(&Overview::read(&path)?, &[]));
-    let topics = chosen.map_err(raised)?.into_values().map(|cloud| cloud.topic);
+    let chosen = py.detach(|| choose_topics(&Overview::read(&path)?, &[], None));
+    let topics = chosen.map_err(raised)?.into_values().map(|cloud| cloud.topic.to_string());
     let mut topics: Vec<String> = topics.collect();
     topics.sort();
     topics.dedup();

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use divmerge::Taxonomy;
-use divmerge::annotate::{Method, ObjectSource, Objects};
+use divmerge::annotate::{AnnotateConfig, ObjectSource, Objects};
 use divmerge::comparison::methods;
+use divmerge::frames::recorded_transforms;
 use divmerge::io::address::put_secrets_aside;
-use divmerge::io::asked_transforms;
 use divmerge::network::NetworkImage;
 use divmerge::network::runtime::{Device, RuntimeKind};
 use divmerge::pipeline::overrides::limits;
@@ -133,16 +133,16 @@ impl Parameters {
         py: Python<'_>,
         mut objects: Objects,
         recording: &Path,
-    ) -> PyResult<Method> {
+    ) -> PyResult<AnnotateConfig> {
         objects.taxonomy = self.taxonomy.as_ref().map(|taxonomy| taxonomy.get().inner.clone());
         let sensor_frame = self.sensor_frame.unwrap_or_default();
         let opened = py.detach(|| -> divmerge::Result<_> {
-            let transforms = asked_transforms(&sensor_frame, recording)?;
+            let transforms = recorded_transforms(&sensor_frame, recording)?;
             Ok::<_, divmerge::Error>((objects.method(recording)?, transforms))
         });
         let (method, transforms) = opened.map_err(raised)?;
         let config = self.config(&method.taxonomy)?;
-        Ok(Method { config, sensor_frame, transforms, ..method })
+        Ok(AnnotateConfig { config, sensor_frame, transforms, ..method })
     }
 }
 

@@ -1,14 +1,21 @@
-//! Annotated slices put together: the recording is gone through once more, and what was made of each cloud is taken from
-//! the slices. So the output is that of a run over the whole recording, byte for byte, by construction; chunks of
-//! annotations that come out the same are not compressed again.
+//! Annotated slices put together: the recording is gone through once more, and what was made of
+//! each cloud is taken from the slices. So the output is that of a run over the whole recording,
+//! byte for byte, by construction; chunks of annotations that come out the same are not compressed
+//! again.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use super::job::Job;
-use super::slice_files::{SliceFile, Slices, check};
-use super::{Event, Options, Report, read_all, refuse_same_file, usual_workers};
+use super::checkpoint::CompletedClouds;
+use super::event::Event;
+use super::job::{Job, JobInput};
+use super::options::Options;
+use super::paths::refuse_same_file;
+use super::report::AnnotationReport;
+use super::run::{read_all, usual_workers};
+use super::slice_checkpoints::SliceCheckpoints;
+use super::slice_files::{SliceFile, check};
 use crate::error::{Error, Result};
 use crate::io::{Overview, RecordingReader};
 use crate::stopwatch::ms_since;
@@ -24,17 +31,19 @@ pub struct JoinOptions {
     pub threads: usize,
 }
 
-/// Joins the annotated slices of one recording, in their order ([`super::by_recording`]). The output is that of
-/// [`super::annotate`] over the whole recording with the same options, byte for byte.
+/// Joins the annotated slices of one recording, in their order ([`super::by_recording`]). The
+/// output is that of [`super::annotate`] over the whole recording with the same options, byte for
+/// byte.
 ///
 /// # Errors
-/// [`Error::Slices`] if slices are missing, damaged, or were not made of this recording; those of [`super::annotate`].
+/// [`Error::Slices`] if slices are missing, damaged, or were not made of this recording; those of
+/// [`super::annotate`].
 pub fn join(
     slices: &[SliceFile],
     output: &Path,
     options: &JoinOptions,
     on_event: &mut dyn FnMut(Event) -> ControlFlow<()>,
-) -> Result<Report> {
+) -> Result<AnnotationReport> {
     check(slices)?;
     let Some(first) = slices.first() else {
         let (of, problem) = (output.to_owned(), "no slice to be joined".to_owned());
@@ -49,9 +58,11 @@ pub fn join(
     let workers = usual_workers(options.threads);
     let overview = Overview::read(input)?;
     first.slice.check(&overview)?;
-    let run = Options { force: options.force, threads: options.threads, ..first.asked.options() };
-    let mut job = Job::new(overview, first.asked.clone(), output, &run, &workers, on_event)?;
-    job.take_from(Box::new(Slices::new(slices, &workers)));
+    let run =
+        Options { force: options.force, threads: options.threads, ..first.parameters.options() };
+    let of_file = JobInput::of_file(overview, first.parameters.clone())?;
+    let mut job = Job::new(of_file, output, &run, &workers, on_event)?;
+    job.take_from(CompletedClouds::new(SliceCheckpoints::new(slices, &workers)));
     let reader = RecordingReader::open_filtered(&job.overview, &job.wanted, &workers)?;
     let mut report = read_all(job, reader)?;
     report.profile.wall_ms = ms_since(started);

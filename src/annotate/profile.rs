@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::Frame;
+use super::event::ClusteredFrame;
 use super::message::Annotated;
 use crate::io::{ReadTimes, WriteTimes};
 use crate::stopwatch::Steps;
@@ -10,8 +10,8 @@ use crate::stopwatch::Steps;
 /// Slowest frames that are kept.
 const SLOWEST: usize = 5;
 
-/// What an annotation took, step by step. Threads work at the same time, so the milliseconds of all steps may be
-/// more than those of the whole.
+/// What an annotation took, step by step. Threads work at the same time, so the milliseconds of all
+/// steps may be more than those of the whole.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Profile {
     /// Threads that unpacked, clustered and compressed.
@@ -49,14 +49,14 @@ pub struct SlowFrame {
 
 impl Profile {
     /// Takes a frame whose message has so many bytes.
-    pub(super) fn take(&mut self, frame: &Frame, message: usize, annotated: &Annotated) {
+    pub(super) fn take(&mut self, frame: &ClusteredFrame, message: usize, annotated: &Annotated) {
         let times = annotated.times;
         let added = annotated.cloud.len() + annotated.objects.len();
         self.cluster.take(times.total_ms() - times.encode_ms, message as u64);
         self.encode.take(times.encode_ms, added as u64);
         let slow = SlowFrame {
-            topic: frame.topic.to_owned(),
-            number: frame.number,
+            topic: frame.key.topic.to_owned(),
+            number: frame.key.number,
             log_time_ns: frame.log_time_ns,
             ms: times.total_ms(),
         };

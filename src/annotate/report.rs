@@ -5,20 +5,17 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use super::message::{Clustered, Method, Semantics};
+use super::clustered::{Clustered, remarks};
 use super::profile::Profile;
+use super::times::FrameTimes;
 use crate::instances::Reason;
 use crate::io::{CloudFormat, Fetched};
-use crate::pipeline::{StageTimes, Stages};
-use crate::sensor_frame::SensorFrame;
+use crate::pipeline::Stages;
 use crate::taxonomy::Taxonomy;
-
-/// Name of the metadata record that says how a recording was annotated.
-pub const METADATA_NAME: &str = "divmerge";
 
 /// What was done.
 #[derive(Debug, Clone, Default, Serialize)]
-pub struct Report {
+pub struct AnnotationReport {
     /// The input.
     pub input: PathBuf,
     /// The output.
@@ -27,7 +24,8 @@ pub struct Report {
     pub output_bytes: u64,
     /// Bytes of the input.
     pub input_bytes: u64,
-    /// Bytes that were read of it; fewer than it has if a window was asked for and its index says where that lies.
+    /// Bytes that were read of it; fewer than it has if a window was asked for and its index says
+    /// where that lies.
     pub input_bytes_read: u64,
     /// What came over the network of an input at an address, looks at it beforehand included.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -54,7 +52,7 @@ pub struct Report {
     pub profile: Profile,
 }
 
-impl Report {
+impl AnnotationReport {
     /// Whether every cloud was annotated and the input was whole.
     pub fn is_complete(&self) -> bool {
         self.truncated.is_none() && self.topics.values().all(|topic| topic.unreadable == 0)
@@ -88,48 +86,6 @@ pub struct TopicReport {
     /// Milliseconds per frame.
     #[serde(flatten)]
     pub times: FrameTimes,
-}
-
-/// Mean milliseconds per frame, message bytes to message bytes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct FrameTimes {
-    /// Message to cloud.
-    pub decode_ms: f64,
-    /// Classes that do not stand in the cloud itself: a network, files, another topic.
-    pub semantics_ms: f64,
-    /// Cloud to labels.
-    #[serde(flatten)]
-    pub stages: StageTimes,
-    /// Labels to messages.
-    pub encode_ms: f64,
-}
-
-impl FrameTimes {
-    /// All of it.
-    pub fn total_ms(&self) -> f64 {
-        self.decode_ms + self.semantics_ms + self.stages.total_ms() + self.encode_ms
-    }
-
-    fn each(&mut self) -> [&mut f64; 8] {
-        let stages = &mut self.stages;
-        [
-            &mut self.decode_ms,
-            &mut self.semantics_ms,
-            &mut stages.projection_ms,
-            &mut stages.mask_ms,
-            &mut stages.divide_ms,
-            &mut stages.merge_ms,
-            &mut stages.labels_ms,
-            &mut self.encode_ms,
-        ]
-    }
-
-    /// Takes one more frame into the mean over `frames` frames.
-    pub(super) fn take(&mut self, mut frame: FrameTimes, frames: u64) {
-        for (mean, value) in self.each().into_iter().zip(frame.each()) {
-            *mean += (*value - *mean) / frames as f64;
-        }
-    }
 }
 
 /// What the report takes of a cloud.
@@ -184,115 +140,4 @@ impl TopicReport {
 fn describe_image(stages: &Stages) -> String {
     let image = &stages.image;
     format!("{}, {} x {}", image.projection.describe(), image.rows(), image.columns())
-}
-
-/// What is odd about a cloud that could be read: a word for the kind, and a sentence.
-pub fn remarks(clustered: &Clustered, taxonomy: &Taxonomy) -> Vec<(&'static str, String)> {
-    let stages = &clustered.stages;
-    let counts = stages.labels.counts();
-    let points = stages.labels.reason.len() as u64;
-    let returns = points - counts[Reason::NoReturn as usize];
-    let shadowed = stages.image.shadowed_count() as u64;
-    let mut remarks = Vec::new();
-    if points == 0 {
-        remarks.push(("without points", "a cloud without points".to_owned()));
-    } else if returns == 0 {
-        let problem = format!("none of {points} points is a return: all NaN or at the origin");
-        remarks.push(("without returns", problem));
-    } else if shadowed * 5 > returns * 4 {
-        let problem = format!(
-            "{shadowed} of {returns} returns lie behind a nearer one in the same pixel of the {} x {} \
-             range image ({})",
-            stages.image.rows(),
-            stages.image.columns(),
-            stages.image.projection.describe()
-        );
-        remarks.push(("with most returns shadowed", problem));
-    }
-    if stages.mask.unknown_ids > 0 {
-        let problem = format!(
-            "{} points have a class that the taxonomy `{}` does not know",
-            stages.mask.unknown_ids, taxonomy.name
-        );
-        remarks.push(("with unknown classes", problem));
-    }
-    if let Some(name) = &clustered.repeated_field {
-        let problem = format!("several fields are named `{name}`: the first of them is read");
-        remarks.push(("with a field name that comes again", problem));
-    }
-    if clustered.lacks_remission {
-        let problem = "no field `intensity`, `remission` or `reflectivity`: the network is given the mean of its training";
-        remarks.push(("without remission", problem.to_owned()));
-    }
-    if stages.mask.ground_is_overhead {
-        let problem = "the largest level surface lies above the sensor. If that is the ground, z points down in the \
-                       cloud's frame: `--sensor-frame frd` turns a frame whose y is to the right and z down, \
-                       `--sensor-frame 180,0,0` a sensor that hangs upside down";
-        remarks.push(("with the ground overhead", problem.to_owned()));
-    }
-    remarks.extend(clustered.missing_boxes.clone().map(|problem| ("without boxes", problem)));
-    remarks
-}
-
-/// What stands for the hash of an input that was not read whole.
-fn input_read(report: &Report) -> String {
-    let (read, all) = (report.input_bytes_read, report.input_bytes);
-    format!("{read} of {all} bytes, found by the index of the input; no hash of all of it")
-}
-
-/// The part of the metadata record that is known beforehand: version and parameters.
-pub(super) fn parameters(method: &Method) -> BTreeMap<String, String> {
-    let json = |value: serde_json::Value| value.to_string();
-    let mut parameters = BTreeMap::from([
-        ("version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
-        ("method".to_owned(), method.config.method_name().to_owned()),
-        ("preset".to_owned(), method.config.preset.to_owned()),
-        ("taxonomy".to_owned(), method.taxonomy.name.clone()),
-        ("parameters".to_owned(), json(serde_json::json!(method.config))),
-        ("ground".to_owned(), json(serde_json::json!(method.ground))),
-    ]);
-    if method.sensor_frame != SensorFrame::Auto {
-        parameters.insert("sensor_frame".to_owned(), method.sensor_frame.to_string());
-    }
-    if let Semantics::Network(network) = &method.semantics {
-        parameters.insert("network".to_owned(), network.describe());
-    }
-    parameters.extend(method.boxes.describe().map(|boxes| ("boxes".to_owned(), boxes)));
-    parameters
-}
-
-/// The metadata record: version, parameters, the input's hash, counts per reason.
-pub(super) fn metadata(
-    report: &Report,
-    parameters: &BTreeMap<String, String>,
-) -> BTreeMap<String, String> {
-    let mut metadata = parameters.clone();
-    let mut say = |key: &str, value: Option<String>| {
-        metadata.extend(value.map(|value| (key.to_owned(), value)));
-    };
-    match &report.input_sha256 {
-        Some(hash) => say("input_sha256", Some(hash.clone())),
-        None => say("input_read", Some(input_read(report))),
-    }
-    let name = report.input.file_name().unwrap_or(report.input.as_os_str());
-    say("input", Some(name.to_string_lossy().into_owned()));
-    say("form", Some(report.form.to_owned()));
-    say("from_ns", report.from_ns.map(|ns| ns.to_string()));
-    say("to_ns", report.to_ns.map(|ns| ns.to_string()));
-    if let Some(cut) = &report.truncated {
-        metadata.insert("truncated".to_owned(), cut.clone());
-    }
-    for (topic, report) in &report.topics {
-        let value = serde_json::json!({
-            "frames": report.frames,
-            "unreadable": report.unreadable,
-            "points": report.points,
-            "instances": report.instances,
-            "semantics": report.semantics,
-            "projection": report.projection,
-            "reasons": report.reasons,
-        });
-        metadata.insert(format!("topic {topic}"), value.to_string());
-    }
-    metadata
 }

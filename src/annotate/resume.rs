@@ -1,11 +1,12 @@
 //! A run that was cut off, done again without clustering again what it had clustered.
 //!
-//! Beside the half written output lies a journal: what was asked for, and a line for each annotated cloud, with
-//! checksums of the cloud and of the two messages made of it, and with what the report needs. A run that continues goes
-//! through the input from its beginning and writes an output of its own, so that its bytes are those of a run that was
-//! never cut off; but where the journal has the next cloud, and its messages are found in the half written output, those
-//! are taken instead of being made again. Nothing of the old output is believed that its checksums do not cover, so it
-//! may be cut off anywhere.
+//! Beside the half written output lies a journal: what was asked for, and a line for each annotated
+//! cloud, with checksums of the cloud and of the two messages made of it, and with what the report
+//! needs. A run that continues goes through the input from its beginning and writes an output of
+//! its own, so that its bytes are those of a run that was never cut off; but where the journal has
+//! the next cloud, and its messages are found in the half written output, those are taken instead
+//! of being made again. Nothing of the old output is believed that its checksums do not cover, so
+//! it may be cut off anywhere.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
@@ -13,8 +14,8 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::asked::Asked;
-use super::notes::{Before, Done, Given, Note, Noted};
+use super::checkpoint::{Checkpoint, CheckpointSource, StoredMessage};
+use super::run_parameters::RunParameters;
 use crate::error::{Error, Result};
 use crate::io::{PartialFile, Record, RecordingReader, checksum};
 use crate::workers::Workers;
@@ -39,17 +40,18 @@ pub(super) struct Journal {
 }
 
 impl Journal {
-    /// Starts a journal with what was asked for.
-    pub(super) fn start(output: &Path, asked: &Asked) -> Result<Self> {
+    /// Starts a journal with the parameters of the run.
+    pub(super) fn start(output: &Path, parameters: &RunParameters) -> Result<Self> {
         let path = journal_of(output);
         let file = File::create(&path).map_err(|source| io_error(&path, source))?;
         let mut journal = Journal { path, file, is_kept: false };
-        journal.line(asked)?;
+        journal.line(parameters)?;
         Ok(journal)
     }
 
-    pub(super) fn note(&mut self, note: &Note) -> Result<()> {
-        self.line(note)
+    /// Adds a checkpoint.
+    pub(super) fn add(&mut self, checkpoint: &Checkpoint) -> Result<()> {
+        self.line(checkpoint)
     }
 
     /// Leaves it for a run that continues.
@@ -72,88 +74,67 @@ impl Drop for Journal {
 }
 
 /// What a run that was cut off had done.
-pub(super) struct CutOff {
+pub(super) struct CutOffRun {
     output: PathBuf,
     journal: BufReader<File>,
     recording: RecordingReader,
-    next: Option<Note>,
 }
 
-impl CutOff {
-    /// What is left of a run for this output, if anything is. It is moved aside, so that the output can be begun anew.
+impl CutOffRun {
+    /// What is left of a run for this output, if anything is. It is moved aside, so that the output
+    /// can be begun anew.
     ///
     /// # Errors
-    /// [`Error::Conflict`] if something else was asked for then, [`Error::Io`].
-    pub(super) fn find(output: &Path, asked: &Asked) -> Result<Option<Self>> {
+    /// [`Error::Conflict`] if that run had other parameters, [`Error::Io`].
+    pub(super) fn find(output: &Path, parameters: &RunParameters) -> Result<Option<Self>> {
         let (partial, journal) = (PartialFile::name_for(output), journal_of(output));
-        check(output, &journal, asked)?;
-        check(output, &old(&journal), asked)?;
+        check(output, &journal, parameters)?;
+        check(output, &old(&journal), parameters)?;
         set_aside(&partial, &journal)?;
         let Ok(file) = File::open(old(&journal)) else {
             return Ok(None);
         };
         let mut journal = BufReader::new(file);
-        let asked = journal.read_line(&mut String::new());
+        let first_line = journal.read_line(&mut String::new());
         let recording = RecordingReader::open_unhashed(&old(&partial), &Workers::none());
-        let (Ok(_), Ok(recording)) = (asked, recording) else {
+        let (Ok(_), Ok(recording)) = (first_line, recording) else {
             return Ok(None);
         };
-        let mut found = CutOff { output: output.to_owned(), journal, recording, next: None };
-        found.advance();
-        Ok(Some(found))
+        Ok(Some(CutOffRun { output: output.to_owned(), journal, recording }))
     }
+}
 
-    /// Reads the next line; one that is cut off is none.
-    fn advance(&mut self) {
+impl CheckpointSource for CutOffRun {
+    /// The next line; one that is cut off is none.
+    fn next(&mut self) -> Result<Option<Checkpoint>> {
         let mut line = String::new();
         let read = self.journal.read_line(&mut line);
-        self.next = read.ok().and_then(|_| serde_json::from_str(&line).ok());
+        Ok(read.ok().and_then(|_| serde_json::from_str(&line).ok()))
     }
 
-    /// The next message with a checksum, as far as the half written output can be read.
-    fn message(&mut self, wanted: u32) -> Option<Given> {
+    /// The next message with that checksum, as far as the half written output can be read.
+    fn message(&mut self, wanted: u32) -> Result<Option<StoredMessage>> {
         while let Ok(Some(record)) = self.recording.next_record() {
             if let Record::Message { data, .. } = record
                 && checksum(&data) == wanted
             {
-                return Some(Given { data: data.into_owned().into(), chunk: None });
+                return Ok(Some(StoredMessage { data: data.into_owned().into(), chunk: None }));
             }
         }
-        None
-    }
-}
-
-impl Done for CutOff {
-    fn take(&mut self, topic: &str, number: u64, cloud: &[u8]) -> Result<Option<Before>> {
-        let is_next = |note: &&Note| note.topic == topic && note.number == number;
-        let Some(note) = self.next.as_ref().filter(is_next).cloned() else {
-            return Ok(None);
-        };
-        if note.cloud != checksum(cloud) {
-            let problem = format!(
-                "cloud {number} of {topic} is not the one that the run was cut off with; without \
-                 --resume the output is made anew"
-            );
-            return Err(Error::Conflict { path: self.output.clone(), problem });
-        }
-        self.advance();
-        let (instances, objects, report) = match note.outcome {
-            Noted::Annotated { instances, objects, report } => (instances, objects, report),
-            Noted::Unreadable { problem } => return Ok(Some(Before::Unreadable(problem))),
-        };
-        match [self.message(instances), self.message(objects)] {
-            [Some(instances), Some(objects)] => {
-                Ok(Some(Before::Annotated(report, [instances, objects])))
-            }
-            _ => {
-                self.next = None;
-                Ok(None)
-            }
-        }
+        Ok(None)
     }
 
-    fn finish(&mut self) -> Result<()> {
+    /// A cloud that is missing is annotated again.
+    fn missing(&self, _problem: String) -> Result<()> {
         Ok(())
+    }
+
+    fn changed(&self, cloud: &str) -> Error {
+        let problem = format!(
+            "{cloud} is not the one that the run was cut off with; without --resume the output is \
+             made anew"
+        );
+        Error::Conflict { path: self.output.clone(), problem }
     }
 }
 
@@ -165,16 +146,17 @@ pub(super) fn clean_up(output: &Path) {
 }
 
 /// Refuses a journal of something else.
-fn check(output: &Path, journal: &Path, asked: &Asked) -> Result<()> {
+fn check(output: &Path, journal: &Path, parameters: &RunParameters) -> Result<()> {
     let Ok(file) = File::open(journal) else {
         return Ok(());
     };
     let mut line = String::new();
     let read = BufReader::new(file).read_line(&mut line);
-    let Some(then) = read.ok().and_then(|_| serde_json::from_str::<Asked>(&line).ok()) else {
+    let Some(then) = read.ok().and_then(|_| serde_json::from_str::<RunParameters>(&line).ok())
+    else {
         return Ok(());
     };
-    let differences = asked.differences(&then);
+    let differences = parameters.differences(&then);
     if differences.is_empty() {
         return Ok(());
     }
@@ -185,8 +167,8 @@ fn check(output: &Path, journal: &Path, asked: &Asked) -> Result<()> {
     Err(Error::Conflict { path: output.to_owned(), problem })
 }
 
-/// Moves a half written output and its journal aside, unless those that are there already go farther: then a run that
-/// continued was itself cut off.
+/// Moves a half written output and its journal aside, unless those that are there already go
+/// farther: then a run that continued was itself cut off.
 fn set_aside(partial: &Path, journal: &Path) -> Result<()> {
     let length = |path: &Path| path.metadata().map_or(0, |metadata| metadata.len());
     let is_farther = length(journal) > length(&old(journal));

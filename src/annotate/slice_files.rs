@@ -1,29 +1,31 @@
-//! Annotated slices: what they are, whether they make up their recordings, and what became of the clouds in them.
+//! Annotated slices: what they are, and whether they make up their recordings.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use super::asked::Asked;
-use super::notes::{Before, Done, Given, Note, Noted};
+use super::run_parameters::RunParameters;
 use super::slices::{Plan, Slice};
 use crate::error::{Error, Result};
-use crate::io::{Item, Metadata, Part, Record, RecordingReader, checksum};
+use crate::io::{Metadata, Record, RecordingReader};
 use crate::workers::Workers;
 
 /// Name of the metadata record at the front of an annotated slice.
 pub(super) const SLICE_METADATA: &str = "divmerge slice";
 
-/// Opcode of the record behind the annotations of each part of the recording: what became of its clouds, a line of JSON
-/// each. It is one of those that the format leaves to programs, and readers pass over it.
-pub(super) const NOTES: u8 = 0xD5;
+/// Opcode of the record behind the annotations of each part of the recording: what became of its
+/// clouds, a line of JSON each. It is one of those that the format leaves to programs, and readers
+/// pass over it.
+pub(super) const CHECKPOINTS: u8 = 0xD5;
 
 /// What a slice's metadata record holds.
-pub(super) fn slice_metadata(slice: &Slice, asked: &Asked) -> BTreeMap<String, String> {
+pub(super) fn slice_metadata(
+    slice: &Slice,
+    parameters: &RunParameters,
+) -> BTreeMap<String, String> {
     let json = |value: serde_json::Value| value.to_string();
     BTreeMap::from([
         ("slice".to_owned(), json(serde_json::json!(slice))),
-        ("asked".to_owned(), json(serde_json::json!(asked))),
+        ("asked".to_owned(), json(serde_json::json!(parameters))),
     ])
 }
 
@@ -34,14 +36,15 @@ pub struct SliceFile {
     pub path: PathBuf,
     /// What it is a slice of.
     pub slice: Slice,
-    pub(super) asked: Asked,
+    pub(super) parameters: RunParameters,
 }
 
 impl SliceFile {
     /// Looks at an annotated slice.
     ///
     /// # Errors
-    /// [`Error::Slices`] if the file is a recording but no slice of one; those of [`RecordingReader::open`].
+    /// [`Error::Slices`] if the file is a recording but no slice of one; those of
+    /// [`RecordingReader::open`].
     pub fn open(path: &Path) -> Result<Self> {
         let mut reader = RecordingReader::open_unhashed(path, &Workers::none())?;
         let no_slice = |problem: String| Error::Slices { of: path.to_owned(), problem };
@@ -54,19 +57,19 @@ impl SliceFile {
             let field = |name: &str| metadata.get(name).map_or("", String::as_str);
             let other = |error| no_slice(format!("a slice of another version: {error}"));
             let slice = serde_json::from_str(field("slice")).map_err(other)?;
-            let asked = serde_json::from_str(field("asked")).map_err(other)?;
-            return Ok(SliceFile { path: path.to_owned(), slice, asked });
+            let parameters = serde_json::from_str(field("asked")).map_err(other)?;
+            return Ok(SliceFile { path: path.to_owned(), slice, parameters });
         }
         Err(no_slice("no slice: `divmerge annotate --slice` makes those".into()))
     }
 }
 
-/// Sorts slices by recording and by their place in it. Where the plan is not given, a recording of which all slices are
-/// lost goes unnoticed.
+/// Sorts slices by recording and by their place in it. Where the plan is not given, a recording of
+/// which all slices are lost goes unnoticed.
 ///
 /// # Errors
-/// [`Error::Slices`] if one is lost, there twice, not of the plan, or was planned or made otherwise than the others of its
-/// recording.
+/// [`Error::Slices`] if one is lost, there twice, not of the plan, or was planned or made otherwise
+/// than the others of its recording.
 pub fn by_recording(slices: Vec<SliceFile>, plan: Option<&Plan>) -> Result<Vec<Vec<SliceFile>>> {
     if let Some(plan) = plan {
         check_plan(&slices, plan)?;
@@ -126,7 +129,7 @@ pub(super) fn check(slices: &[SliceFile]) -> Result<()> {
             let (a, b) = (first.path.display(), slice.path.display());
             return wrong(format!("{a} and {b} are slices of different plans"));
         }
-        let differences = slice.asked.differences(&first.asked);
+        let differences = slice.parameters.differences(&first.parameters);
         if !differences.is_empty() {
             return wrong(format!(
                 "{} and {} were not annotated alike: they differ in {}",
@@ -160,142 +163,4 @@ pub(super) fn check(slices: &[SliceFile]) -> Result<()> {
         }
     }
     Ok(())
-}
-
-/// What became of the clouds of a recording, slice after slice.
-pub(super) struct Slices {
-    files: VecDeque<SliceFile>,
-    workers: Workers,
-    open: Option<(SliceFile, RecordingReader)>,
-    notes: VecDeque<Note>,
-    messages: VecDeque<Given>,
-}
-
-impl Slices {
-    pub(super) fn new(slices: &[SliceFile], workers: &Workers) -> Self {
-        Slices {
-            files: slices.iter().cloned().collect(),
-            workers: workers.clone(),
-            open: None,
-            notes: VecDeque::new(),
-            messages: VecDeque::new(),
-        }
-    }
-
-    fn message(&mut self, wanted: u32) -> Result<Given> {
-        let is_it = |given: &Given| checksum(&given.data) == wanted;
-        match self.messages.pop_front().filter(is_it) {
-            Some(given) => Ok(given),
-            None => Err(self.wrong("its messages are not those that were noted".into())),
-        }
-    }
-
-    /// Reads on; whether there was anything.
-    fn advance(&mut self) -> Result<bool> {
-        let Some((_, reader)) = &mut self.open else {
-            let Some(file) = self.files.pop_front() else {
-                return Ok(false);
-            };
-            let reader = RecordingReader::open_unhashed(&file.path, &self.workers)?;
-            self.open = Some((file, reader));
-            return Ok(true);
-        };
-        match reader.next_part()? {
-            Some(Part::Chunk(chunk)) => {
-                let chunk = Arc::new(chunk);
-                let given = |item: &Item| match item {
-                    Item::Message { data, .. } => {
-                        Some(Given { data: data.clone(), chunk: Some(Arc::clone(&chunk)) })
-                    }
-                    Item::Record(_) => None,
-                };
-                self.messages.extend(chunk.items.iter().filter_map(given));
-            }
-            Some(Part::Items(items)) => {
-                for item in items {
-                    self.item(item)?;
-                }
-            }
-            None => {
-                self.refuse_left()?;
-                self.open = None;
-            }
-        }
-        Ok(true)
-    }
-
-    fn item(&mut self, item: Item) -> Result<()> {
-        match item {
-            Item::Message { data, .. } => self.messages.push_back(Given { data, chunk: None }),
-            Item::Record(Record::Private { opcode: NOTES, data, .. }) => {
-                let lines = data.split(|&byte| byte == b'\n').filter(|line| !line.is_empty());
-                let notes: std::result::Result<Vec<Note>, _> =
-                    lines.map(serde_json::from_slice).collect();
-                let notes = notes.map_err(|error| self.wrong(format!("notes: {error}")))?;
-                self.notes.extend(notes);
-            }
-            Item::Record(Record::Truncated { damage, .. }) => {
-                return Err(self.wrong(format!("cut off: {damage}; annotate it again")));
-            }
-            // Also where no message is lost by it: the checksum over everything covers what the slice says of itself.
-            Item::Record(Record::Damaged { damage, .. }) => {
-                return Err(self.wrong(format!("damaged: {damage}; annotate it again")));
-            }
-            Item::Record(_) => {}
-        }
-        Ok(())
-    }
-
-    /// Refuses clouds that the recording does not have, and messages that belong to none.
-    fn refuse_left(&self) -> Result<()> {
-        match (self.notes.front(), self.messages.is_empty()) {
-            (Some(Note { topic, number, .. }), _) => Err(self.wrong(format!(
-                "cloud {number} of {topic} was annotated, and is not there in the recording"
-            ))),
-            (None, false) => Err(self.wrong("its messages are not those that were noted".into())),
-            (None, true) => Ok(()),
-        }
-    }
-
-    /// An error about the slice that is read.
-    fn wrong(&self, problem: String) -> Error {
-        let slice = self.open.as_ref().map(|(file, _)| file).or(self.files.front());
-        let of = slice.map_or_else(PathBuf::new, |file| file.path.clone());
-        Error::Slices { of, problem }
-    }
-}
-
-impl Done for Slices {
-    fn take(&mut self, topic: &str, number: u64, cloud: &[u8]) -> Result<Option<Before>> {
-        while self.notes.is_empty() {
-            if !self.advance()? {
-                return Err(self.wrong(format!("no slice has cloud {number} of {topic}")));
-            }
-        }
-        let Some(note) = self.notes.pop_front() else { unreachable!("there is one") };
-        if (note.topic.as_str(), note.number) != (topic, number) {
-            let (theirs, at) = (note.topic, note.number);
-            return Err(self.wrong(format!(
-                "cloud {number} of {topic} was not annotated here: cloud {at} of {theirs} comes next"
-            )));
-        }
-        if note.cloud != checksum(cloud) {
-            let problem = format!(
-                "cloud {number} of {topic} is not the one that was annotated: the recording has changed"
-            );
-            return Err(self.wrong(problem));
-        }
-        match note.outcome {
-            Noted::Unreadable { problem } => Ok(Some(Before::Unreadable(problem))),
-            Noted::Annotated { instances, objects, report } => {
-                let messages = [self.message(instances)?, self.message(objects)?];
-                Ok(Some(Before::Annotated(report, messages)))
-            }
-        }
-    }
-
-    fn finish(&mut self) -> Result<()> {
-        while self.notes.is_empty() && self.advance()? {}
-        self.refuse_left()
-    }
 }

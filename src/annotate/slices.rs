@@ -1,8 +1,9 @@
-//! Recordings cut into slices that are annotated by themselves, on any machine, and joined again ([`super::join`]).
+//! Recordings cut into slices that are annotated by themselves, on any machine, and joined again
+//! ([`super::join`]).
 //!
-//! A slice is a stretch of a recording's bytes that begins and ends where chunks do. Its clouds have the numbers that
-//! they have in the recording, since the index counts those before it; so whatever becomes of a cloud becomes of it in a
-//! slice, too.
+//! A slice is a stretch of a recording's bytes that begins and ends where chunks do. Its clouds
+//! have the numbers that they have in the recording, since the index counts those before it; so
+//! whatever becomes of a cloud becomes of it in a slice, too.
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -10,8 +11,8 @@ use std::path::{Component, Path, PathBuf};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::topics::choose;
 use crate::error::{Error, Result};
+use crate::frames::choose_topics;
 use crate::io::bag::METADATA_FILE;
 use crate::io::{Bag, ChunkPlace, Overview, is_remote, is_stream};
 
@@ -86,13 +87,13 @@ pub struct Planned {
     pub name: PathBuf,
 }
 
-/// The recordings that some inputs stand for: files, folders of rosbag2, and other folders, of which every `.mcap` file is
-/// meant, however deep. What is made of those of a folder keeps its place below the folder, and if there are other inputs
-/// stands in one of the folder's name.
+/// The recordings that some inputs stand for: files, folders of rosbag2, and other folders, of
+/// which every `.mcap` file is meant, however deep. What is made of those of a folder keeps its
+/// place below the folder, and if there are other inputs stands in one of the folder's name.
 ///
 /// # Errors
-/// [`Error::Io`]; [`Error::NoCloud`] for a folder without recordings; [`Error::Conflict`] if two go to the same place;
-/// those of [`Bag::open`].
+/// [`Error::Io`]; [`Error::NoCloud`] for a folder without recordings; [`Error::Conflict`] if two go
+/// to the same place; those of [`Bag::open`].
 pub fn recordings(inputs: &[PathBuf]) -> Result<Vec<Planned>> {
     let mut found = Vec::new();
     for input in inputs {
@@ -126,7 +127,8 @@ pub fn recordings(inputs: &[PathBuf]) -> Result<Vec<Planned>> {
     Ok(found)
 }
 
-/// The path of a file from the root on; an address of an object store is one, and a stream has none.
+/// The path of a file from the root on; an address of an object store is one, and a stream has
+/// none.
 fn absolute(path: &Path) -> Result<PathBuf> {
     if is_remote(path) || is_stream(path) {
         return Ok(path.to_owned());
@@ -170,13 +172,13 @@ struct Counted<'a> {
     chunks: Vec<ChunkPlace>,
 }
 
-/// Cuts recordings into about so many slices in all, with as many clouds each as can be: at least one of each recording,
-/// and one of a recording whose index does not tell where its chunks are. Only the indexes are read; of a recording
-/// without one all is.
+/// Cuts recordings into about so many slices in all, with as many clouds each as can be: at least
+/// one of each recording, and one of a recording whose index does not tell where its chunks are.
+/// Only the indexes are read; of a recording without one all is.
 ///
 /// # Errors
-/// [`Error::Folder`] with all the recordings that cannot be cut, and why: they cannot be read or have no cloud of these
-/// topics (none: of any).
+/// [`Error::Folder`] with all the recordings that cannot be cut, and why: they cannot be read or
+/// have no cloud of these topics (none: of any).
 pub fn plan(recordings: &[Planned], shards: usize, topics: &[String]) -> Result<Vec<Slice>> {
     let counted = recordings.iter().map(|planned| count(planned, topics));
     let (mut recordings, mut problems) = (Vec::new(), Vec::new());
@@ -201,7 +203,7 @@ pub fn plan(recordings: &[Planned], shards: usize, topics: &[String]) -> Result<
 
 fn count<'a>(planned: &'a Planned, topics: &[String]) -> Result<Counted<'a>> {
     let overview = Overview::read(&planned.input)?;
-    let channels = choose(&overview, topics)?;
+    let channels = choose_topics(&overview, topics, None)?;
     let is_cloud = |channel: u16| channels.contains_key(&channel);
     // Chunks without message indexes may hold anything.
     let tells = |chunks: &Vec<ChunkPlace>| chunks.iter().any(|chunk| chunk.messages > 0);

@@ -1,10 +1,11 @@
 //! In which messages an annotation is written.
 
+use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
 
-use super::Form;
-use super::message::Clustered;
+use super::form::Form;
 use crate::error::{Error, Result};
+use crate::instances::Instance;
 use crate::io::{
     ByteOrder, CloudFormat, Layout, MessageSchema, ObjectBox, ObjectEncoding, ObjectKind, Overview,
     PackedCloud,
@@ -47,21 +48,21 @@ impl MessageTypes {
         self.object_kind(encoding).schema(encoding)
     }
 
-    /// Writes the boxes beside an annotated cloud, in its coordinate frame, replacing what is in `out`.
+    /// Writes the boxes of the instances beside an annotated cloud, in its coordinate frame,
+    /// replacing what is in `out`. The instances were found in the cloud rotated by `turned`.
     ///
     /// # Errors
     /// Those of [`MessageTypes::objects`].
     pub(super) fn write_objects(
         &self,
         cloud: &PackedCloud,
-        clustered: &Clustered,
+        (instances, turned): (&[Instance], &UnitQuaternion<f64>),
         out: &mut Vec<u8>,
     ) -> Result<()> {
         // What was found in the cloud turned upright is turned back.
-        let frame = cloud.isometry() * clustered.cloud.turned.inverse();
-        let instances = clustered.stages.instances.iter();
+        let frame = cloud.isometry() * turned.inverse();
         let boxes: Vec<ObjectBox> =
-            instances.map(|instance| ObjectBox::of(instance, &frame)).collect();
+            instances.iter().map(|instance| ObjectBox::of(instance, &frame)).collect();
         let encoding = encoding(cloud.format, cloud.byte_order);
         let header = (cloud.stamp_sec as i32, cloud.stamp_nanosec, cloud.frame_id.as_str());
         self.object_kind(encoding).write(encoding, header, &boxes, out)
@@ -77,8 +78,9 @@ impl MessageTypes {
     /// Whether a recording may have such messages beside these clouds.
     ///
     /// # Errors
-    /// [`Error::Conflict`] where other messages than ROS's are asked for in a recording of ROS, others than the
-    /// clouds' own in their place, or boxes of a type that does not exist beside them.
+    /// [`Error::Conflict`] where other messages than ROS's are asked for in a recording of ROS,
+    /// others than the clouds' own in their place, or boxes of a type that does not exist beside
+    /// them.
     pub(super) fn check(
         &self,
         overview: &Overview,
@@ -107,8 +109,8 @@ impl MessageTypes {
             return Ok(());
         }
         let problem = format!(
-            "its profile is `{profile}`, so it gets ROS messages only: readers such as rosbags refuse a file with \
-             protobuf among them; leave the flavor foxglove out"
+            "its profile is `{profile}`, so it gets ROS messages only: readers such as rosbags \
+             refuse a file with protobuf among them; leave the flavor foxglove out"
         );
         conflict(problem)
     }

@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::annotate::Method;
+use crate::annotate::AnnotateConfig;
 use crate::error::{Error, Result};
 use crate::evaluate::entropy::{self, LEFT_OUT, TOLERANCE, entropies, true_objects};
 use crate::evaluate::panoptic::{ClassQuality, MIN_POINTS, Panoptic, PanopticQuality};
-use crate::io::{LabelledFrame, Truth};
+use crate::frames::{LabelledFrame, Truth};
 use crate::pipeline;
 use crate::statistics::{mean_and_deviation, median};
 use crate::taxonomy::Taxonomy;
@@ -41,11 +41,11 @@ pub struct MethodScores {
 /// of [`entropy`].
 ///
 /// # Errors
-/// Those of the clouds, of [`Method::prepare`] and of [`Method::detections`]; [`Error::Truth`] if a
-/// true class is not in the taxonomy.
+/// Those of the clouds, of [`AnnotateConfig::prepare`] and of [`AnnotateConfig::detections`];
+/// [`Error::Truth`] if a true class is not in the taxonomy.
 pub fn measure(
     frames: impl IntoIterator<Item = Result<LabelledFrame>>,
-    method: &Method,
+    method: &AnnotateConfig,
     min_points: u64,
     mut on_frame: impl FnMut(),
 ) -> Result<MethodScores> {
@@ -81,7 +81,7 @@ impl ScoreSums {
         }
     }
 
-    fn add(&mut self, frame: &LabelledFrame, method: &Method) -> Result<()> {
+    fn add(&mut self, frame: &LabelledFrame, method: &AnnotateConfig) -> Result<()> {
         let taxonomy = &method.taxonomy;
         let true_class = class_numbers(&frame.truth, taxonomy, frame)?;
         let (mask, detections) = (method.mask(&frame.cloud), method.detections(frame)?);

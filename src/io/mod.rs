@@ -4,12 +4,6 @@
 //! message becomes a [`crate::PointCloud`] ([`clouds`]), and results become messages
 //! ([`annotation`], [`objects`]). [`bag`] knows the folders that rosbag2 makes of recordings.
 
-pub mod boxes;
-pub mod classes;
-pub mod frames;
-pub mod labelled;
-pub mod static_transforms;
-
 pub use crate::datasets::{bag, cloud_recording, drive, problems, scans, semantic_kitti};
 pub use crate::messages::{
     annotation, camera_info, clouds, definitions, diagnostics, objects, qos, ros, transforms,
@@ -17,8 +11,6 @@ pub use crate::messages::{
 
 pub use annotation::{Certainty, PointAnnotation, annotated_cloud};
 pub use bag::Bag;
-pub use boxes::{BoxSource, FrameBoxes, FrameDetections};
-pub use classes::{ClassSource, FrameClasses};
 pub use clouds::{CloudChannel, CloudFormat, CloudPose, Datatype, PackedCloud, PointField};
 pub use definitions::{DIAGNOSTIC_ARRAY, MARKER_ARRAY, MessageSchema, POINT_CLOUD2};
 pub use diagnostics::{Diagnostic, Level, diagnostic_array, diagnostic_schema};
@@ -31,10 +23,5 @@ pub use divmerge_recording::{
     SourceChunk, WriteOptions, WriteTimes, abandon_partial_files, checksum, is_remote, is_stream,
     write_file,
 };
-pub use frames::{AskedCloud, CloudMessage, CloudMessages, CloudNumber, Which, cloud_message_at};
-pub use labelled::{
-    LabelledFrame, LabelledFrames, LabelledOptions, SeenClasses, Truth, TruthSource,
-};
 pub use objects::{ObjectBox, ObjectEncoding, ObjectKind};
 pub use ros::{ByteOrder, Layout};
-pub use static_transforms::{asked_transforms, static_transforms};

@@ -4,16 +4,16 @@ use std::path::Path;
 
 use super::colour_tracker::ColourTracker;
 use super::scene::Scene;
-use crate::annotate::{Clustered, Method, cluster};
+use crate::annotate::{AnnotateConfig, Clustered, cluster};
 use crate::diagnose::explain::{ExplanationReport, Frame, Subject, explain};
 use crate::error::Result;
-use crate::io::CloudMessage;
+use crate::frames::EncodedCloud;
 
 /// A clustered cloud message and its intensities.
 #[derive(Debug, Clone)]
 pub struct ClusteredMessage<'a> {
     /// The message.
-    pub message: &'a CloudMessage,
+    pub message: &'a EncodedCloud,
     /// Its cloud, clustered.
     pub clustered: Clustered,
     intensity: Option<Vec<f32>>,
@@ -24,9 +24,9 @@ impl<'a> ClusteredMessage<'a> {
     ///
     /// # Errors
     /// Those of [`cluster`], and of decoding the message.
-    pub fn new(message: &'a CloudMessage, method: &Method) -> Result<Self> {
+    pub fn new(message: &'a EncodedCloud, method: &AnnotateConfig) -> Result<Self> {
         let wire = message.decode()?;
-        let clustered = cluster(&wire, message.which(), method)?;
+        let clustered = cluster(&wire, &message.key(&wire), method)?;
         let intensity = ["intensity", "reflectivity"].into_iter().find_map(|name| {
             let values = wire.column_f64(name).ok()?;
             Some(values.into_iter().map(|value| value as f32).collect())
@@ -38,13 +38,13 @@ impl<'a> ClusteredMessage<'a> {
     /// instances from frame to frame.
     pub fn scene<'s>(
         &'s self,
-        method: &'s Method,
+        method: &'s AnnotateConfig,
         start_ns: u64,
         colours: &mut ColourTracker,
     ) -> Scene<'s> {
         let Clustered { cloud, stages, semantics, .. } = &self.clustered;
         let has_classes = semantics.starts_with("field:");
-        let seconds = self.message.log_time.saturating_sub(start_ns) as f64 * 1e-9;
+        let seconds = self.message.log_time_ns().saturating_sub(start_ns) as f64 * 1e-9;
         Scene {
             cloud,
             stages,
@@ -68,16 +68,16 @@ impl<'a> ClusteredMessage<'a> {
 /// Explains one or two points of a cloud of `file`, without a search for parameter changes.
 pub fn explanation_report(
     file: &Path,
-    message: &CloudMessage,
+    message: &EncodedCloud,
     semantics: &str,
     frame: &Frame,
     subject: Subject,
 ) -> ExplanationReport {
     ExplanationReport {
         file: file.to_owned(),
-        topic: message.topic.clone(),
+        topic: message.topic.to_string(),
         frame: message.number,
-        log_time_ns: message.log_time,
+        log_time_ns: message.log_time_ns(),
         preset: frame.config.preset,
         semantics: semantics.to_owned(),
         instances: frame.stages.instances.len(),

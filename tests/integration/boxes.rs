@@ -5,15 +5,15 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use divmerge::annotate::{Event, Method, Options, Report, annotate};
+use divmerge::annotate::{AnnotateConfig, AnnotationReport, Event, Options, annotate};
 use divmerge::comparison::methods::Boxes;
+use divmerge::frames::{BoxSource, CloudKey, FrameBoxes};
 use divmerge::instances::{Detection, UprightBox};
 
 use divmerge::io::drive::{CLOUD_TOPIC, SENSOR_FRAME};
 use divmerge::io::{
-    AskedCloud, BoxSource, ByteOrder, CloudFormat, CloudNumber, FrameBoxes, Layout, MARKER_ARRAY,
-    ObjectBox, ObjectEncoding, ObjectKind, Overview, Record, RecordingReader, RecordingWriter,
-    WriteOptions,
+    ByteOrder, CloudFormat, Layout, MARKER_ARRAY, ObjectBox, ObjectEncoding, ObjectKind, Overview,
+    Record, RecordingReader, RecordingWriter, WriteOptions,
 };
 use divmerge::pipeline::Config;
 use divmerge::simulate::{Drive, Scene, Sensor};
@@ -30,7 +30,7 @@ fn by_boxes(source: &BoxSource, recording: &Path) -> Result<Options> {
     let boxes = FrameBoxes::open(source, recording, &Taxonomy::semantic_kitti())?;
     let other_method = Some(Arc::new(Boxes::default()) as _);
     let config = Config { other_method, ..Config::best() };
-    let method = Method { config, boxes, ..Method::default() };
+    let method = AnnotateConfig { config, boxes, ..AnnotateConfig::default() };
     Ok(Options { method, force: true, ..Options::default() })
 }
 
@@ -38,7 +38,7 @@ fn of_topic(topic: &str) -> BoxSource {
     BoxSource::Topic(topic.to_owned())
 }
 
-fn run(input: &Path, options: &Options) -> Result<(PathBuf, Report)> {
+fn run(input: &Path, options: &Options) -> Result<(PathBuf, AnnotationReport)> {
     let output = input.with_extension("annotated.mcap");
     let report = annotate(input, &output, options, &mut |_: Event| ControlFlow::Continue(()))?;
     Ok((output, report))
@@ -269,9 +269,8 @@ fn kitti_files_round_trip() {
     std::fs::write(&file, calibration()).expect("written");
     let source = BoxSource::Kitti { labels, calibration: file };
     let boxes = FrameBoxes::open(&source, &input, &taxonomy).expect("boxes");
-    let which = CloudNumber { topic: CLOUD_TOPIC, number: 0 };
-    let asked = AskedCloud { which, stamp_ns: 0, frame_id: SENSOR_FRAME };
-    let read = boxes.of(&asked).expect("boxes").detections;
+    let key = CloudKey { topic: CLOUD_TOPIC, number: 0, stamp_ns: 0, frame_id: SENSOR_FRAME };
+    let read = boxes.of(&key).expect("boxes").detections;
     assert_eq!(read.len(), expected.len());
     for (read, expected) in read.iter().zip(&expected) {
         assert_eq!((read.class, read.score), (expected.class, expected.score));

@@ -7,11 +7,13 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use divmerge::annotate::{
-    Event, MessageTypes, Method, Options, Report, Semantics, annotate, annotate_message,
+    AnnotateConfig, AnnotationReport, Event, MessageTypes, Options, Semantics, annotate,
+    annotate_message,
 };
+use divmerge::frames::EncodedCloud;
 use divmerge::io::{
-    CloudFormat, CloudNumber, Datatype, MessageHeader, Overview, POINT_CLOUD2, PackedCloud,
-    PointField, Record, RecordingReader, RecordingWriter, WriteOptions,
+    CloudFormat, Datatype, MessageHeader, Overview, POINT_CLOUD2, PackedCloud, PointField, Record,
+    RecordingReader, RecordingWriter, WriteOptions,
 };
 use divmerge::pipeline::{self, Config};
 use divmerge::semantics::{GroundParams, MaskSource};
@@ -59,10 +61,9 @@ fn plain_message() -> Vec<u8> {
 
 /// What annotating the message alone comes to.
 fn annotated(message: &[u8]) -> Result<()> {
-    let which = CloudNumber { topic: "/points", number: 0 };
-    let (method, types) = (Method::default(), MessageTypes::default());
-    let format = CloudFormat::Ros2;
-    annotate_message(message, format, which, &method, &types, &mut Default::default()).map(drop)
+    let (method, types) = (AnnotateConfig::default(), MessageTypes::default());
+    let encoded = EncodedCloud::of_message(CloudFormat::Ros2, message.to_vec());
+    annotate_message(&encoded, &method, &types, &mut Default::default()).map(drop)
 }
 
 /// Puts a `u32` in place of each aligned word of a message in turn and calls `check`.
@@ -184,10 +185,10 @@ fn recording(messages: &[(u64, Vec<u8>)]) -> (TempDir, PathBuf) {
     (folder, path)
 }
 
-fn annotate_all(input: &Path) -> Result<(PathBuf, Report)> {
+fn annotate_all(input: &Path) -> Result<(PathBuf, AnnotationReport)> {
     let output = input.with_extension("out.mcap");
     let options = Options {
-        method: Method { semantics: Semantics::All, ..Method::default() },
+        method: AnnotateConfig { semantics: Semantics::All, ..AnnotateConfig::default() },
         ..Options::default()
     };
     let report = annotate(input, &output, &options, &mut |_: Event| ControlFlow::Continue(()))?;

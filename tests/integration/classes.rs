@@ -5,13 +5,14 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use divmerge::annotate::{Event, Method, Options, Report, Semantics, annotate};
-use divmerge::io::classes::TOLERANCE_NS;
+use divmerge::annotate::{AnnotateConfig, AnnotationReport, Event, Options, Semantics, annotate};
+use divmerge::frames::CloudKey;
+use divmerge::frames::{ClassSource, EncodedCloud, EncodedClouds, FrameClasses, TOLERANCE_NS};
 use divmerge::io::drive::{CLOUD_TOPIC, SENSOR_FRAME};
 use divmerge::io::semantic_kitti::write_labels;
 use divmerge::io::{
-    ClassSource, CloudFormat, CloudMessages, Datatype, FrameClasses, MessageHeader, Overview,
-    PackedCloud, PointField, Record, RecordingReader, RecordingWriter, WriteOptions,
+    CloudFormat, Datatype, MessageHeader, Overview, PackedCloud, PointField, Record,
+    RecordingReader, RecordingWriter, WriteOptions,
 };
 use divmerge::{Result, Taxonomy};
 
@@ -22,8 +23,8 @@ const PREDICTIONS: &str = "/predictions";
 
 /// Classes and stamps of the clouds of a recording, in its order.
 fn truth(recording: &Path) -> Vec<(Vec<u32>, i64)> {
-    let messages = CloudMessages::open(recording, Some(CLOUD_TOPIC), 0..=u64::MAX).unwrap();
-    let of = |message: Result<divmerge::io::CloudMessage>| {
+    let messages = EncodedClouds::open(recording, Some(CLOUD_TOPIC), 0..=u64::MAX).unwrap();
+    let of = |message: Result<EncodedCloud>| {
         let message = message.unwrap();
         let cloud = message.decode().unwrap();
         (cloud.column_u32("label").unwrap(), cloud.stamp_ns())
@@ -86,7 +87,11 @@ fn with_predictions(
     output
 }
 
-fn run(input: &Path, source: Option<ClassSource>, threads: usize) -> Result<(PathBuf, Report)> {
+fn run(
+    input: &Path,
+    source: Option<ClassSource>,
+    threads: usize,
+) -> Result<(PathBuf, AnnotationReport)> {
     let taxonomy = Taxonomy::semantic_kitti();
     let semantics = match source {
         None => Semantics::Field("label".into()),
@@ -95,7 +100,7 @@ fn run(input: &Path, source: Option<ClassSource>, threads: usize) -> Result<(Pat
         }
     };
     let output = input.with_extension("annotated.mcap");
-    let method = Method { semantics, ..Method::default() };
+    let method = AnnotateConfig { semantics, ..AnnotateConfig::default() };
     let options = Options { method, threads, force: true, ..Options::default() };
     let report = annotate(input, &output, &options, &mut |_: Event| ControlFlow::Continue(()))?;
     Ok((output, report))
@@ -103,8 +108,8 @@ fn run(input: &Path, source: Option<ClassSource>, threads: usize) -> Result<(Pat
 
 fn instances(annotated: &Path) -> Vec<Vec<u8>> {
     let topic = format!("{CLOUD_TOPIC}/instances");
-    let messages = CloudMessages::open(annotated, Some(&topic), 0..=u64::MAX).unwrap();
-    messages.map(|message| message.unwrap().data).collect()
+    let messages = EncodedClouds::open(annotated, Some(&topic), 0..=u64::MAX).unwrap();
+    messages.map(|message| message.unwrap().data.to_vec()).collect()
 }
 
 fn of_topic() -> Option<ClassSource> {
@@ -201,9 +206,9 @@ fn a_single_frame_finds_its_classes_wherever_it_is() {
     // Forward, far back and forward again.
     for number in (0..40).chain([0, 39, 20, 3]) {
         let (expected, stamp_ns) = &clouds[number];
-        let which = divmerge::io::CloudNumber { topic: CLOUD_TOPIC, number: number as u64 };
-        let asked = divmerge::io::AskedCloud { which, stamp_ns: *stamp_ns, frame_id: SENSOR_FRAME };
-        let found = classes.of(&asked, [1, expected.len()]).unwrap();
+        let (topic, number) = (CLOUD_TOPIC, number as u64);
+        let key = CloudKey { topic, number, stamp_ns: *stamp_ns, frame_id: SENSOR_FRAME };
+        let found = classes.of(&key, [1, expected.len()]).unwrap();
         assert!(found.class.iter().map(|&class| u32::from(class)).eq(expected.iter().copied()));
     }
 }

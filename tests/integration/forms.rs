@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use divmerge::Result;
-use divmerge::annotate::{Event, Form, Options, Report, annotate};
+use divmerge::annotate::{AnnotationReport, Event, Form, Options, annotate};
 use divmerge::io::drive::CLOUD_TOPIC;
 use divmerge::io::{
     CloudFormat, Compression, MessageHeader, Overview, Record, RecordingWriter, WriteOptions,
@@ -14,7 +14,7 @@ use divmerge::io::{
 use crate::cli::{divmerge, path, text};
 use crate::recordings::{drive, records};
 
-fn run(input: &Path, output: &Path, options: &Options) -> Result<Report> {
+fn run(input: &Path, output: &Path, options: &Options) -> Result<AnnotationReport> {
     annotate(input, output, options, &mut |_: Event| ControlFlow::Continue(()))
 }
 
@@ -120,7 +120,7 @@ fn run_until(
     input: &Path,
     output: &Path,
     options: &Options,
-) -> (usize, Result<Report>) {
+) -> (usize, Result<AnnotationReport>) {
     let mut seen = 0;
     let done = annotate(input, output, options, &mut |event: Event| {
         seen += usize::from(matches!(event, Event::Frame(_)));

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-use divmerge::io::{MessageHeader, Which, cloud_message_at};
+use divmerge::frames::{CloudAt, encoded_cloud_at};
+use divmerge::io::MessageHeader;
 
 /// A recording of a thousand messages in many chunks, every tenth of them out of its turn.
 fn long() -> Vec<u8> {
@@ -29,11 +30,11 @@ fn a_cloud_is_found_by_number_and_by_time() {
     let path = folder.path().join("long.mcap");
     std::fs::write(&path, long()).unwrap();
     for number in [0, 3, 402, 700, 999] {
-        let cloud = cloud_message_at(&path, None, Which::Frame(number)).unwrap();
+        let cloud = encoded_cloud_at(&path, None, CloudAt::Frame(number)).unwrap();
         assert_eq!(cloud.number, number);
-        let near = cloud_message_at(&path, None, Which::Time(cloud.log_time + 100)).unwrap();
+        let near = encoded_cloud_at(&path, None, CloudAt::Time(cloud.log_time_ns() + 100)).unwrap();
         // Of two at one time the earlier.
-        assert_eq!(near.log_time, cloud.log_time);
+        assert_eq!(near.log_time_ns(), cloud.log_time_ns());
         assert!(near.number <= cloud.number);
     }
 }

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use divmerge::annotate::{Event, Method, Options, Report, Semantics, annotate};
+use divmerge::annotate::{AnnotateConfig, AnnotationReport, Event, Options, Semantics, annotate};
 use divmerge::network::runtime::{HAS_TRACT, has_onnx_runtime};
 use divmerge::network::{Network, NetworkImage, NetworkOptions};
 use divmerge::range_image::ProjectionParams;
@@ -75,16 +75,20 @@ fn trained() -> NetworkOptions {
     options(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/network/network.onnx"))
 }
 
-fn run(input: &Path, name: &str, options: &Options) -> Result<(PathBuf, Report)> {
+fn run(input: &Path, name: &str, options: &Options) -> Result<(PathBuf, AnnotationReport)> {
     let output = input.with_file_name(name);
     let report = annotate(input, &output, options, &mut |_: Event| ControlFlow::Continue(()))?;
     Ok((output, report))
 }
 
-fn by_network(options: NetworkOptions) -> Method {
+fn by_network(options: NetworkOptions) -> AnnotateConfig {
     let network = Network::open(options).expect("a network");
     let taxonomy = network.taxonomy().expect("labels").clone();
-    Method { semantics: Semantics::Network(Arc::new(network)), taxonomy, ..Method::default() }
+    AnnotateConfig {
+        semantics: Semantics::Network(Arc::new(network)),
+        taxonomy,
+        ..AnnotateConfig::default()
+    }
 }
 
 #[test]
@@ -269,8 +273,10 @@ fn a_network_that_gives_no_numbers_for_a_cloud_ends_the_run() {
         let network =
             Network::open(NetworkOptions { batch, ..options(folder.path().join("model.onnx")) });
         let semantics = Semantics::Network(Arc::new(network.unwrap()));
-        let options =
-            Options { method: Method { semantics, ..method.clone() }, ..Options::default() };
+        let options = Options {
+            method: AnnotateConfig { semantics, ..method.clone() },
+            ..Options::default()
+        };
         let error = run(&input, "out.mcap", &options).unwrap_err().to_string();
         assert!(error.contains("no numbers"), "{error}");
         assert!(!input.with_file_name("out.mcap").exists());

@@ -2,10 +2,14 @@
 
 use std::f64::consts::PI;
 
-use divmerge::annotate::{Annotated, MessageTypes, Method, Semantics, annotate_message, remarks};
+use divmerge::annotate::{
+    AnnotateConfig, Annotated, MessageTypes, Semantics, annotate_message, remarks,
+};
+use divmerge::frames::EncodedCloud;
+use divmerge::frames::static_transforms;
 use divmerge::io::cloud_recording::{CloudRecording, Transform};
 use divmerge::io::drive::cloud_message;
-use divmerge::io::{CloudFormat, CloudNumber, WriteOptions, static_transforms};
+use divmerge::io::{CloudFormat, WriteOptions};
 use divmerge::pipeline::{self, Config};
 use divmerge::range_image::{Geometry, NO_NEIGHBOUR, Projection, ProjectionParams, RangeImage};
 use divmerge::semantics::{GroundParams, MaskSource};
@@ -243,22 +247,21 @@ fn hanging() -> Frame {
 
 fn annotated(
     frame: &Frame,
-    method: &Method,
+    method: &AnnotateConfig,
 ) -> (Vec<u8>, Annotated, divmerge::annotate::Clustered) {
     let mut message = Vec::new();
     cloud_message(frame, &mut message).unwrap();
     let mut annotated = Annotated::default();
-    let which = CloudNumber { topic: "/lidar/points", number: 0 };
-    let (format, types) = (CloudFormat::Ros2, MessageTypes::default());
-    let clustered =
-        annotate_message(&message, format, which, method, &types, &mut annotated).unwrap();
+    let encoded = EncodedCloud::of_message(CloudFormat::Ros2, message.clone());
+    let types = MessageTypes::default();
+    let clustered = annotate_message(&encoded, method, &types, &mut annotated).unwrap();
     (message, annotated, clustered)
 }
 
 #[test]
 fn an_upside_down_sensor_is_warned_of_and_turned() {
     let hanging = hanging();
-    let mut method = Method { semantics: Semantics::Ground, ..Method::default() };
+    let mut method = AnnotateConfig { semantics: Semantics::Ground, ..AnnotateConfig::default() };
     let (_, _, clustered) = annotated(&hanging, &method);
     let warnings = remarks(&clustered, &method.taxonomy);
     let warning = warnings.iter().find(|(kind, _)| *kind == "with the ground overhead");
@@ -294,7 +297,7 @@ fn an_upside_down_sensor_is_warned_of_and_turned() {
 #[test]
 fn axes_are_turned_and_turned_back() {
     let plain = frame(Sensor::Vlp16);
-    let mut method = Method { semantics: Semantics::Ground, ..Method::default() };
+    let mut method = AnnotateConfig { semantics: Semantics::Ground, ..AnnotateConfig::default() };
     let (_, _, expected) = annotated(&plain, &method);
     // x to the right, y down, z ahead, as cameras have it.
     let mut camera = plain.clone();
@@ -330,7 +333,8 @@ fn recorded_transforms_say_which_way_is_up() {
     recording.finish().unwrap();
 
     let transforms = static_transforms(&path).unwrap();
-    let method = Method { transforms, semantics: Semantics::Ground, ..Method::default() };
+    let method =
+        AnnotateConfig { transforms, semantics: Semantics::Ground, ..AnnotateConfig::default() };
     assert_eq!(method.sensor_frame, SensorFrame::Auto);
     let (_, _, clustered) = annotated(&hanging(), &method);
     assert!(remarks(&clustered, &method.taxonomy).is_empty());

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use divmerge::Result;
 use divmerge::annotate::slices::{Plan, Slice, plan, recordings};
 use divmerge::annotate::{
-    Event, Form, JoinOptions, Method, Options, Report, Semantics, SliceFile, annotate,
-    by_recording, join,
+    AnnotateConfig, AnnotationReport, Event, Form, JoinOptions, Options, Semantics, SliceFile,
+    annotate, by_recording, join,
 };
 use divmerge::io::drive::CLOUD_TOPIC;
 use rand::{RngExt, SeedableRng};
@@ -43,7 +43,7 @@ fn opened(files: &[PathBuf]) -> Vec<SliceFile> {
     files.iter().map(|file| SliceFile::open(file).expect("a slice")).collect()
 }
 
-fn joined(files: &[PathBuf], output: &Path) -> Result<Report> {
+fn joined(files: &[PathBuf], output: &Path) -> Result<AnnotationReport> {
     let recordings = by_recording(opened(files), None)?;
     assert_eq!(recordings.len(), 1);
     let options = JoinOptions { force: true, threads: 2, ..JoinOptions::default() };
@@ -125,7 +125,7 @@ fn clouds_that_lie_windows_and_ground_come_out_alike() {
     let (_folder, input) = with_lies(7);
     let overview = Overview::read(&input).expect("a recording");
     let start = overview.start_ns.expect("messages");
-    let ground = Method { semantics: Semantics::Ground, ..Method::default() };
+    let ground = AnnotateConfig { semantics: Semantics::Ground, ..AnnotateConfig::default() };
     let usual = Options { threads: 2, force: true, ..Options::default() };
     for options in [
         usual.clone(),
@@ -162,7 +162,7 @@ fn what_is_lost_repeated_or_other_is_named() {
 
     let of_others = folder.path().join("others");
     std::fs::create_dir(&of_others).expect("a folder");
-    let method = Method { semantics: Semantics::Ground, ..Method::default() };
+    let method = AnnotateConfig { semantics: Semantics::Ground, ..AnnotateConfig::default() };
     let others = annotated(&slices, &of_others, &Options { method, ..Options::default() });
     let mixed = problem(&[files[0].clone(), files[1].clone(), others[2].clone()]);
     assert!(mixed.contains("they differ in semantics"), "{mixed}");

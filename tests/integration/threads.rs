@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use divmerge::Result;
-use divmerge::annotate::{Event, Method, Options, Report, Semantics, annotate};
+use divmerge::annotate::{AnnotateConfig, AnnotationReport, Event, Options, Semantics, annotate};
 use divmerge::io::drive::write_drive;
 use divmerge::io::{
     Compression, Item, Overview, Part, Record, RecordingReader, RecordingWriter, WriteOptions,
@@ -28,11 +28,11 @@ fn drive(frames: usize, compression: Compression) -> (TempDir, PathBuf) {
 }
 
 fn options(threads: usize) -> Options {
-    let method = Method { semantics: Semantics::Auto, ..Method::default() };
+    let method = AnnotateConfig { semantics: Semantics::Auto, ..AnnotateConfig::default() };
     Options { method, threads, force: true, ..Options::default() }
 }
 
-fn run(input: &Path, options: &Options) -> Result<(Vec<u8>, Report)> {
+fn run(input: &Path, options: &Options) -> Result<(Vec<u8>, AnnotationReport)> {
     let output = input.with_extension("annotated.mcap");
     let go_on = &mut |_: Event| ControlFlow::Continue(());
     let report = annotate(input, &output, options, go_on)?;
@@ -45,7 +45,7 @@ fn events(input: &Path, options: &Options) -> Vec<String> {
     let output = input.with_extension("annotated.mcap");
     let _ = annotate(input, &output, options, &mut |event| {
         match event {
-            Event::Frame(frame) => events.push(format!("{} {}", frame.topic, frame.number)),
+            Event::Frame(frame) => events.push(format!("{} {}", frame.key.topic, frame.key.number)),
             Event::Warning(warning) => events.push(warning.to_owned()),
             Event::Progress { .. } => {}
         }

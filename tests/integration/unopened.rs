@@ -5,7 +5,7 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use divmerge::Result;
-use divmerge::annotate::{Event, Options, Report, annotate};
+use divmerge::annotate::{AnnotationReport, Event, Options, annotate};
 use divmerge::io::{MessageHeader, Overview, Record, RecordingReader};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -69,7 +69,7 @@ fn write(bytes: &[u8]) -> (TempDir, PathBuf) {
     (folder, path)
 }
 
-fn run(input: &Path, unchecked: bool) -> Result<(PathBuf, Report)> {
+fn run(input: &Path, unchecked: bool) -> Result<(PathBuf, AnnotationReport)> {
     let output = input.with_extension(format!("{unchecked}.mcap"));
     let options = Options { unchecked, force: true, threads: 2, ..Options::default() };
     let go_on = &mut |_: Event| std::ops::ControlFlow::Continue(());

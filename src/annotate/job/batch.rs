@@ -2,81 +2,73 @@
 
 use std::sync::Arc;
 
-use super::{Job, Made};
-use crate::annotate::message::{Method, OneOfSeveral, Semantics, annotate_messages};
+use super::pending::CloudResult;
+use crate::annotate::config::{AnnotateConfig, Semantics};
+use crate::annotate::message::annotate_messages;
+use crate::annotate::types::MessageTypes;
 use crate::error::Result;
-use crate::io::{CloudFormat, CloudNumber, SharedBytes};
-use crate::workers::{Promise, Ticket};
+use crate::frames::EncodedCloud;
+use crate::workers::{Promise, Ticket, Workers};
 
 /// Clouds that wait for others to go through a network with them.
-#[derive(Default)]
 pub(super) struct Batch {
     /// How many go together; 0 without a network.
     pub(super) size: usize,
-    waiting: Vec<One>,
+    config: Arc<AnnotateConfig>,
+    types: MessageTypes,
+    waiting: Vec<BatchItem>,
 }
 
-struct One {
-    message: SharedBytes,
-    format: CloudFormat,
-    topic: Arc<str>,
-    number: u64,
-    result: Promise<Result<Made>>,
+struct BatchItem {
+    encoded: EncodedCloud,
+    result: Promise<Result<CloudResult>>,
 }
 
 impl Batch {
-    pub(super) fn of(method: &Method) -> Self {
-        match &method.semantics {
-            Semantics::Network(network) => Batch { size: network.batch(), waiting: Vec::new() },
-            _ => Batch::default(),
-        }
+    pub(super) fn new(config: Arc<AnnotateConfig>, types: MessageTypes) -> Self {
+        let size = match &config.semantics {
+            Semantics::Network(network) => network.batch(),
+            _ => 0,
+        };
+        Batch { size, config, types, waiting: Vec::new() }
     }
-}
 
-impl Job<'_> {
-    /// Puts a cloud to those that wait, which a thread takes as soon as they are enough.
-    pub(super) fn batch_cloud(
+    /// Adds a cloud to those that wait, which a thread takes as soon as they are enough.
+    pub(super) fn push(
         &mut self,
-        message: SharedBytes,
-        format: CloudFormat,
-        topic: Arc<str>,
-        number: u64,
-    ) -> Ticket<Result<Made>> {
+        encoded: EncodedCloud,
+        workers: &Workers,
+    ) -> Ticket<Result<CloudResult>> {
         let (result, ticket) = Promise::new();
-        self.batch.waiting.push(One { message, format, topic, number, result });
-        if self.batch.waiting.len() >= self.batch.size {
-            self.run_batch();
+        self.waiting.push(BatchItem { encoded, result });
+        if self.waiting.len() >= self.size {
+            self.run(workers);
         }
         ticket
     }
 
     /// Gives the clouds that wait to a thread.
-    pub(super) fn run_batch(&mut self) {
-        let Semantics::Network(network) = &self.method.semantics else { return };
-        let waiting = std::mem::take(&mut self.batch.waiting);
-        if waiting.is_empty() {
+    pub(super) fn run(&mut self, workers: &Workers) {
+        let Semantics::Network(network) = &self.config.semantics else { return };
+        if self.waiting.is_empty() {
             return;
         }
-        let (network, method) = (Arc::clone(network), Arc::clone(&self.method));
-        let types = self.options.types;
-        self.workers.detach(move || {
-            let several = waiting.iter().map(|one| OneOfSeveral {
-                message: &one.message,
-                format: one.format,
-                which: CloudNumber { topic: &one.topic, number: one.number },
-            });
-            let messages: Vec<OneOfSeveral> = several.collect();
-            let results = annotate_messages(&messages, &network, &method, &types);
-            drop(messages);
+        let (network, config, types) = (Arc::clone(network), Arc::clone(&self.config), self.types);
+        let waiting = std::mem::take(&mut self.waiting);
+        workers.detach(move || {
+            let (clouds, promises): (Vec<_>, Vec<_>) =
+                waiting.into_iter().map(|item| (item.encoded, item.result)).unzip();
+            let results = annotate_messages(&clouds, &network, &config, &types);
+            drop(clouds);
             let results = match results {
                 Ok(results) => results,
                 // The run ends with the error of the first cloud; nobody waits for the others.
                 Err(error) => vec![Err(error)],
             };
-            for (one, result) in waiting.into_iter().zip(results) {
-                let made =
-                    result.map(|(clustered, annotated)| Made::Now(Box::new(clustered), annotated));
-                one.result.keep(made);
+            for (promise, result) in promises.into_iter().zip(results) {
+                promise.keep(result.map(|(clustered, annotated)| {
+                    CloudResult::Annotated(Box::new(clustered), annotated)
+                }));
             }
         });
     }

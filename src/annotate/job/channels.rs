@@ -1,10 +1,13 @@
 //! The channels of what is added.
 
-use super::Job;
-use crate::annotate::Form;
-use crate::annotate::topics::{INSTANCES, OBJECTS, added_metadata, channel_metadata};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::annotate::added_topics::{added_metadata, channel_metadata};
+use crate::annotate::types::MessageTypes;
 use crate::error::Result;
-use crate::io::{Channel, CloudFormat, MessageSchema, Schema};
+use crate::frames::{CloudTopic, INSTANCES, OBJECTS};
+use crate::io::{Channel, CloudFormat, MessageSchema, Overview, RecordingWriter, Schema};
 
 /// The channels of what is added to a topic's clouds.
 #[derive(Clone, Copy)]
@@ -13,61 +16,78 @@ pub(super) struct Added {
     pub(super) objects: u16,
 }
 
-impl Job<'_> {
-    /// The channels of what is added to a channel's clouds, declared at the first of its topic. Annotated clouds that take
-    /// the place of the clouds stand on the channel of those.
-    pub(super) fn channels_for(&mut self, cloud_channel: u16) -> Result<Added> {
-        let (topic, format) = self.clouds[&cloud_channel].clone();
-        let written = self.options.types.format(format);
-        let is_in_place = self.options.form == Form::InPlace;
-        let key = (topic, written);
+/// The channels of what is added, for each topic and format, once they are there.
+pub(super) struct AddedChannels {
+    types: MessageTypes,
+    /// Whether annotated clouds take the place of the clouds.
+    is_in_place: bool,
+    added: BTreeMap<(Arc<str>, CloudFormat), Added>,
+}
+
+impl AddedChannels {
+    pub(super) fn new(types: MessageTypes, is_in_place: bool) -> Self {
+        AddedChannels { types, is_in_place, added: BTreeMap::new() }
+    }
+
+    /// The channels of what is added to a channel's clouds, declared at the first of its topic.
+    /// Annotated clouds that take the place of the clouds are on the channel of those.
+    pub(super) fn of_clouds(
+        &mut self,
+        channel: u16,
+        cloud: &CloudTopic,
+        overview: &Overview,
+        writer: &mut RecordingWriter,
+    ) -> Result<Added> {
+        let written = self.types.format(cloud.format);
+        let key = (Arc::clone(&cloud.topic), written);
         let added = match self.added.get(&key) {
             Some(&added) => added,
             None => {
-                let channel = self.overview.channels[&cloud_channel].clone();
-                let instances = match is_in_place {
-                    true => cloud_channel,
-                    false => self.add_instances(&channel, format, written)?,
+                let schema = overview.schema_of(channel).filter(|_| cloud.format == written);
+                let objects = self.types.objects(written)?;
+                let channel = &overview.channels[&channel];
+                let instances = match self.is_in_place {
+                    true => channel.id,
+                    false => add_instances(channel, schema, written, writer)?,
                 };
-                let added = Added { instances, objects: self.add_objects(&channel, written)? };
-                *self.added.entry(key).or_insert(added)
+                let topic = format!("{}{OBJECTS}", channel.topic);
+                let objects = declare(&topic, &objects, channel, writer)?;
+                *self.added.entry(key).or_insert(Added { instances, objects })
             }
         };
-        Ok(match is_in_place {
-            true => Added { instances: cloud_channel, ..added },
+        Ok(match self.is_in_place {
+            true => Added { instances: channel, ..added },
             false => added,
         })
     }
+}
 
-    /// The channel of the annotated clouds: as the cloud's own where they are of its format.
-    fn add_instances(
-        &mut self,
-        cloud: &Channel,
-        format: CloudFormat,
-        written: CloudFormat,
-    ) -> Result<u16> {
-        let topic = format!("{}{INSTANCES}", cloud.topic);
-        match self.overview.schema_of(cloud.id).filter(|_| format == written).cloned() {
-            Some(Schema { name, encoding, data, .. }) => {
-                let metadata = channel_metadata(cloud, format);
-                let schema = (name.as_str(), encoding.as_str(), data.as_slice());
-                let encoding = &cloud.message_encoding;
-                Ok(self.writer.declare_channel(&topic, schema, encoding, &metadata)?)
-            }
-            None => self.declare(&topic, &written.schema(), cloud),
+/// The channel of the annotated clouds: with the clouds' own schema if there is one to be kept.
+fn add_instances(
+    cloud: &Channel,
+    schema: Option<&Schema>,
+    written: CloudFormat,
+    writer: &mut RecordingWriter,
+) -> Result<u16> {
+    let topic = format!("{}{INSTANCES}", cloud.topic);
+    match schema {
+        Some(Schema { name, encoding, data, .. }) => {
+            let metadata = channel_metadata(cloud, written);
+            let schema = (name.as_str(), encoding.as_str(), data.as_slice());
+            Ok(writer.declare_channel(&topic, schema, &cloud.message_encoding, &metadata)?)
         }
+        None => declare(&topic, &written.schema(), cloud, writer),
     }
+}
 
-    fn add_objects(&mut self, cloud: &Channel, written: CloudFormat) -> Result<u16> {
-        let schema = self.options.types.objects(written)?;
-        self.declare(&format!("{}{OBJECTS}", cloud.topic), &schema, cloud)
-    }
-
-    /// A channel of a type of its own beside a cloud's.
-    fn declare(&mut self, topic: &str, schema: &MessageSchema, cloud: &Channel) -> Result<u16> {
-        let metadata = added_metadata(topic, schema, cloud);
-        let definition = (schema.name, schema.encoding, &*schema.data);
-        let encoding = schema.message_encoding;
-        Ok(self.writer.declare_channel(topic, definition, encoding, &metadata)?)
-    }
+/// A channel of a type of its own beside a cloud's.
+fn declare(
+    topic: &str,
+    schema: &MessageSchema,
+    cloud: &Channel,
+    writer: &mut RecordingWriter,
+) -> Result<u16> {
+    let metadata = added_metadata(topic, schema, cloud);
+    let definition = (schema.name, schema.encoding, &*schema.data);
+    Ok(writer.declare_channel(topic, definition, schema.message_encoding, &metadata)?)
 }

@@ -1,59 +1,48 @@
-//! Clouds whose turn has come: what was made of them is written, noted and counted.
+//! A cloud whose turn has come: what annotates it is written, with a checkpoint, and counted.
 
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::Job;
 use super::channels::Added;
-use crate::annotate::message::{Annotated, Clustered};
-use crate::annotate::notes::{Before, Note, Noted};
-use crate::annotate::report::{FrameReport, FrameTimes};
-use crate::annotate::{Event, Form, Frame, place};
+use super::pending::{CloudResult, PendingCloud};
+use super::state::Job;
+use crate::annotate::checkpoint::{Checkpoint, CloudOutcome, CompletedCloud};
+use crate::annotate::clustered::Clustered;
+use crate::annotate::event::{ClusteredFrame, Event};
+use crate::annotate::form::Form;
+use crate::annotate::message::Annotated;
+use crate::annotate::report::FrameReport;
+use crate::annotate::times::FrameTimes;
 use crate::error::Result;
-use crate::io::{MessageHeader, Position, SharedBytes, SourceChunk, checksum};
-use crate::workers::Ticket;
-
-/// A cloud of the input.
-pub(super) struct CloudItem {
-    pub(super) topic: Arc<str>,
-    pub(super) number: u64,
-    pub(super) header: MessageHeader,
-    pub(super) position: Position,
-    pub(super) message: SharedBytes,
-}
-
-/// A cloud being clustered.
-pub(super) struct Cloud {
-    pub(super) item: CloudItem,
-    pub(super) result: Ticket<Result<Made>>,
-}
-
-/// What becomes of a cloud: it is clustered, or was before.
-pub(super) enum Made {
-    Now(Box<Clustered>, Annotated),
-    Before(Before),
-}
+use crate::frames::CloudKey;
+use crate::frames::EncodedCloud;
+use crate::io::{MessageHeader, SourceChunk, checksum};
 
 /// A message that annotates a cloud, and the chunk that it lies in if it was made before.
 type Message<'a> = (&'a [u8], Option<&'a Arc<SourceChunk>>);
 
 impl Job<'_> {
     /// Waits for what is made of a cloud, and writes it.
-    pub(super) fn cloud(&mut self, cloud: Cloud) -> Result<()> {
-        let Cloud { item, result } = cloud;
+    pub(super) fn cloud(&mut self, cloud: PendingCloud) -> Result<()> {
+        let PendingCloud { encoded, result } = cloud;
         self.report.messages += u64::from(self.is_in_place());
         let started = Instant::now();
         let result = result.wait();
         self.report.profile.wait.take_since(started, 0);
         match result {
-            Ok(Made::Now(clustered, annotated)) => self.clustered(&item, &clustered, &annotated),
-            Ok(Made::Before(Before::Annotated(report, [cloud, objects]))) => {
-                let messages = [&cloud, &objects].map(|given| (&*given.data, given.chunk.as_ref()));
-                self.add(&item, messages, &report, None)
+            Ok(CloudResult::Annotated(clustered, annotated)) => {
+                self.clustered(&encoded, &clustered, &annotated)
             }
-            Ok(Made::Before(Before::Unreadable(problem))) => self.unreadable(&item, problem),
+            Ok(CloudResult::Completed(CompletedCloud::Annotated(report, [cloud, objects]))) => {
+                let messages =
+                    [&cloud, &objects].map(|stored| (&*stored.data, stored.chunk.as_ref()));
+                self.add(&encoded, messages, &report, None)
+            }
+            Ok(CloudResult::Completed(CompletedCloud::Unreadable(problem))) => {
+                self.unreadable(&encoded, problem)
+            }
             Err(error) if error.ends_the_run() => Err(error),
-            Err(error) => self.unreadable(&item, error.to_string()),
+            Err(error) => self.unreadable(&encoded, error.to_string()),
         }
     }
 
@@ -64,88 +53,100 @@ impl Job<'_> {
 
     fn clustered(
         &mut self,
-        item: &CloudItem,
+        encoded: &EncodedCloud,
         clustered: &Clustered,
         annotated: &Annotated,
     ) -> Result<()> {
         let taxonomy = &self.options.method.taxonomy;
         let report = FrameReport::new(clustered, &annotated.frame_id, taxonomy);
         let messages = [(&*annotated.cloud, None), (&*annotated.objects, None)];
-        self.add(item, messages, &report, Some(annotated.times))?;
+        self.add(encoded, messages, &report, Some(annotated.times))?;
         let remarks: Vec<String> =
             report.remarks.iter().map(|(_, problem)| problem.clone()).collect();
-        let frame = Frame {
-            topic: &item.topic,
-            number: item.number,
-            log_time_ns: item.header.log_time,
-            stamp_ns: annotated.stamp_ns,
-            frame_id: &annotated.frame_id,
+        let frame = ClusteredFrame {
+            key: CloudKey {
+                topic: &encoded.topic,
+                number: encoded.number,
+                stamp_ns: annotated.stamp_ns,
+                frame_id: &annotated.frame_id,
+            },
+            log_time_ns: encoded.header.log_time,
             cloud: &clustered.cloud,
             stages: &clustered.stages,
             remarks: &remarks,
         };
-        self.report.profile.take(&frame, item.message.len(), annotated);
+        self.report.profile.take(&frame, encoded.data.len(), annotated);
         let _ = (self.on_event)(Event::Frame(frame));
         Ok(())
     }
 
-    /// Writes the messages that annotate a cloud, and takes note of them.
+    /// Writes the messages that annotate a cloud, and their checkpoint.
     fn add(
         &mut self,
-        item: &CloudItem,
+        encoded: &EncodedCloud,
         messages: [Message; 2],
         report: &FrameReport,
         times: Option<FrameTimes>,
     ) -> Result<()> {
-        let Added { instances, objects } = self.channels_for(item.header.channel_id)?;
+        let Added { instances, objects } = self.channels_for(encoded.header.channel_id)?;
         for (channel_id, (message, chunk)) in [instances, objects].into_iter().zip(messages) {
             if let Some(chunk) = chunk {
                 self.writer.offer(chunk);
             }
-            self.writer.write_message(&MessageHeader { channel_id, ..item.header }, message)?;
+            self.writer.write_message(&MessageHeader { channel_id, ..encoded.header }, message)?;
             self.report.annotations += 1;
         }
-        if self.takes_notes() {
+        if self.writes_checkpoints() {
             let [instances, objects] = messages.map(|(message, _)| checksum(message));
             let report = report.clone();
-            self.note(item, Noted::Annotated { instances, objects, report })?;
+            self.checkpoint(encoded, CloudOutcome::Annotated { instances, objects, report })?;
         }
-        self.report.topics.entry(item.topic.to_string()).or_default().take(report, times);
+        self.report.topics.entry(encoded.topic.to_string()).or_default().take(report, times);
         for (kind, problem) in &report.remarks {
-            self.warn_once(&item.topic, kind, item.position, problem);
+            self.warn_once(encoded, kind, problem);
         }
         Ok(())
     }
 
     /// Passes a cloud through that cannot be read.
-    fn unreadable(&mut self, item: &CloudItem, problem: String) -> Result<()> {
-        let CloudItem { topic, header, position, message, .. } = item;
+    fn unreadable(&mut self, encoded: &EncodedCloud, problem: String) -> Result<()> {
+        let EncodedCloud { topic, header, data, .. } = encoded;
         self.report.topics.entry(topic.to_string()).or_default().unreadable += 1;
-        self.warn(format!("{topic}: {problem} ({}); not annotated", place(*position)));
-        if self.takes_notes() {
-            self.note(item, Noted::Unreadable { problem })?;
+        self.warn(format!("{topic}: {problem} ({}); not annotated", encoded.place()));
+        if self.writes_checkpoints() {
+            self.checkpoint(encoded, CloudOutcome::Unreadable { problem })?;
         }
         if self.is_in_place() {
-            self.writer.write_message(header, message)?;
+            self.writer.write_message(header, data)?;
         }
         Ok(())
     }
 
-    fn takes_notes(&self) -> bool {
+    /// Warns of something that may come again in every frame only the first time, and counts.
+    fn warn_once(&mut self, encoded: &EncodedCloud, kind: &str, problem: &str) {
+        let topic = encoded.topic.to_string();
+        let count = self.warned.entry((topic, kind.to_owned())).or_default();
+        *count += 1;
+        if *count == 1 {
+            self.warn(format!("{}: {problem} ({})", encoded.topic, encoded.place()));
+        }
+    }
+
+    fn writes_checkpoints(&self) -> bool {
         self.journal.is_some() || self.options.slice.is_some()
     }
 
-    /// Notes what became of a cloud, for a run that continues and for the slices to be joined.
-    fn note(&mut self, item: &CloudItem, outcome: Noted) -> Result<()> {
-        let CloudItem { topic, number, message, .. } = item;
-        let cloud = checksum(message);
-        let note = Note { topic: topic.to_string(), number: *number, cloud, outcome };
+    /// Writes what became of a cloud, for a run that continues and for the slices to be joined.
+    fn checkpoint(&mut self, encoded: &EncodedCloud, outcome: CloudOutcome) -> Result<()> {
+        let EncodedCloud { topic, number, data, .. } = encoded;
+        let (topic, number, cloud) = (topic.to_string(), *number, checksum(data));
+        let checkpoint = Checkpoint { topic, number, cloud, outcome };
         if self.options.slice.is_some() {
-            self.notes.extend(serde_json::json!(note).to_string().into_bytes());
-            self.notes.push(b'\n');
+            self.checkpoints.extend(serde_json::json!(checkpoint).to_string().into_bytes());
+            self.checkpoints.push(b'\n');
         }
         match &mut self.journal {
-            Some(journal) => journal.note(&note),
+            Some(journal) => journal.add(&checkpoint),
             None => Ok(()),
         }
     }

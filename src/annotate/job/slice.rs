@@ -1,7 +1,8 @@
-//! A slice of a recording: its annotations alone, and behind those of each part of the input what became of its clouds.
+//! A slice of a recording: its annotations alone, and behind those of each part of the input what
+//! became of its clouds.
 
-use super::Job;
-use crate::annotate::slice_files::{NOTES, SLICE_METADATA, slice_metadata};
+use super::state::Job;
+use crate::annotate::slice_files::{CHECKPOINTS, SLICE_METADATA, slice_metadata};
 use crate::error::Result;
 use crate::io::{Position, Record};
 
@@ -14,7 +15,7 @@ impl Job<'_> {
                 for channel in self.clouds.keys() {
                     self.writer.declare(self.overview.channels[channel].clone());
                 }
-                let metadata = slice_metadata(slice, &self.asked);
+                let metadata = slice_metadata(slice, &self.parameters);
                 Ok(self.writer.write_metadata(SLICE_METADATA, &metadata)?)
             }
             None => Ok(()),
@@ -38,17 +39,17 @@ impl Job<'_> {
             Some(slice) => {
                 (bytes.clamp(slice.start, slice.end) - slice.start, slice.end - slice.start)
             }
-            None => (bytes, self.total),
+            None => (bytes, self.overview.file_size),
         }
     }
 
-    /// Ends what is made of a part of the input: its annotations stand in chunks of their own, as they do behind a chunk
-    /// that is copied, and the notes behind them.
+    /// Ends what is made of a part of the input: its annotations stand in chunks of their own, as
+    /// they do behind a chunk that is copied, and the checkpoints behind them.
     pub(super) fn end_part(&mut self) -> Result<()> {
-        if self.notes.is_empty() {
+        if self.checkpoints.is_empty() {
             return Ok(());
         }
-        let data = std::mem::take(&mut self.notes).into();
-        Ok(self.writer.copy(&Record::Private { opcode: NOTES, data, in_chunk: false })?)
+        let data = std::mem::take(&mut self.checkpoints).into();
+        Ok(self.writer.copy(&Record::Private { opcode: CHECKPOINTS, data, in_chunk: false })?)
     }
 }

@@ -1,13 +1,15 @@
-//! What becomes known of a recording while it goes by: of a stream everything, of a file at the start.
+//! What becomes known of a recording while it goes by: of a stream everything, of a file at the
+//! start.
 
-use super::Job;
-use crate::annotate::topics::{CloudTopic, chosen, refuse_annotated};
+use super::state::Job;
+use crate::annotate::added_topics::refuse_annotated;
 use crate::error::Result;
+use crate::frames::topics::clustered_topic;
 use crate::io::{Channel, CloudChannel, Compression, Item, Record, SourceChunk};
 
 impl Job<'_> {
     /// Says of a channel with clouds that cannot be read why.
-    pub(super) fn warn_of_other_cloud(&mut self, channel: &Channel) {
+    pub(super) fn warn_of_unreadable_clouds(&mut self, channel: &Channel) {
         if let CloudChannel::Unreadable(unreadable) = CloudChannel::of(&self.overview, channel)
             && unreadable.is_cloud
         {
@@ -32,16 +34,14 @@ impl Job<'_> {
 
     fn learn_channel(&mut self, channel: &Channel) -> Result<()> {
         self.overview.channels.insert(channel.id, channel.clone());
-        self.warn_of_other_cloud(channel);
-        if let Some(cloud) = chosen(&self.overview, channel, &self.options.topics) {
-            let CloudTopic { topic, format } = cloud;
-            self.options.types.check(&self.overview, [format], self.options.form)?;
-            let report = self.report.topics.entry(topic.clone()).or_default();
-            report.format = self.options.types.format(format);
-            self.clouds.insert(channel.id, (topic.as_str().into(), format));
-            self.wanted.numbered.insert(channel.id, topic);
+        self.warn_of_unreadable_clouds(channel);
+        if let Some(cloud) = clustered_topic(&self.overview, channel, &self.options.topics) {
+            self.options.types.check(&self.overview, [cloud.format], self.options.form)?;
+            let report = self.report.topics.entry(channel.topic.clone()).or_default();
+            report.format = self.options.types.format(cloud.format);
+            self.clouds.insert(channel.id, cloud);
         }
-        refuse_annotated(&self.overview, self.wanted.numbered.values())
+        refuse_annotated(&self.overview, self.clouds.values().map(|cloud| &cloud.topic))
     }
 
     /// Of a stream, where no compression was asked for, that of the first chunk is taken.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use divmerge::annotate::annotated_topics;
+use divmerge::frames::annotated_topics;
 use divmerge::io::Overview;
 
 /// The annotated topics `T/instances`, at least one.

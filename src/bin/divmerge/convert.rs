@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand};
 use divmerge::Error;
-use divmerge::annotate::moments::since_1970;
+use divmerge::annotate::time_spec::since_1970;
 use divmerge::io::scans::{Columns, FolderOptions, ScanFolder, StampSource, WriteSummary};
 use divmerge::io::semantic_kitti::sequence::{CLOUD_TOPIC, Sequence, SequenceOptions, sequences};
 use divmerge::io::{Compression, WriteOptions};

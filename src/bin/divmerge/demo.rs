@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::Args;
 use divmerge::Taxonomy;
-use divmerge::annotate::{Options, Report, annotate};
+use divmerge::annotate::{AnnotationReport, Options, annotate};
 use divmerge::evaluate::panoptic::{MIN_POINTS, Panoptic};
+use divmerge::frames::EncodedClouds;
+use divmerge::io::WriteOptions;
 use divmerge::io::drive::{CLOUD_TOPIC, write_drive};
-use divmerge::io::{CloudMessages, WriteOptions};
 use divmerge::simulate::{Drive, Scene, Sensor};
 
 use crate::arguments::objects::ObjectArguments;
@@ -70,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 const PREDICTED: &str = "classes from";
 
 /// Where the classes came from.
-fn classes_of(report: &Report) -> String {
+fn classes_of(report: &AnnotationReport) -> String {
     let sources = report.topics.values().flat_map(|topic| topic.semantics.keys());
     match sources.cloned().collect::<Vec<_>>().join(", ").as_str() {
         "field:label" => "classes given".to_owned(),
@@ -97,7 +98,7 @@ fn score(annotated: &Path, taxonomy: &Taxonomy) -> Result<Panoptic> {
     let class_of = taxonomy.lookup();
     let mut scores = Panoptic::of(taxonomy, MIN_POINTS);
     let topic = format!("{CLOUD_TOPIC}/instances");
-    for message in CloudMessages::open(annotated, Some(&topic), 0..=u64::MAX)? {
+    for message in EncodedClouds::open(annotated, Some(&topic), 0..=u64::MAX)? {
         let message = message?;
         let cloud = message.decode()?;
         let column = |name: &str| cloud.column_u32(name);

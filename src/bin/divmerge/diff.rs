@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use divmerge::evaluate::{Difference, differences};
-use divmerge::io::{CloudMessage, CloudMessages};
+use divmerge::frames::{EncodedCloud, EncodedClouds};
 use serde::Serialize;
 
 use crate::annotated::{annotated, find_annotated};
@@ -125,7 +125,7 @@ fn compare(
     found: &mut Vec<LocatedDifference>,
     totals: &mut Totals,
 ) -> Result<()> {
-    let open = |path: &Path| CloudMessages::open(path, Some(topic), 0..=u64::MAX);
+    let open = |path: &Path| EncodedClouds::open(path, Some(topic), 0..=u64::MAX);
     let (mut first, mut second) = (open(&arguments.first)?, open(&arguments.second)?);
     let (counts, start_ns) = ([first.message_count(), second.message_count()], first.start_ns());
     if counts[0] != counts[1] {
@@ -135,7 +135,7 @@ fn compare(
     while let (Some(a), Some(b)) = (first.next(), second.next()) {
         let (a, b) = (a?, b?);
         let place = || format!("frame {} of {topic}", a.number);
-        let seconds = a.log_time.saturating_sub(start_ns) as f64 * 1e-9;
+        let seconds = a.log_time_ns().saturating_sub(start_ns) as f64 * 1e-9;
         let (number, here) = (a.number, frame(&a, &b, totals).with_context(place)?);
         let located = here.into_iter().map(|(difference, at)| LocatedDifference {
             topic: topic.strip_suffix("/instances").unwrap_or(topic).to_owned(),
@@ -153,20 +153,20 @@ fn compare(
 
 /// The differences of a cloud, each with a point of it.
 fn frame(
-    first: &CloudMessage,
-    second: &CloudMessage,
+    first: &EncodedCloud,
+    second: &EncodedCloud,
     totals: &mut Totals,
 ) -> Result<Vec<(Difference, [f32; 3])>> {
     let (a, b) = (first.decode()?, second.decode()?);
     let cloud = a.to_cloud(None)?;
-    if first.log_time != second.log_time || a.point_count() != b.point_count() {
+    if first.log_time_ns() != second.log_time_ns() || a.point_count() != b.point_count() {
         bail!(
             "not annotations of the same recording: the first has {} at {} ns, the second {} at {} \
              ns",
             counted(a.point_count() as u64, "point"),
-            first.log_time,
+            first.log_time_ns(),
             grouped(b.point_count() as u64),
-            second.log_time
+            second.log_time_ns()
         );
     }
     let (a, b) = (a.column_u32("instance")?, b.column_u32("instance")?);

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use clap::error::ErrorKind;
-use divmerge::annotate::Method;
+use divmerge::annotate::AnnotateConfig;
 use divmerge::explain::{
     ExplanationReport, ExplanationText, Frame, PointFacts, Subject, nearest_points, return_at,
     what_if,
 };
-use divmerge::io::{CloudMessage, Which, cloud_message_at};
+use divmerge::frames::{CloudAt, EncodedCloud, encoded_cloud_at};
 use divmerge::pipeline;
 use divmerge::view::{self, Target, explained_scene, explanation_report};
 
@@ -94,8 +94,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             other.name()
         );
     }
-    let (path, which) = (&arguments.input, Which::Frame(arguments.frame));
-    let message = cloud_message_at(path, arguments.topic.as_deref(), which)?;
+    let (path, which) = (&arguments.input, CloudAt::Frame(arguments.frame));
+    let message = encoded_cloud_at(path, arguments.topic.as_deref(), which)?;
     explain_message(arguments, &method, &message).with_context(|| {
         format!("{}: frame {} of {}", path.display(), message.number, message.topic)
     })?;
@@ -103,9 +103,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 }
 
 /// Clusters a cloud, explains the points and writes what was asked for.
-fn explain_message(arguments: &Arguments, method: &Method, message: &CloudMessage) -> Result<()> {
+fn explain_message(
+    arguments: &Arguments,
+    method: &AnnotateConfig,
+    message: &EncodedCloud,
+) -> Result<()> {
     let wire = message.decode()?;
-    let decoded = method.decode(&wire, message.which())?;
+    let decoded = method.decode(&wire, &message.key(&wire))?;
     let (cloud, mask, config) = (&decoded.cloud, decoded.mask, &method.config);
     let stages = pipeline::run(cloud, mask, config);
     let frame = Frame { cloud, mask, config, stages: &stages };
@@ -125,12 +129,9 @@ fn explain_message(arguments: &Arguments, method: &Method, message: &CloudMessag
     }
     if let Some(rrd) = &arguments.rerun {
         let target = Target::Save { path: rrd.clone(), force: arguments.force };
-        let shown = divmerge::annotate::Frame {
-            topic: &message.topic,
-            number: message.number,
-            log_time_ns: message.log_time,
-            stamp_ns: wire.stamp_ns(),
-            frame_id: &wire.frame_id,
+        let shown = divmerge::annotate::ClusteredFrame {
+            key: message.key(&wire),
+            log_time_ns: message.log_time_ns(),
             cloud,
             stages: &stages,
             remarks: &[],
@@ -149,7 +150,7 @@ fn explain_message(arguments: &Arguments, method: &Method, message: &CloudMessag
 /// The explanation of the requested points.
 fn requested(
     arguments: &Arguments,
-    message: &CloudMessage,
+    message: &EncodedCloud,
     semantics: &str,
     frame: &Frame,
 ) -> Result<ExplanationReport> {

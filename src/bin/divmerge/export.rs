@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
+use divmerge::frames::find_metadata;
+use divmerge::frames::{EncodedCloud, EncodedClouds};
 use divmerge::io::scans::SOURCE;
 use divmerge::io::semantic_kitti::label_pairs::{label_file, stray_label_files};
 use divmerge::io::semantic_kitti::sequence::SEQUENCE_KEY;
 use divmerge::io::semantic_kitti::write_labels;
-use divmerge::io::{CloudMessage, CloudMessages, Overview, Record, RecordingReader};
+use divmerge::io::{Metadata, Overview};
 
 use crate::annotated::annotated;
 use crate::exit::Outcome;
@@ -123,14 +125,11 @@ fn sequence(input: &Path, told: Option<&str>) -> Result<String> {
     if let Some(told) = told {
         return Ok(told.to_owned());
     }
-    let mut reader = RecordingReader::open(input)?;
-    while let Some(record) = reader.next_record()? {
-        if let Record::Metadata(metadata) = record
-            && metadata.name == SOURCE
-            && let Some(name) = metadata.metadata.get(SEQUENCE_KEY)
-        {
-            return Ok(name.clone());
-        }
+    let names_it = |metadata: &Metadata| {
+        metadata.name == SOURCE && metadata.metadata.contains_key(SEQUENCE_KEY)
+    };
+    if let Some(metadata) = find_metadata(input, names_it)? {
+        return Ok(metadata.metadata[SEQUENCE_KEY].clone());
     }
     bail!("{}: does not name its sequence; give --sequence", input.display())
 }
@@ -147,7 +146,7 @@ fn check_name(name: &str, input: &Path) -> Result<()> {
 /// Refuses existing label files; with `force`, only those that belong to no cloud.
 fn refuse_existing_labels(export: &Export, force: bool) -> Result<()> {
     refuse_address(&export.labels)?;
-    let clouds = CloudMessages::open(export.input, Some(&export.topic), 0..=u64::MAX)?;
+    let clouds = EncodedClouds::open(export.input, Some(&export.topic), 0..=u64::MAX)?;
     if !force {
         for number in 0..clouds.message_count() {
             refuse_existing(&label_file(&export.labels, number), force)?;
@@ -169,7 +168,7 @@ fn refuse_existing_labels(export: &Export, force: bool) -> Result<()> {
 
 fn write(export: &Export, arguments: &Arguments) -> Result<()> {
     let Export { input, topic, labels } = export;
-    let messages = CloudMessages::open(input, Some(topic), 0..=u64::MAX)?;
+    let messages = EncodedClouds::open(input, Some(topic), 0..=u64::MAX)?;
     make_folder(labels)?;
     let (bar, mut points, mut files) = (frame_bar("exporting", messages.message_count()), 0, 0);
     for message in messages {
@@ -193,7 +192,7 @@ fn write(export: &Export, arguments: &Arguments) -> Result<()> {
 }
 
 /// The label words of a cloud.
-fn words(message: &CloudMessage, arguments: &Arguments) -> Result<Vec<u32>> {
+fn words(message: &EncodedCloud, arguments: &Arguments) -> Result<Vec<u32>> {
     let cloud = message.decode()?;
     let column = |name: &str| -> Result<Vec<u32>> {
         let values = cloud.column_u32(name)?;

@@ -6,9 +6,10 @@ use std::str::FromStr;
 
 use anyhow::{Context, Result, bail};
 use clap::{ArgGroup, Args};
-use divmerge::annotate::Method;
-use divmerge::annotate::moments::Moment;
-use divmerge::io::{CloudMessage, CloudMessages, Overview, Which, cloud_message_at};
+use divmerge::annotate::AnnotateConfig;
+use divmerge::annotate::time_spec::TimeSpec;
+use divmerge::frames::{CloudAt, EncodedCloud, EncodedClouds, encoded_cloud_at};
+use divmerge::io::Overview;
 use divmerge::view::{
     self, ClusteredMessage, ColourTracker, Crop, FigureOptions, Panel, Region, Scene,
 };
@@ -42,8 +43,8 @@ pub struct Arguments {
 
     /// Log time of the cloud; the nearest cloud is taken: seconds from the start (12.5) or since
     /// 1970 (@1317384506.4)
-    #[arg(long, value_name = "T", value_parser = Moment::from_str)]
-    time: Option<Moment>,
+    #[arg(long, value_name = "T", value_parser = TimeSpec::from_str)]
+    time: Option<TimeSpec>,
 
     /// Cloud topic [default: the first with clouds]
     #[arg(long, value_name = "T")]
@@ -137,11 +138,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let overview = Overview::read(&arguments.input)?;
     let start_ns = overview.start_ns.unwrap_or(0);
     let which = match arguments.time {
-        Some(Moment::Frame(number)) => Which::Frame(number),
-        Some(time) => Which::Time(time.log_time(&overview, &[])?),
-        None => Which::Frame(arguments.frame.unwrap_or(0)),
+        Some(TimeSpec::Frame(number)) => CloudAt::Frame(number),
+        Some(time) => CloudAt::Time(time.log_time(&overview, &[])?),
+        None => CloudAt::Frame(arguments.frame.unwrap_or(0)),
     };
-    let message = cloud_message_at(&arguments.input, arguments.topic.as_deref(), which)?;
+    let message = encoded_cloud_at(&arguments.input, arguments.topic.as_deref(), which)?;
     let clustered = clustered(&message, &method)?;
     let scene = clustered.scene(&method, start_ns, &mut ColourTracker::default());
     if let Some(output) = &arguments.output {
@@ -156,9 +157,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 }
 
 /// Draws the figure of `demo`.
-pub fn draw(input: &Path, frame: u64, output: &Path, method: &Method) -> Result<()> {
+pub fn draw(input: &Path, frame: u64, output: &Path, method: &AnnotateConfig) -> Result<()> {
     let start_ns = Overview::read(input)?.start_ns.unwrap_or(0);
-    let message = cloud_message_at(input, None, Which::Frame(frame))?;
+    let message = encoded_cloud_at(input, None, CloudAt::Frame(frame))?;
     let clustered = clustered(&message, method)?;
     let scene = clustered.scene(method, start_ns, &mut ColourTracker::default());
     let options = FigureOptions::default();
@@ -167,7 +168,10 @@ pub fn draw(input: &Path, frame: u64, output: &Path, method: &Method) -> Result<
 }
 
 /// Clusters a cloud message, with a warning if its boxes are missing.
-fn clustered<'a>(message: &'a CloudMessage, method: &Method) -> Result<ClusteredMessage<'a>> {
+fn clustered<'a>(
+    message: &'a EncodedCloud,
+    method: &AnnotateConfig,
+) -> Result<ClusteredMessage<'a>> {
     let place = || format!("frame {} of {}", message.number, message.topic);
     let clustered = ClusteredMessage::new(message, method).with_context(place)?;
     if let Some(problem) = &clustered.clustered.missing_boxes {
@@ -178,13 +182,13 @@ fn clustered<'a>(message: &'a CloudMessage, method: &Method) -> Result<Clustered
 
 fn video(
     arguments: &Arguments,
-    method: &Method,
+    method: &AnnotateConfig,
     mut options: FigureOptions,
     folder: &Path,
 ) -> Result<Outcome> {
     let frames = arguments.frames.clone().unwrap_or(0..u64::MAX);
     let topic = arguments.topic.as_deref();
-    let messages = CloudMessages::open(&arguments.input, topic, frames.start..=frames.end - 1)?;
+    let messages = EncodedClouds::open(&arguments.input, topic, frames.start..=frames.end - 1)?;
     let (count, start_ns) = (messages.message_count(), messages.start_ns());
     if arguments.frames.is_some() && frames.end > count {
         bail!(

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use clap::Args;
 use divmerge::annotate::slices::{Plan, files_of};
-use divmerge::annotate::{JoinOptions, Report, SliceFile, by_recording, join};
+use divmerge::annotate::{AnnotationReport, JoinOptions, SliceFile, by_recording, join};
 use divmerge::io::bag::METADATA_FILE;
 use divmerge::io::{Bag, STANDARD_STREAM};
 
@@ -101,7 +101,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&reports)?);
     }
-    Ok(Outcome::of(reports.iter().all(Report::is_complete)))
+    Ok(Outcome::of(reports.iter().all(AnnotationReport::is_complete)))
 }
 
 /// Writes a `metadata.yaml` beside outputs whose inputs are in a rosbag2 folder, and returns their
@@ -131,7 +131,7 @@ fn slices(paths: &[PathBuf]) -> Result<Vec<SliceFile>> {
     Ok(slices)
 }
 
-fn one(arguments: &Arguments, slices: &[SliceFile], output: &Path) -> Result<Report> {
+fn one(arguments: &Arguments, slices: &[SliceFile], output: &Path) -> Result<AnnotationReport> {
     refuse_existing(output, arguments.force)?;
     let layout = Layout::beside(output, !arguments.no_layout, arguments.force)?;
     make_parent(output)?;

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use divmerge::annotate::{Form, INSTANCES, OBJECTS, Report, TopicReport};
+use divmerge::annotate::{AnnotationReport, Form, TopicReport};
+use divmerge::frames::{INSTANCES, OBJECTS};
 use divmerge::io::{STANDARD_STREAM, write_file};
 use divmerge::view::{ShownTopic, viewer_layout};
 
@@ -28,7 +29,7 @@ impl Layout {
     }
 
     /// Writes it for the annotated topics.
-    pub fn write(&self, report: &Report) -> Result<()> {
+    pub fn write(&self, report: &AnnotationReport) -> Result<()> {
         if let Some(path) = &self.path {
             write_file(path, viewer_layout(&shown(report)).as_bytes(), self.force)?;
         }
@@ -37,7 +38,7 @@ impl Layout {
 }
 
 /// The topics to show.
-fn shown(report: &Report) -> Vec<ShownTopic> {
+fn shown(report: &AnnotationReport) -> Vec<ShownTopic> {
     let topic = |(topic, of_topic): (&String, &TopicReport)| ShownTopic {
         cloud: topic.clone(),
         instances: match report.form == Form::InPlace.describe() {

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use divmerge::annotate::{FrameTimes, Report, TopicReport};
+use divmerge::annotate::{AnnotationReport, FrameTimes, TopicReport};
 use divmerge::instances::Reason;
 
 use crate::text::{counted, grouped};
 
 /// Each topic with the reasons of its points, then the output.
-pub fn text(report: &Report) -> String {
+pub fn text(report: &AnnotationReport) -> String {
     let mut text = String::new();
     for (topic, report) in &report.topics {
         text += &format!("{topic}: {}\n", summary(report));

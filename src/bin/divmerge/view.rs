@@ -5,8 +5,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use clap::Args;
-use divmerge::annotate::Event;
-use divmerge::replay::replay;
+use divmerge::annotate::{Event, for_each_frame};
 use divmerge::view::Target;
 
 use crate::arguments::method::MethodArguments;
@@ -67,7 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let progress = RecordingProgress::new("showing", &arguments.input);
     let output = PathBuf::from(target.to_string());
     let mut streaming = Duration::ZERO;
-    let replayed = replay(&arguments.input, &selection, &method, &mut |event| {
+    let visited = for_each_frame(&arguments.input, &selection, &method, &mut |event: Event| {
         progress.show(&event);
         match event {
             Event::Progress { .. } => interrupt::check_for(&output),
@@ -86,13 +85,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     streaming += started.elapsed();
     println!(
         "{} to {target} ({:.1} frames per second without clustering)",
-        counted(replayed.frames, "frame"),
-        replayed.frames as f64 / streaming.as_secs_f64(),
+        counted(visited.frames, "frame"),
+        visited.frames as f64 / streaming.as_secs_f64(),
     );
     if let Target::Save { path, .. } = &target {
         println!("open it with: rerun {}", path.display());
     }
-    Ok(Outcome::of(replayed.unreadable == 0 && !replayed.is_cut_off))
+    Ok(Outcome::of(visited.unreadable == 0 && !visited.is_cut_off))
 }
 
 fn target(arguments: &Arguments) -> Target {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use divmerge::annotate::{Frame, Method};
+use divmerge::annotate::{AnnotateConfig, ClusteredFrame};
 #[cfg(not(feature = "rerun"))]
 use divmerge::explain::Explanation;
 use divmerge::view::Target;
@@ -28,11 +28,16 @@ pub enum RerunStream {}
 
 #[cfg(not(feature = "rerun"))]
 impl RerunStream {
-    pub fn log(&mut self, _: &Frame) -> divmerge::Result<()> {
+    pub fn log(&mut self, _: &ClusteredFrame) -> divmerge::Result<()> {
         match *self {}
     }
 
-    pub fn explain(&mut self, _: &Frame, _: &Explanation, _: &str) -> divmerge::Result<()> {
+    pub fn explain(
+        &mut self,
+        _: &ClusteredFrame,
+        _: &Explanation,
+        _: &str,
+    ) -> divmerge::Result<()> {
         match *self {}
     }
 
@@ -55,7 +60,7 @@ pub fn require_built() -> Result<()> {
 
 /// Opens a stream with the name of the recording. The recording itself is never replaced.
 #[cfg(feature = "rerun")]
-pub fn open(target: &Target, input: &Path, method: &Method) -> Result<RerunStream> {
+pub fn open(target: &Target, input: &Path, method: &AnnotateConfig) -> Result<RerunStream> {
     if let Target::Save { path, .. } = target {
         refuse_same(path, input)?;
     }
@@ -65,7 +70,7 @@ pub fn open(target: &Target, input: &Path, method: &Method) -> Result<RerunStrea
 
 /// An error: this binary was built without Rerun.
 #[cfg(not(feature = "rerun"))]
-pub fn open(_: &Target, _: &Path, _: &Method) -> Result<RerunStream> {
+pub fn open(_: &Target, _: &Path, _: &AnnotateConfig) -> Result<RerunStream> {
     Err(NOT_BUILT.into())
 }
 
@@ -100,13 +105,13 @@ pub struct Watcher {
 
 impl Watcher {
     /// A stream to the target, if there is one.
-    pub fn open(target: Option<&Target>, input: &Path, method: &Method) -> Result<Self> {
+    pub fn open(target: Option<&Target>, input: &Path, method: &AnnotateConfig) -> Result<Self> {
         let stream = target.map(|target| open(target, input, method)).transpose()?;
         Ok(Watcher { stream, error: None })
     }
 
     /// Shows a frame.
-    pub fn show(&mut self, frame: &Frame) {
+    pub fn show(&mut self, frame: &ClusteredFrame) {
         let shown = self.stream.as_mut().map_or(Ok(()), |stream| stream.log(frame));
         if let Err(error) = shown {
             self.stream = None;

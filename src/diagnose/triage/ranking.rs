@@ -2,7 +2,7 @@
 
 use super::score::{Case, Triage};
 use super::suspect::Suspect;
-use crate::annotate::Frame;
+use crate::annotate::ClusteredFrame;
 use crate::cloud::PointCloud;
 
 /// The most suspect cases of a recording so far, the most suspect first.
@@ -46,7 +46,7 @@ impl Ranking {
     }
 
     /// Adds a frame. Of cases with one score, the earlier stays before the later.
-    pub fn add(&mut self, frame: &Frame, found: &Triage) {
+    pub fn add(&mut self, frame: &ClusteredFrame, found: &Triage) {
         self.frames += 1;
         self.suspects += found.suspects.len() as u64;
         self.instances += found.instances.len() as u64;
@@ -63,17 +63,17 @@ impl Ranking {
     }
 
     /// Seconds from the start of the recording to a frame.
-    pub fn seconds(&self, frame: &Frame) -> f64 {
+    pub fn seconds(&self, frame: &ClusteredFrame) -> f64 {
         frame.log_time_ns.saturating_sub(self.start_ns) as f64 * 1e-9
     }
 
-    fn ranked(&self, frame: &Frame, found: &Triage, case: &Case) -> RankedCase {
+    fn ranked(&self, frame: &ClusteredFrame, found: &Triage, case: &Case) -> RankedCase {
         let suspects: Vec<Suspect> =
             case.suspects.iter().map(|&number| found.suspects[number].clone()).collect();
         let instance = case.instance.map(|id| frame.stages.instances[id as usize - 1].title());
         RankedCase {
-            topic: frame.topic.to_owned(),
-            frame: frame.number,
+            topic: frame.key.topic.to_owned(),
+            frame: frame.key.number,
             seconds: self.seconds(frame),
             score: case.score,
             instance: instance.unwrap_or_default(),

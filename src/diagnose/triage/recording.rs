@@ -6,14 +6,17 @@ use std::path::Path;
 
 use super::score::{Triage, triage};
 use super::suspect::{Params, Suspect, SuspectKind};
-use crate::annotate::{self, CloudTopic, Event, Method, added_metadata};
+use crate::annotate::{
+    AnnotateConfig, ClusteredFrame, Event, FrameVisitor, VisitedFrames, added_metadata,
+    for_each_frame, refuse_same_file,
+};
 use crate::error::{Error, Result};
 use crate::explain;
+use crate::frames::{CloudTopic, Selection, choose_topics};
 use crate::io::{
     ByteOrder, Channel, Compression, Diagnostic, Layout, Level, MessageHeader, Overview, Record,
     RecordingWriter, WriteOptions, diagnostic_array, diagnostic_schema,
 };
-use crate::replay::{Replayed, Selection, Watcher, play};
 
 /// Added to the name of a cloud's topic.
 pub const SUSPICION: &str = "/suspicion";
@@ -40,14 +43,14 @@ pub struct Output<'a> {
 /// The result of triage over a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Triaged {
-    /// The clouds that were seen.
-    pub replayed: Replayed,
+    /// The clouds that were visited.
+    pub visited: VisitedFrames,
     /// Bytes of the output, if there is one.
     pub output_bytes: Option<u64>,
 }
 
 /// Called with each triaged cloud.
-pub type OnFrame<'a> = dyn FnMut(&annotate::Frame, &Triage) -> Result<()> + 'a;
+pub type OnFrame<'a> = dyn FnMut(&ClusteredFrame, &Triage) -> Result<()> + 'a;
 
 /// Triages the selected clouds of a recording in the order of the file. With an output, everything
 /// in the input is copied unchanged, whatever is selected, and each triaged cloud is followed by a
@@ -55,33 +58,33 @@ pub type OnFrame<'a> = dyn FnMut(&annotate::Frame, &Triage) -> Result<()> + 'a;
 /// complete, or not at all. Memory does not grow with the length of the recording.
 ///
 /// # Errors
-/// Those of [`replay`](crate::replay::replay), of `on_event` and of `on_frame`; [`Error::Conflict`]
-/// if the output is the input or the input has a topic `T/suspicion` already.
+/// Those of [`for_each_frame`], of `on_event` and of `on_frame`; [`Error::Conflict`] if the output
+/// is the input or the input has a topic `T/suspicion` already.
 pub fn triage_recording(
     input: &Path,
     output: Option<Output>,
-    (selection, method, params): (&Selection, &Method, &Params),
+    (selection, method, params): (&Selection, &AnnotateConfig, &Params),
     on_event: &mut dyn FnMut(Event) -> Result<()>,
     on_frame: &mut OnFrame,
 ) -> Result<Triaged> {
     let overview = Overview::read(input)?;
     let copy = output.map(|output| Copy::new(&overview, &output, &selection.topics)).transpose()?;
     let mut job = Job { method, params, on_event, on_frame, copy };
-    let replayed = play(input, selection, method, &mut job)?;
+    let visited = for_each_frame(input, selection, method, &mut job)?;
     let output_bytes = job.copy.map(Copy::finish).transpose()?;
-    Ok(Triaged { replayed, output_bytes })
+    Ok(Triaged { visited, output_bytes })
 }
 
 struct Job<'a> {
-    method: &'a Method,
+    method: &'a AnnotateConfig,
     params: &'a Params,
     on_event: &'a mut dyn FnMut(Event) -> Result<()>,
     on_frame: &'a mut OnFrame<'a>,
     copy: Option<Copy<'a>>,
 }
 
-impl Watcher for Job<'_> {
-    fn wants_all(&self) -> bool {
+impl FrameVisitor for Job<'_> {
+    fn wants_records(&self) -> bool {
         self.copy.is_some()
     }
 
@@ -102,8 +105,8 @@ impl Watcher for Job<'_> {
 }
 
 /// Triages a cloud of a recording that a method has clustered.
-pub fn triage_frame(frame: &annotate::Frame, method: &Method, params: &Params) -> Triage {
-    let annotate::Frame { cloud, stages, .. } = *frame;
+pub fn triage_frame(frame: &ClusteredFrame, method: &AnnotateConfig, params: &Params) -> Triage {
+    let ClusteredFrame { cloud, stages, .. } = *frame;
     let (mask, config) = (method.mask(cloud), &method.config);
     let mut found = triage(&explain::Frame { cloud, mask, config, stages }, params);
     for suspect in &mut found.suspects {
@@ -149,14 +152,14 @@ impl<'a> Copy<'a> {
     }
 
     /// Adds the message about the cloud that was copied last.
-    fn suspicion(&mut self, frame: &annotate::Frame, found: &Triage) -> Result<()> {
+    fn suspicion(&mut self, frame: &ClusteredFrame, found: &Triage) -> Result<()> {
         let header = self.last.expect("a frame follows its message");
-        let channel_id = self.channel(frame.topic, header.channel_id)?;
-        let diagnostics = diagnostics(frame.topic, found);
-        let (sec, nanosec) = split(frame.stamp_ns);
+        let channel_id = self.channel(frame.key.topic, header.channel_id)?;
+        let diagnostics = diagnostics(frame.key.topic, found);
+        let (sec, nanosec) = split(frame.key.stamp_ns);
         let layout = layout(&self.overview.channels[&header.channel_id])?;
         let mut message = std::mem::take(&mut self.scratch);
-        diagnostic_array(layout, (sec, nanosec), frame.frame_id, &diagnostics, &mut message);
+        diagnostic_array(layout, (sec, nanosec), frame.key.frame_id, &diagnostics, &mut message);
         self.writer.write_message(&MessageHeader { channel_id, ..header }, &message)?;
         self.scratch = message;
         Ok(())
@@ -207,8 +210,8 @@ fn split(stamp_ns: i64) -> (i32, u32) {
 /// cannot have them.
 fn refuse(overview: &Overview, output: &Path, topics: &[String]) -> Result<()> {
     let conflict = |problem: String| Error::Conflict { path: overview.path.clone(), problem };
-    annotate::refuse_same_file(&overview.path, output)?;
-    for (id, CloudTopic { topic, .. }) in annotate::choose(overview, topics)? {
+    refuse_same_file(&overview.path, output)?;
+    for (id, CloudTopic { topic, .. }) in choose_topics(overview, topics, None)? {
         layout(&overview.channels[&id])?;
         let added = format!("{topic}{SUSPICION}");
         if overview.channels_of(&added).next().is_some() {

@@ -7,7 +7,7 @@ use rerun::{
 };
 
 use super::names::{reason_id, rgb, shown_id};
-use crate::annotate::Frame;
+use crate::annotate::ClusteredFrame;
 use crate::diagnose::explain::Explanation;
 use crate::instances::{Reason, UprightBox};
 use crate::palette::instance_colour;
@@ -33,7 +33,7 @@ pub const STAGES: [(&str, [u8; 3]); 5] = [
 pub struct FrameLogger<'a> {
     pub recording: &'a RecordingStream,
     pub topic: EntityPath,
-    pub frame: &'a Frame<'a>,
+    pub frame: &'a ClusteredFrame<'a>,
 }
 
 impl FrameLogger<'_> {
@@ -54,8 +54,8 @@ impl FrameLogger<'_> {
     /// Logs an entity in the cloud's coordinate frame.
     fn log_3d(&self, below: &str, entity: &dyn AsComponents) -> RecordingStreamResult<()> {
         let mut batches = entity.as_serialized_batches();
-        if !self.frame.frame_id.is_empty() {
-            let frame = archetypes::CoordinateFrame::new(self.frame.frame_id);
+        if !self.frame.key.frame_id.is_empty() {
+            let frame = archetypes::CoordinateFrame::new(self.frame.key.frame_id);
             batches.extend(frame.as_serialized_batches());
         }
         self.recording.log_serialized_batches(self.topic.join(&below.into()), false, batches)
@@ -64,7 +64,7 @@ impl FrameLogger<'_> {
     /// Logs the returns by class, component and instance, and the points of objects that were
     /// dropped.
     fn log_clouds(&self) -> RecordingStreamResult<()> {
-        let Frame { cloud, stages, .. } = *self.frame;
+        let ClusteredFrame { cloud, stages, .. } = *self.frame;
         let (labels, mask) = (&stages.labels, &stages.mask);
         let points = |points: &[usize]| {
             let positions = points.iter().map(|&point| cloud.position(point));
@@ -161,7 +161,7 @@ impl FrameLogger<'_> {
 
     /// Logs the range image by range, component and instance.
     fn log_images(&self) -> RecordingStreamResult<()> {
-        let Frame { cloud, stages, .. } = *self.frame;
+        let ClusteredFrame { cloud, stages, .. } = *self.frame;
         let (image, labels) = (&stages.image, &stages.labels);
         let size = [image.columns() as u32, image.rows() as u32];
         let range = self.pixels(|point| {

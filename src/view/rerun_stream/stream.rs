@@ -14,7 +14,7 @@ use super::blueprint::send_blueprint;
 use super::frame::{FrameLogger, STAGES};
 use super::names::{APPLICATION, class_ids, instance_ids, rgb, topic_path};
 use super::sinks::{RrdFile, connect, spawn};
-use crate::annotate::{Frame, Method};
+use crate::annotate::{AnnotateConfig, ClusteredFrame};
 use crate::diagnose::explain::Explanation;
 use crate::diagnose::triage;
 use crate::diagnose::triage::recording::triage_frame;
@@ -37,7 +37,7 @@ pub struct RerunStream {
     recording: RecordingStream,
     target: String,
     file: Option<RrdFile>,
-    method: Method,
+    method: AnnotateConfig,
     /// Topics so far, with the coordinate frame of their first cloud.
     topics: BTreeMap<String, String>,
 }
@@ -48,7 +48,7 @@ impl RerunStream {
     ///
     /// # Errors
     /// [`Error::Viewer`] if no viewer answers, [`Error::Io`] if the file cannot be created.
-    pub fn open(target: &Target, title: &str, method: &Method) -> Result<Self> {
+    pub fn open(target: &Target, title: &str, method: &AnnotateConfig) -> Result<Self> {
         let failed = |problem: String| Error::Viewer { target: target.to_string(), problem };
         let builder = RecordingStreamBuilder::new(APPLICATION).recording_name(title).enabled(true);
         let recording = builder.buffered().map_err(|error| failed(error.to_string()))?;
@@ -68,7 +68,7 @@ impl RerunStream {
     ///
     /// # Errors
     /// [`Error::Viewer`] if the viewer is gone or the file cannot be written.
-    pub fn log(&mut self, frame: &Frame) -> Result<()> {
+    pub fn log(&mut self, frame: &ClusteredFrame) -> Result<()> {
         let logged = self.log_frame(frame);
         self.flush(logged)
     }
@@ -77,8 +77,13 @@ impl RerunStream {
     ///
     /// # Errors
     /// [`Error::Viewer`] if the viewer is gone or the file cannot be written.
-    pub fn explain(&mut self, frame: &Frame, found: &Explanation, answer: &str) -> Result<()> {
-        let topic = topic_path(frame.topic);
+    pub fn explain(
+        &mut self,
+        frame: &ClusteredFrame,
+        found: &Explanation,
+        answer: &str,
+    ) -> Result<()> {
+        let topic = topic_path(frame.key.topic);
         let logger = FrameLogger { recording: &self.recording, topic, frame };
         self.flush(logger.log_explanation(found, answer))
     }
@@ -116,16 +121,16 @@ impl RerunStream {
         Error::Viewer { target: self.target.clone(), problem: error.to_string() }
     }
 
-    fn log_frame(&mut self, frame: &Frame) -> RecordingStreamResult<()> {
-        let topic = topic_path(frame.topic);
-        if !self.topics.contains_key(frame.topic) {
-            self.topics.insert(frame.topic.to_owned(), frame.frame_id.to_owned());
+    fn log_frame(&mut self, frame: &ClusteredFrame) -> RecordingStreamResult<()> {
+        let topic = topic_path(frame.key.topic);
+        if !self.topics.contains_key(frame.key.topic) {
+            self.topics.insert(frame.key.topic.to_owned(), frame.key.frame_id.to_owned());
             self.log_static(&topic)?;
             send_blueprint(&self.recording, &self.topics)?;
         }
         let recording = &self.recording;
-        recording.set_time_sequence("frame", frame.number as i64);
-        recording.set_timestamp_nanos_since_epoch("stamp", frame.stamp_ns);
+        recording.set_time_sequence("frame", frame.key.number as i64);
+        recording.set_timestamp_nanos_since_epoch("stamp", frame.key.stamp_ns);
         recording.set_timestamp_nanos_since_epoch("message_log_time", frame.log_time_ns as i64);
         let suspicion = triage_frame(frame, &self.method, &triage::Params::default()).score;
         FrameLogger { recording, topic, frame }.log_all(suspicion)

@@ -6,7 +6,7 @@ mod sequences;
 use std::path::Path;
 
 use divmerge::Error;
-use divmerge::io::frames::CloudMessages;
+use divmerge::frames::EncodedClouds;
 use divmerge::io::scans::{Columns, FolderOptions, Scan, ScanFolder, ScanFormat};
 use divmerge::io::{CloudFormat, Overview, Record, RecordingReader, WriteOptions};
 use proptest::prelude::*;
@@ -101,7 +101,7 @@ fn real_labels_come_back_byte_by_byte() {
         let number: u64 = number.parse().expect("a number");
         let recording = here.path().join(format!("{}.mcap", scan.sequence));
         let message =
-            CloudMessages::open(&recording, None, number..=number).expect("a topic").next();
+            EncodedClouds::open(&recording, None, number..=number).expect("a topic").next();
         let message = message.expect("a cloud").expect("readable");
         let cloud = CloudFormat::Ros2.decode(&message.data).expect("a cloud");
         let column = |name| cloud.column_u32(name).expect("a column");

@@ -9,12 +9,13 @@ use std::path::{Path, PathBuf};
 
 use divmerge::Result;
 use divmerge::annotate::{
-    Event, Flavor, MessageTypes, Method, Options, Report, Semantics, annotate,
+    AnnotateConfig, AnnotationReport, Event, Flavor, MessageTypes, Options, Semantics, annotate,
 };
+use divmerge::frames::{EncodedCloud, EncodedClouds};
 use divmerge::io::drive::{CLOUD_TOPIC, cloud_message, cloud_message_in, write_drive_in};
 use divmerge::io::{
-    Channel, CloudFormat, CloudMessage, CloudMessages, CloudPose, MessageHeader, Overview,
-    PackedCloud, RecordingWriter, WriteOptions,
+    Channel, CloudFormat, CloudPose, MessageHeader, Overview, PackedCloud, RecordingWriter,
+    WriteOptions,
 };
 use divmerge::simulate::{Drive, Scene, Sensor};
 use tempfile::TempDir;
@@ -36,20 +37,20 @@ fn drive(format: CloudFormat) -> (TempDir, PathBuf) {
     (folder, path)
 }
 
-fn run(input: &Path, options: &Options) -> Result<(PathBuf, Report)> {
+fn run(input: &Path, options: &Options) -> Result<(PathBuf, AnnotationReport)> {
     let output = input.with_extension("annotated.mcap");
     let report = annotate(input, &output, options, &mut |_: Event| ControlFlow::Continue(()))?;
     Ok((output, report))
 }
 
 fn with(flavor: Flavor) -> Options {
-    let method = Method { semantics: Semantics::All, ..Method::default() };
+    let method = AnnotateConfig { semantics: Semantics::All, ..AnnotateConfig::default() };
     let types = MessageTypes { flavor, ..MessageTypes::default() };
     Options { method, types, force: true, ..Options::default() }
 }
 
-fn messages(path: &Path, topic: &str) -> Vec<CloudMessage> {
-    let messages = CloudMessages::open(path, Some(topic), 0..=u64::MAX).expect("a cloud topic");
+fn messages(path: &Path, topic: &str) -> Vec<EncodedCloud> {
+    let messages = EncodedClouds::open(path, Some(topic), 0..=u64::MAX).expect("a cloud topic");
     messages.map(|message| message.expect("readable")).collect()
 }
 
@@ -139,10 +140,10 @@ fn check_metadata(format: CloudFormat, cloud: &Channel, instances: &Channel) {
 /// The labels of an annotated cloud, which has every byte of the other and the colours of its kind.
 fn check_points(
     format: CloudFormat,
-    cloud: &CloudMessage,
-    annotated: &CloudMessage,
+    cloud: &EncodedCloud,
+    annotated: &EncodedCloud,
 ) -> [Vec<u32>; 4] {
-    assert_eq!((cloud.log_time, cloud.format), (annotated.log_time, format));
+    assert_eq!((cloud.log_time_ns(), cloud.format), (annotated.log_time_ns(), format));
     let (cloud, annotated) =
         (cloud.decode().expect("a cloud"), annotated.decode().expect("a cloud"));
     assert_eq!((annotated.format, annotated.stamp_ns()), (format, cloud.stamp_ns()));
@@ -200,7 +201,7 @@ fn objects_go_with_their_clouds() {
         // Its instances are no clouds to annotate.
         let again = run(&output, &with(Flavor::Auto)).expect_err("annotated before").to_string();
         assert!(again.contains("already has a topic"), "{again}");
-        let topics = divmerge::annotate::annotated_topics(&overview).into_iter();
+        let topics = divmerge::frames::annotated_topics(&overview).into_iter();
         assert_eq!(topics.collect::<Vec<_>>(), [format!("{CLOUD_TOPIC}/instances")]);
     }
 }

@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use divmerge::Result;
-use divmerge::annotate::{Event, Method, Options, Report, Semantics, annotate};
+use divmerge::annotate::{AnnotateConfig, AnnotationReport, Event, Options, Semantics, annotate};
 use divmerge::io::drive::{CLOUD_TOPIC, write_drive};
 use divmerge::io::{CloudFormat, MessageHeader, Overview, Record, RecordingReader, WriteOptions};
 use divmerge::simulate::{Drive, Scene, Sensor};
@@ -16,7 +16,10 @@ use tempfile::TempDir;
 use crate::shared_data::shared_data;
 
 fn options(semantics: Semantics) -> Options {
-    Options { method: Method { semantics, ..Method::default() }, ..Options::default() }
+    Options {
+        method: AnnotateConfig { semantics, ..AnnotateConfig::default() },
+        ..Options::default()
+    }
 }
 
 /// A short VLP-16 drive in a fresh folder.
@@ -29,7 +32,7 @@ pub fn drive(frames: usize) -> (TempDir, PathBuf) {
     (folder, path)
 }
 
-fn run(input: &Path, options: &Options) -> Result<(PathBuf, Report)> {
+fn run(input: &Path, options: &Options) -> Result<(PathBuf, AnnotationReport)> {
     let output = input.with_extension("annotated.mcap");
     let report = annotate(input, &output, options, &mut |_: Event| ControlFlow::Continue(()))?;
     Ok((output, report))
@@ -251,7 +254,7 @@ fn frames_are_numbered_whatever_is_passed_over() {
     let (output, mut numbers) = (input.with_file_name("out.mcap"), Vec::new());
     annotate(&input, &output, &options, &mut |event: Event| {
         if let Event::Frame(frame) = event {
-            numbers.push(frame.number);
+            numbers.push(frame.key.number);
         }
         ControlFlow::Continue(())
     })

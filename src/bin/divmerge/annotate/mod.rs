@@ -9,9 +9,9 @@ use std::str::FromStr;
 
 use anyhow::{Result, bail};
 use clap::Args;
-use divmerge::annotate::moments::Moment;
+use divmerge::annotate::time_spec::TimeSpec;
 use divmerge::annotate::{
-    Event, Flavor, Form, MessageTypes, Options, Report, Slice, annotate, slices::Plan,
+    AnnotationReport, Event, Flavor, Form, MessageTypes, Options, Slice, annotate, slices::Plan,
 };
 use divmerge::io::{Compression, ObjectKind, STANDARD_STREAM};
 use divmerge::view::Target;
@@ -80,12 +80,12 @@ pub struct Arguments {
     /// Leave out messages before this log time: seconds from the start (12.5), since 1970
     /// (@1317384506.4), a date (2011-09-30T12:28:26Z), or that of a cloud (frame:100, of the first
     /// annotated topic). With a sound index, the rest of the recording is not read
-    #[arg(long, value_name = "T", value_parser = Moment::from_str)]
-    from: Option<Moment>,
+    #[arg(long, value_name = "T", value_parser = TimeSpec::from_str)]
+    from: Option<TimeSpec>,
 
     /// Leave out messages from this log time on
-    #[arg(long, value_name = "T", value_parser = Moment::from_str)]
-    to: Option<Moment>,
+    #[arg(long, value_name = "T", value_parser = TimeSpec::from_str)]
+    to: Option<TimeSpec>,
 
     /// Annotate one slice of a plan (`divmerge plan`), numbered from 0: plan.json:3. `divmerge
     /// join` puts slices together
@@ -214,7 +214,7 @@ fn one_slice(arguments: &Arguments, planned: &PlannedSlice) -> Result<Outcome> {
     Ok(Outcome::of(report.is_complete()))
 }
 
-fn print_json(arguments: &Arguments, task: &Task, report: &Report) -> Result<()> {
+fn print_json(arguments: &Arguments, task: &Task, report: &AnnotationReport) -> Result<()> {
     match arguments.json {
         true => print(task, &(serde_json::to_string_pretty(report)? + "\n")),
         false => Ok(()),
@@ -250,11 +250,11 @@ fn several(arguments: &Arguments, tasks: &Tasks, done: Vec<PathBuf>) -> Result<O
     if !failed.is_empty() {
         bail!("not annotated: {}", failed.join(", "));
     }
-    Ok(Outcome::of(reports.iter().all(Report::is_complete)))
+    Ok(Outcome::of(reports.iter().all(AnnotationReport::is_complete)))
 }
 
 /// Annotates a recording and prints the report, unless it is printed as JSON later.
-fn one(arguments: &Arguments, task: &Task, slice: Option<Slice>) -> Result<Report> {
+fn one(arguments: &Arguments, task: &Task, slice: Option<Slice>) -> Result<AnnotationReport> {
     let input = task.input.as_path();
     let has_layout = !arguments.no_layout && slice.is_none();
     let options = Options { slice, ..options(arguments, input)? };

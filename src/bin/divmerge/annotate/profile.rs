@@ -1,13 +1,13 @@
 //! The time of each stage of an annotation, as a table.
 
-use divmerge::annotate::{Profile, Report};
+use divmerge::annotate::{AnnotationReport, Profile};
 use divmerge::io::Fetched;
 use divmerge::stopwatch::Steps;
 
 use crate::text::{counted, grouped, peak_memory, seconds};
 
 /// The stages, chunks, and the slowest frames.
-pub fn text(report: &Report) -> String {
+pub fn text(report: &AnnotationReport) -> String {
     let profile = &report.profile;
     let frames: u64 = report.topics.values().map(|topic| topic.frames).sum();
     let mut lines = vec![

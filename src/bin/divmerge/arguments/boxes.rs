@@ -9,7 +9,7 @@ use clap::error::ErrorKind::{ArgumentConflict, MissingRequiredArgument};
 use divmerge::Taxonomy;
 use divmerge::cluster::Method;
 use divmerge::comparison::methods::Boxes;
-use divmerge::io::{BoxSource, FrameBoxes};
+use divmerge::frames::{BoxSource, FrameBoxes};
 use divmerge::pipeline::Config;
 
 use super::values::{not_negative, number};

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Result, anyhow};
 use clap::Args;
 use divmerge::Error;
-use divmerge::io::asked_transforms;
+use divmerge::frames::recorded_transforms;
 use divmerge::pipeline::Overrides;
 use divmerge::range_image::ProjectionParams;
 use divmerge::sensor_frame::{SensorFrame, Transforms};
@@ -53,7 +53,7 @@ impl GeometryArguments {
     /// The orientation of the clouds' frame, and the recording's static transforms if it needs
     /// them.
     pub fn frame(&self, recording: &Path) -> Result<(SensorFrame, Transforms)> {
-        let transforms = asked_transforms(&self.sensor_frame, recording);
+        let transforms = recorded_transforms(&self.sensor_frame, recording);
         let transforms = transforms.map_err(|error| match error {
             Error::Parameter { .. } => anyhow!(
                 "a stream is read once, too late for its transforms: give --sensor-frame axes or \

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::Result;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
-use divmerge::annotate::Method;
+use divmerge::annotate::AnnotateConfig;
 use divmerge::cluster::params::Region;
 use divmerge::comparison::methods;
 use divmerge::pipeline::{BirdsEyeMerge, Overrides, Preset};
@@ -125,7 +125,7 @@ const BIRDS_EYE_MERGES: &[NamedValue<BirdsEyeMerge>] = &[
 
 impl MethodArguments {
     /// The method for the clouds of a recording.
-    pub fn method(&self, recording: &Path) -> Result<Method> {
+    pub fn method(&self, recording: &Path) -> Result<AnnotateConfig> {
         let box_source = self.boxes.source(self.method == BOXES)?;
         let mut config = self.overrides().config()?;
         let (sensor_frame, transforms) = self.geometry.frame(recording)?;
@@ -133,7 +133,7 @@ impl MethodArguments {
         config.other_method = methods::named(self.method, &method.taxonomy);
         self.boxes.set(&mut config);
         let boxes = BoxArguments::open(box_source.as_ref(), recording, &method.taxonomy)?;
-        Ok(Method { config, boxes, sensor_frame, transforms, ..method })
+        Ok(AnnotateConfig { config, boxes, sensor_frame, transforms, ..method })
     }
 
     fn overrides(&self) -> Overrides {

@@ -5,8 +5,8 @@ use std::str::FromStr;
 
 use anyhow::{Result, anyhow};
 use clap::Args;
-use divmerge::annotate::{Method, ObjectSource, Objects};
-use divmerge::io::classes::TOLERANCE_NS;
+use divmerge::annotate::{AnnotateConfig, ObjectSource, Objects};
+use divmerge::frames::TOLERANCE_NS;
 use divmerge::network::runtime::{Device, RuntimeKind, RuntimeOptions};
 use divmerge::network::{NetworkImage, NetworkOptions};
 use divmerge::taxonomy_file::read_taxonomy;
@@ -116,7 +116,7 @@ const DEVICES: &[NamedValue<Device>] = &[
 
 impl ObjectArguments {
     /// Preset `best` on these objects, for the clouds of a recording or a folder.
-    pub fn method(&self, recording: &Path) -> Result<Method> {
+    pub fn method(&self, recording: &Path) -> Result<AnnotateConfig> {
         let objects = Objects {
             source: self.semantics.clone(),
             taxonomy: self.taxonomy.as_deref().map(read_taxonomy).transpose()?,

@@ -7,8 +7,9 @@ use std::str::FromStr;
 use anyhow::{Result, anyhow};
 use clap::Args;
 use divmerge::Error;
-use divmerge::annotate::moments::{self, Moment};
-use divmerge::replay::{FrameRange, Selection};
+use divmerge::annotate::time_spec::{self, TimeSpec};
+use divmerge::frames::Selection;
+use divmerge::io::FrameRange;
 
 use super::values::frames;
 
@@ -26,12 +27,12 @@ pub struct SelectionArguments {
     /// Skip clouds before this log time: seconds from the start (12.5), since 1970
     /// (@1317384506.4), a date (2011-09-30T12:28:26Z), or that of a cloud (frame:100, of the first
     /// selected topic)
-    #[arg(long, value_name = "T", value_parser = Moment::from_str)]
-    from: Option<Moment>,
+    #[arg(long, value_name = "T", value_parser = TimeSpec::from_str)]
+    from: Option<TimeSpec>,
 
     /// Skip clouds from this log time on
-    #[arg(long, value_name = "T", value_parser = Moment::from_str)]
-    to: Option<Moment>,
+    #[arg(long, value_name = "T", value_parser = TimeSpec::from_str)]
+    to: Option<TimeSpec>,
 }
 
 impl SelectionArguments {
@@ -46,10 +47,10 @@ impl SelectionArguments {
 /// The log times in nanoseconds of `--from` and `--to`.
 pub fn window(
     input: &Path,
-    moments: (Option<Moment>, Option<Moment>),
+    moments: (Option<TimeSpec>, Option<TimeSpec>),
     topics: &[String],
 ) -> Result<(Option<u64>, Option<u64>)> {
-    moments::window(input, moments, topics).map_err(|error| match error {
+    time_spec::window(input, moments, topics).map_err(|error| match error {
         Error::Parameter { name: "from", .. } => anyhow!("--from must lie before --to"),
         Error::Parameter { .. } => anyhow!(
             "for a stream, --from and --to must be times since 1970 (@1317384506.4) or dates"

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::{Result, anyhow};
 use clap::Args;
-use divmerge::annotate::{Method, Semantics};
+use divmerge::annotate::{AnnotateConfig, Semantics};
 use divmerge::evaluate::panoptic::MIN_POINTS;
-use divmerge::io::{LabelledFrames, LabelledOptions, SeenClasses, TruthSource};
-use divmerge::replay::FrameRange;
+use divmerge::frames::{LabelledFrames, LabelledOptions, SeenClasses, TruthSource};
+use divmerge::io::FrameRange;
 
 use super::values::frames;
 
@@ -47,7 +47,7 @@ pub struct CloudArguments {
 
 impl CloudArguments {
     /// Opens the clouds, with the columns that the method needs.
-    pub fn open(&self, method: &Method) -> Result<LabelledFrames> {
+    pub fn open(&self, method: &AnnotateConfig) -> Result<LabelledFrames> {
         let options = LabelledOptions {
             topic: self.topic.clone(),
             sequences: self.sequences.clone(),

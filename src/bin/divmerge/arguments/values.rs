@@ -5,8 +5,8 @@ use std::str::FromStr;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use divmerge::io::Compression;
+use divmerge::io::FrameRange;
 use divmerge::pipeline::overrides::limits;
-use divmerge::replay::FrameRange;
 
 /// A name, what `--help` says about it, and the value that it stands for.
 pub type NamedValue<T> = (&'static str, &'static str, T);

@@ -4,8 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use divmerge::evaluate::{Evaluation, MetricSet, ScanLabels, Scores};
-use divmerge::io::CloudMessage;
-use divmerge::io::frames::CloudMessages;
+use divmerge::frames::{EncodedCloud, EncodedClouds};
 use divmerge::io::semantic_kitti::label_pairs::{label_file, stray_label_files};
 use divmerge::io::semantic_kitti::read_labels;
 use serde::Serialize;
@@ -90,7 +89,7 @@ fn score(
     metrics: &MetricSet,
     problems: &mut Vec<String>,
 ) -> Result<Scores> {
-    let messages = CloudMessages::open(input, Some(topic), 0..=u64::MAX)?;
+    let messages = EncodedClouds::open(input, Some(topic), 0..=u64::MAX)?;
     let count = messages.message_count();
     if let Some(folder) = arguments.of_recording.labels.as_ref() {
         problems.extend(unmatched(folder, count)?);
@@ -120,7 +119,7 @@ fn score(
 
 fn add(
     arguments: &Arguments,
-    message: &CloudMessage,
+    message: &EncodedCloud,
     place: &str,
     metrics: &MetricSet,
     sums: &mut Evaluation,

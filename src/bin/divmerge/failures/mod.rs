@@ -7,11 +7,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
-use divmerge::annotate::Method;
+use divmerge::annotate::AnnotateConfig;
 use divmerge::evaluate::panoptic::MIN_POINTS;
 use divmerge::explain::Frame;
 use divmerge::failures::{FailureSummary, LabelledRun, check_classes, failures};
-use divmerge::io::{LabelledFrame, write_file};
+use divmerge::frames::LabelledFrame;
+use divmerge::io::write_file;
 use divmerge::pipeline;
 use serde::Serialize;
 
@@ -116,7 +117,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 /// The failures of a frame, which is added to the summary.
 fn of_frame(
     arguments: &Arguments,
-    method: &Method,
+    method: &AnnotateConfig,
     mut frame: LabelledFrame,
     summary: &mut FailureSummary,
 ) -> Result<Vec<Row>> {

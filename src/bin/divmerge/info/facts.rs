@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use divmerge::io::{CloudFormat, PointField};
+use divmerge::frames::EncodedCloud;
+use divmerge::io::PointField;
 use divmerge::range_image::{Geometry, ProjectionParams, RangeImage};
 use divmerge::semantics::GroundParams;
 use divmerge::semantics::ground::{self, GroundPose};
@@ -71,11 +72,10 @@ pub struct CloudFacts {
 
 /// Decodes and projects a cloud.
 pub fn cloud_facts(
-    format: CloudFormat,
-    message: &[u8],
+    encoded: &EncodedCloud,
     options: &GeometryOptions,
 ) -> divmerge::Result<CloudFacts> {
-    let wire = format.decode(message)?;
+    let wire = encoded.decode()?;
     let mut cloud = wire.to_cloud(None)?;
     cloud.turn(options.frame.turn(&wire.frame_id, &options.transforms)?);
     let image = RangeImage::new(&cloud, &options.projection);

@@ -9,11 +9,8 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use divmerge::annotate::is_annotation;
-use divmerge::io::{
-    Channel, CloudChannel, CloudFormat, Overview, ReadFilter, Record, RecordingReader,
-};
-use divmerge::workers::Workers;
+use divmerge::frames::{CloudTopic, EncodedClouds, Selection, is_annotation};
+use divmerge::io::{Channel, CloudChannel, Overview};
 
 use crate::arguments::geometry::GeometryArguments;
 use crate::exit::Outcome;
@@ -90,7 +87,7 @@ fn first_clouds(
     options: &GeometryOptions,
 ) -> Result<(BTreeMap<u16, Cloud>, Vec<String>)> {
     let mut found = BTreeMap::new();
-    let mut waiting: BTreeMap<u16, (CloudFormat, Option<String>)> = BTreeMap::new();
+    let mut waiting: BTreeMap<u16, (CloudTopic, Option<String>)> = BTreeMap::new();
     for channel in overview.channels.values() {
         let messages = overview.message_counts.get(&channel.id).copied().unwrap_or(0);
         let note = match CloudChannel::of(overview, channel) {
@@ -101,7 +98,8 @@ fn first_clouds(
             }
             CloudChannel::Readable(format) => {
                 if messages > 0 {
-                    waiting.insert(channel.id, (format, None));
+                    let topic = channel.topic.as_str().into();
+                    waiting.insert(channel.id, (CloudTopic { topic, format }, None));
                 }
                 continue;
             }
@@ -109,31 +107,29 @@ fn first_clouds(
         found.insert(channel.id, Cloud { note: Some(note), facts: None });
     }
     let mut problems = Vec::new();
-    let numbered = waiting.keys().map(|&id| (id, overview.channels[&id].topic.clone())).collect();
-    let filter = ReadFilter { numbered, others: false, ..ReadFilter::default() };
-    let mut reader = RecordingReader::open_filtered(overview, &filter, &Workers::none())?;
-    while !waiting.is_empty() {
-        let record = match reader.next_record() {
-            Ok(Some(record)) => record,
-            Ok(None) => break,
+    let channels = waiting.iter().map(|(&id, (cloud, _))| (id, cloud.clone())).collect();
+    for cloud in EncodedClouds::of_channels(overview, channels, &Selection::default())? {
+        let cloud = match cloud {
+            Ok(cloud) => cloud,
             Err(error) => {
                 problems.push(error.to_string());
                 break;
             }
         };
-        let Record::Message { header, data, .. } = record else {
+        let channel = cloud.header.channel_id;
+        let Some((_, note)) = waiting.get_mut(&channel) else {
             continue;
         };
-        let Some((format, note)) = waiting.get_mut(&header.channel_id) else {
-            continue;
-        };
-        match cloud_facts(*format, &data, options) {
+        match cloud_facts(&cloud, options) {
             Ok(facts) if facts.geometry.returns > 0 => {
-                waiting.remove(&header.channel_id);
-                found.insert(header.channel_id, Cloud { note: None, facts: Some(facts) });
+                waiting.remove(&channel);
+                found.insert(channel, Cloud { note: None, facts: Some(facts) });
             }
             Ok(_) => *note = Some("no cloud has a return".to_owned()),
             Err(error) => *note = Some(error.to_string()),
+        }
+        if waiting.is_empty() {
+            break;
         }
     }
     for (channel, (_, note)) in waiting {

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use clap::Args;
-use divmerge::annotate::{Event, Method};
+use divmerge::annotate::{AnnotateConfig, Event};
+use divmerge::frames::Selection;
 use divmerge::io::{Compression, Overview};
-use divmerge::replay::Selection;
 use divmerge::triage::Params;
 use divmerge::triage::ranking::{RankedCase, Ranking};
 use divmerge::triage::recording::{Output, Triaged, triage_recording};
@@ -93,7 +93,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         report.write(path, &method, force)?;
         println!("wrote {}", report::entry(path).display());
     }
-    let replayed = &triaged.replayed;
+    let replayed = &triaged.visited;
     Ok(Outcome::of(replayed.unreadable == 0 && !replayed.is_cut_off))
 }
 
@@ -120,7 +120,7 @@ fn refuse(arguments: &Arguments) -> Result<()> {
 fn triage(
     arguments: &Arguments,
     selection: &Selection,
-    method: &Method,
+    method: &AnnotateConfig,
     ranking: &mut Ranking,
 ) -> Result<Triaged> {
     let output = arguments.output.as_deref().map(|path| Output {
@@ -141,7 +141,8 @@ fn triage(
     let triaged =
         triage_recording(&arguments.input, output, asked, &mut on_event, &mut |frame, found| {
             if let Some(table) = &mut table {
-                let command = |at: &[[f64; 3]]| command(arguments, frame.topic, frame.number, at);
+                let (topic, number) = (frame.key.topic, frame.key.number);
+                let command = |at: &[[f64; 3]]| command(arguments, topic, number, at);
                 table.add(frame, ranking.seconds(frame), found, command);
             }
             ranking.add(frame, found);

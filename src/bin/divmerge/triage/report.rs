@@ -4,9 +4,10 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use divmerge::annotate::Method;
+use divmerge::annotate::AnnotateConfig;
 use divmerge::explain::{ExplanationReport, ExplanationText, Frame, Subject};
-use divmerge::io::{Which, cloud_message_at, write_file};
+use divmerge::frames::{CloudAt, encoded_cloud_at};
+use divmerge::io::write_file;
 use divmerge::pipeline;
 use divmerge::triage::ranking::RankedCase;
 use divmerge::view::triage_report::{CasePage, Head, folder, one_file};
@@ -36,7 +37,7 @@ pub fn entry(report: &Path) -> PathBuf {
 
 impl Report<'_> {
     /// Draws and explains the cases and writes their pages.
-    pub fn write(&self, path: &Path, method: &Method, force: bool) -> Result<()> {
+    pub fn write(&self, path: &Path, method: &AnnotateConfig, force: bool) -> Result<()> {
         let name = self.input.file_name().unwrap_or(self.input.as_os_str());
         let recording = name.to_string_lossy().into_owned();
         let head = Head { recording, summary: self.summary.clone() };
@@ -54,7 +55,7 @@ impl Report<'_> {
     }
 
     /// The pages in the order of the cases; each frame is clustered once.
-    fn pages(&self, method: &Method) -> Result<Vec<CasePage>> {
+    fn pages(&self, method: &AnnotateConfig) -> Result<Vec<CasePage>> {
         let cases = self.cases;
         let frame_of = |number: usize| (&cases[number].topic, cases[number].frame);
         let mut order: Vec<usize> = (0..cases.len()).collect();
@@ -63,10 +64,10 @@ impl Report<'_> {
         let bar = frame_bar("drawing", cases.len() as u64);
         for of_frame in order.chunk_by(|&a, &b| frame_of(a) == frame_of(b)) {
             let (topic, frame) = frame_of(of_frame[0]);
-            let message = cloud_message_at(self.input, Some(topic), Which::Frame(frame))?;
+            let message = encoded_cloud_at(self.input, Some(topic), CloudAt::Frame(frame))?;
             let place = || format!("frame {frame} of {topic}");
             let wire = message.decode().with_context(place)?;
-            let decoded = method.decode(&wire, message.which()).with_context(place)?;
+            let decoded = method.decode(&wire, &message.key(&wire)).with_context(place)?;
             let (cloud, mask, config) = (&decoded.cloud, decoded.mask, &method.config);
             let stages = pipeline::run(cloud, mask, config);
             let frame = Frame { cloud, mask, config, stages: &stages };

@@ -5,7 +5,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use divmerge::annotate::Frame;
+use divmerge::annotate::ClusteredFrame;
 use divmerge::io::PartialFile;
 use divmerge::triage::ranking::recorded_positions;
 use divmerge::triage::{Suspect, Triage};
@@ -34,7 +34,7 @@ impl SuspectTable {
     /// Adds the suspects of a frame. `command` explains the points at some positions.
     pub fn add(
         &mut self,
-        frame: &Frame,
+        frame: &ClusteredFrame,
         seconds: f64,
         found: &Triage,
         command: impl Fn(&[[f64; 3]]) -> String,
@@ -57,7 +57,7 @@ impl SuspectTable {
 }
 
 fn cells(
-    frame: &Frame,
+    frame: &ClusteredFrame,
     seconds: f64,
     frame_score: f64,
     suspect: &Suspect,
@@ -68,8 +68,8 @@ fn cells(
     };
     let [x, y, z] = suspect.position.map(|along| format!("{along:.3}"));
     [
-        frame.topic.to_owned(),
-        frame.number.to_string(),
+        frame.key.topic.to_owned(),
+        frame.key.number.to_string(),
         frame.log_time_ns.to_string(),
         format!("{seconds:.3}"),
         format!("{:.4}", suspect.score),

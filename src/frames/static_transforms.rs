@@ -5,23 +5,25 @@ use std::path::Path;
 
 use nalgebra::{Quaternion, UnitQuaternion};
 
-use super::frames::type_name;
-use super::recording::{Overview, ReadFilter, Record, RecordingReader, is_stream};
-use super::ros::RosReader;
+use super::selection::Selection;
+use super::topics::{message_count, type_name};
+use super::walk::Walk;
 use crate::error::{Error, Result};
+use crate::io::ros::RosReader;
+use crate::io::{Overview, Record, is_stream};
 use crate::sensor_frame::{SensorFrame, Transforms};
-use crate::workers::Workers;
 
-/// How far into a recording static transforms are looked for, bytes: they are published when a drive begins, and
-/// a recorder that joins later gets them first.
+/// How far into a recording static transforms are looked for, bytes: they are published when a
+/// drive begins, and a recorder that joins later gets them first.
 const FAR_ENOUGH: u64 = 64 << 20;
 
 /// What a recording says of how its frames stand, as far as that is asked.
 ///
 /// # Errors
-/// [`Error::Parameter`] if it is asked of a stream; those of [`static_transforms`] where the recorded ones are asked for
-/// by name. Otherwise what is wrong with the file is said by whoever reads its clouds.
-pub fn asked_transforms(asked: &SensorFrame, recording: &Path) -> Result<Transforms> {
+/// [`Error::Parameter`] if it is asked of a stream; those of [`static_transforms`] where the
+/// recorded ones are asked for by name. Otherwise what is wrong with the file is said by whoever
+/// reads its clouds.
+pub fn recorded_transforms(asked: &SensorFrame, recording: &Path) -> Result<Transforms> {
     match asked {
         SensorFrame::AsIs | SensorFrame::Turned(_) => Ok(Transforms::default()),
         // What is said in a stream is known when it has gone by.
@@ -36,31 +38,30 @@ pub fn asked_transforms(asked: &SensorFrame, recording: &Path) -> Result<Transfo
     }
 }
 
-/// The static transforms among the first 64 MiB of a recording; none where it has no such topic. Messages that cannot be
-/// read are passed over.
+/// The static transforms among the first 64 MiB of a recording; none where it has no such topic.
+/// Messages that cannot be read are passed over.
 ///
 /// # Errors
-/// Those of [`Overview::read`] and [`RecordingReader`].
+/// Those of [`Overview::read`] and [`RecordingReader`](crate::io::RecordingReader).
 pub fn static_transforms(recording: &Path) -> Result<Transforms> {
     let overview = Overview::read(recording)?;
     let mut transforms = Transforms::default();
-    let mut wanted = 0;
+    let mut left = 0;
     let mut is_ros1 = BTreeMap::new();
     for channel in overview.channels.values() {
         let is_static = channel.topic.trim_start_matches('/') == "tf_static";
         if is_static && type_name(&overview, channel).ends_with("TFMessage") {
-            wanted += overview.message_counts.get(&channel.id).copied().unwrap_or(0);
+            left += message_count(&overview, channel.id);
             is_ros1.insert(channel.id, channel.message_encoding == "ros1");
         }
     }
-    let numbered = is_ros1.keys().map(|&id| (id, overview.channels[&id].topic.clone())).collect();
-    let those = ReadFilter { numbered, others: false, ..ReadFilter::default() };
-    let mut reader = RecordingReader::open_filtered(&overview, &those, &Workers::none())?;
-    while wanted > 0 && reader.offset() < FAR_ENOUGH {
-        let Ok(Some(record)) = reader.next_record() else { break };
-        let Record::Message { header, data, .. } = record else { continue };
+    let topics = is_ros1.keys().map(|&id| (id, overview.channels[&id].topic.as_str().into()));
+    let mut walk = Walk::open(&overview, topics.collect(), &Selection::default())?;
+    while left > 0 && walk.progress().0 < FAR_ENOUGH {
+        let Ok(Some(step)) = walk.next() else { break };
+        let Record::Message { header, data, .. } = step.record else { continue };
         if let Some(&is_ros1) = is_ros1.get(&header.channel_id) {
-            wanted -= 1;
+            left -= 1;
             // One that is cut off still says what came before.
             let _ = read(&data, is_ros1, &mut transforms);
         }

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
 
-use super::{Method, Semantics};
+use super::config::{AnnotateConfig, Semantics};
 use crate::error::{Error, Result};
-use crate::io::classes::TOLERANCE_NS;
-use crate::io::{ClassSource, FrameClasses, is_stream};
+use crate::frames::{ClassSource, FrameClasses, TOLERANCE_NS};
+use crate::io::is_stream;
 use crate::network::{Network, NetworkOptions};
 use crate::taxonomy::Taxonomy;
 
@@ -78,7 +78,8 @@ impl FromStr for ObjectSource {
 pub struct Objects {
     /// Where they come from.
     pub source: ObjectSource,
-    /// What the ids of classes mean. Default: as the network's own configuration says, else SemanticKITTI's.
+    /// What the ids of classes mean. Default: as the network's own configuration says, else
+    /// SemanticKITTI's.
     pub taxonomy: Option<Taxonomy>,
     /// How far the stamps of label files and messages may be from that of their cloud, nanoseconds.
     pub tolerance_ns: u64,
@@ -101,12 +102,13 @@ impl Objects {
     /// Preset `best` on these objects, for the clouds of a recording or a folder.
     ///
     /// # Errors
-    /// Those of [`Network::open`] and [`FrameClasses::open`]; [`Error::Parameter`] if classes of a topic are asked for
-    /// of a stream.
-    pub fn method(&self, recording: &Path) -> Result<Method> {
+    /// Those of [`Network::open`] and [`FrameClasses::open`]; [`Error::Parameter`] if classes of a
+    /// topic are asked for of a stream.
+    pub fn method(&self, recording: &Path) -> Result<AnnotateConfig> {
         let named = self.taxonomy.clone();
         let is_named = named.is_some();
-        let mut method = Method { taxonomy: named.unwrap_or_default(), ..Method::default() };
+        let mut method =
+            AnnotateConfig { taxonomy: named.unwrap_or_default(), ..AnnotateConfig::default() };
         method.semantics = match &self.source {
             ObjectSource::Auto => Semantics::Auto,
             ObjectSource::Ground => Semantics::Ground,

@@ -1,18 +1,14 @@
-//! Classes of points that someone else found, for the clouds of a recording: in files, or on a topic beside the clouds.
-
-mod topic;
+//! Classes of points that were found elsewhere, for the clouds of a recording: in files, or on a
+//! topic beside the clouds.
 
 use std::path::{Path, PathBuf};
 
-use super::frames::{AskedCloud, CloudNumber};
+use super::key::CloudKey;
+use super::topic_classes::ClassTopic;
 use crate::cloud::PointClasses;
-use crate::error::{Error, Result};
+use crate::datasets::class_files::ClassFiles;
+use crate::error::Result;
 use crate::taxonomy::Taxonomy;
-
-pub use crate::datasets::class_files::ClassFiles;
-pub use crate::messages::classes as messages;
-use crate::messages::stamp::seconds;
-pub use topic::{ClassTopic, TOLERANCE_NS};
 
 /// Where classes are.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -33,10 +29,11 @@ pub enum FrameClasses {
 }
 
 impl FrameClasses {
-    /// Opens the classes for a recording. What is more than so many nanoseconds from a cloud's stamp is not of that cloud.
+    /// Opens the classes for a recording. What is more than so many nanoseconds from a cloud's
+    /// stamp is not of that cloud.
     ///
     /// # Errors
-    /// [`Error::Io`], and [`Error::Classes`] if there are none.
+    /// [`crate::Error::Io`], and [`crate::Error::Classes`] if there are none.
     pub fn open(
         source: &ClassSource,
         recording: &Path,
@@ -57,13 +54,13 @@ impl FrameClasses {
     /// The classes of a cloud of so many rows and columns.
     ///
     /// # Errors
-    /// [`Error::NoClasses`] if there are none for it; [`Error::Classes`] if there are more or fewer than it has points, or they
-    /// cannot be read, so that every other cloud is likely to meet the same.
-    pub fn of(&self, cloud: &AskedCloud, shape: [usize; 2]) -> Result<PointClasses> {
+    /// [`crate::Error::NoClasses`] if there are none for it; [`crate::Error::Classes`] if there are
+    /// more or fewer than it has points, or they cannot be read, so that every other cloud is
+    /// likely to meet the same.
+    pub fn of(&self, cloud: &CloudKey, shape: [usize; 2]) -> Result<PointClasses> {
         match self {
             FrameClasses::Files(files) => {
-                let CloudNumber { topic, number } = cloud.which;
-                files.of(topic, number, cloud.stamp_ns, shape[0] * shape[1])
+                files.of(cloud.topic, cloud.number, cloud.stamp_ns, shape[0] * shape[1])
             }
             FrameClasses::Topic(topic) => topic.of(cloud, shape),
         }
@@ -92,9 +89,4 @@ impl FrameClasses {
             FrameClasses::Topic(topic) => format!("topic:{}", topic.topic()),
         }
     }
-}
-
-/// Nothing for one cloud.
-fn no_classes(cloud: &AskedCloud, problem: String) -> Error {
-    Error::NoClasses { number: cloud.which.number, problem }
 }

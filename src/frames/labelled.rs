@@ -1,16 +1,19 @@
-//! Clouds with their truth, one at a time: a recording whose clouds carry it or have label files beside them,
-//! or the folders of SemanticKITTI.
+//! Clouds with their truth, one at a time: a recording whose clouds carry it or have label files
+//! beside them, or the folders of SemanticKITTI.
 
-use std::ops::{Bound, RangeBounds, RangeInclusive};
+use std::ops::{Bound, RangeBounds};
 use std::path::{Path, PathBuf};
 
-use super::frames::{AskedCloud, CloudMessage, CloudMessages, CloudNumber};
-use super::semantic_kitti::{
-    LabelledScan, labelled_scans, read_labels, read_scan, read_scan_with_remission,
-};
+use super::encoded::{EncodedCloud, EncodedClouds};
+use super::key::CloudKey;
+use super::selection::Selection;
 use crate::cloud::PointCloud;
 use crate::error::{Error, Result};
 use crate::evaluate::evaluation::segments;
+use crate::io::FrameRange;
+use crate::io::semantic_kitti::{
+    LabelledScan, labelled_scans, read_labels, read_scan, read_scan_with_remission,
+};
 
 /// A cloud of N points and what is true of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,10 +35,10 @@ pub struct LabelledFrame {
 }
 
 impl LabelledFrame {
-    /// The cloud as those know it who have something to say of it.
-    pub fn asked(&self) -> AskedCloud<'_> {
-        let which = CloudNumber { topic: &self.source, number: self.number };
-        AskedCloud { which, stamp_ns: self.stamp_ns, frame_id: &self.frame_id }
+    /// What identifies the cloud.
+    pub fn key(&self) -> CloudKey<'_> {
+        let LabelledFrame { source, number, stamp_ns, frame_id, .. } = self;
+        CloudKey { topic: source, number: *number, stamp_ns: *stamp_ns, frame_id }
     }
 }
 
@@ -44,8 +47,8 @@ impl LabelledFrame {
 pub struct Truth {
     /// N: raw class id.
     pub class: Vec<u16>,
-    /// N: the segment; points of one class and one instance have one id. Where instances fit 16 bits it is
-    /// SemanticKITTI's word, class | instance << 16.
+    /// N: the segment; points of one class and one instance have one id. Where instances fit 16
+    /// bits it is SemanticKITTI's word, class | instance << 16.
     pub id: Vec<u32>,
 }
 
@@ -102,7 +105,7 @@ pub struct LabelledOptions {
     /// Sequences; none means all. Not asked of recordings.
     pub sequences: Vec<String>,
     /// Numbers of the clouds.
-    pub frames: (Bound<u64>, Bound<u64>),
+    pub frames: FrameRange,
     /// Where a recording's truth is.
     pub truth: TruthSource,
     /// Which classes the clouds carry.
@@ -132,7 +135,7 @@ pub struct LabelledFrames {
 }
 
 enum Source {
-    Recording(Box<CloudMessages>),
+    Recording(Box<EncodedClouds>),
     Folder(std::vec::IntoIter<(u64, LabelledScan)>),
 }
 
@@ -140,15 +143,14 @@ impl LabelledFrames {
     /// Opens a recording, or a folder that holds `sequences/NN/{velodyne,labels}`.
     ///
     /// # Errors
-    /// [`Error::NoCloud`] if there is nothing of what is asked for; those of [`CloudMessages::open`] and
-    /// [`labelled_scans`].
+    /// [`Error::NoCloud`] if there is nothing of what is asked for; those of
+    /// [`EncodedClouds::open`] and [`labelled_scans`].
     pub fn open(path: &Path, options: LabelledOptions) -> Result<Self> {
         let source = if path.is_dir() {
             Source::Folder(scans(path, &options)?.into_iter())
         } else {
-            let frames = inclusive(options.frames);
             let topic = options.topic.as_deref();
-            Source::Recording(Box::new(CloudMessages::open(path, topic, frames)?))
+            Source::Recording(Box::new(EncodedClouds::open(path, topic, options.frames)?))
         };
         Ok(LabelledFrames { path: path.to_owned(), options, source })
     }
@@ -157,15 +159,15 @@ impl LabelledFrames {
     pub fn remaining(&self) -> u64 {
         match &self.source {
             Source::Recording(messages) => {
-                let frames = inclusive(self.options.frames);
-                let end = messages.message_count().min(frames.end().saturating_add(1));
-                end.saturating_sub(*frames.start())
+                let count = messages.message_count();
+                let (first, end) = Selection::of_frames(self.options.frames).clamped(count);
+                end.saturating_sub(first)
             }
             Source::Folder(scans) => scans.len() as u64,
         }
     }
 
-    fn of_message(&self, message: &CloudMessage) -> Result<LabelledFrame> {
+    fn of_message(&self, message: &EncodedCloud) -> Result<LabelledFrame> {
         let wire = message.decode()?;
         let seen = match &self.options.classes {
             SeenClasses::Auto => wire.semantic_field(),
@@ -189,9 +191,9 @@ impl LabelledFrames {
         Ok(LabelledFrame {
             stamp_ns: wire.stamp_ns(),
             frame_id: wire.frame_id.clone(),
-            source: message.topic.clone(),
+            source: message.topic.to_string(),
             number: message.number,
-            log_time_ns: message.log_time,
+            log_time_ns: message.header.log_time,
             cloud,
             truth,
         })
@@ -269,20 +271,6 @@ fn words(path: &Path, points: usize) -> Result<Truth> {
         return Err(Error::Truth { at: path.display().to_string(), problem });
     }
     Ok(Truth::of_words(words))
-}
-
-fn inclusive(frames: (Bound<u64>, Bound<u64>)) -> RangeInclusive<u64> {
-    let first = match frames.0 {
-        Bound::Included(first) => first,
-        Bound::Excluded(before) => before.saturating_add(1),
-        Bound::Unbounded => 0,
-    };
-    let last = match frames.1 {
-        Bound::Included(last) => last,
-        Bound::Excluded(end) => end.saturating_sub(1),
-        Bound::Unbounded => u64::MAX,
-    };
-    first..=last
 }
 
 #[cfg(test)]

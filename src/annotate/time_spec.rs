@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::str::FromStr;
 
-use super::choose;
 use crate::error::{Error, Result};
-use crate::io::{Overview, Which, cloud_message_at, is_stream};
+use crate::frames::{CloudAt, choose_topics, encoded_cloud_at};
+use crate::io::{Overview, is_stream};
 use crate::messages::stamp::parse_rfc3339;
 
 /// What is said where a moment cannot be read.
@@ -16,7 +16,7 @@ const NS_PER_S: u64 = 1_000_000_000;
 
 /// A point in time of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Moment {
+pub enum TimeSpec {
     /// Seconds after the first message.
     FromStart(f64),
     /// Log time in nanoseconds since 1970.
@@ -25,26 +25,30 @@ pub enum Moment {
     Frame(u64),
 }
 
-impl Moment {
-    /// The log time in nanoseconds; a frame's on the first of the topics that are chosen (none: of all).
+impl TimeSpec {
+    /// The log time in nanoseconds; a frame's on the first of the topics that are chosen (none: of
+    /// all).
     ///
     /// # Errors
     /// If there is no such frame; those of reading the recording.
     pub fn log_time(self, overview: &Overview, topics: &[String]) -> Result<u64> {
         let start = overview.start_ns.unwrap_or(0);
         Ok(match self {
-            Moment::FromStart(seconds) => start.saturating_add((seconds * 1e9).round() as u64),
-            Moment::Absolute(nanoseconds) => nanoseconds,
-            Moment::Frame(number) => {
+            TimeSpec::FromStart(seconds) => start.saturating_add((seconds * 1e9).round() as u64),
+            TimeSpec::Absolute(nanoseconds) => nanoseconds,
+            TimeSpec::Frame(number) => {
                 let topic = first_topic(overview, topics)?;
-                cloud_message_at(&overview.path, Some(&topic), Which::Frame(number))?.log_time
+                encoded_cloud_at(&overview.path, Some(&topic), CloudAt::Frame(number))?
+                    .header
+                    .log_time
             }
         })
     }
 
-    /// As [`Moment::log_time`], and nothing for the frame behind the last, which ends what has no end.
+    /// As [`TimeSpec::log_time`], and nothing for the frame behind the last, which ends what has no
+    /// end.
     fn end(self, overview: &Overview, topics: &[String]) -> Result<Option<u64>> {
-        if let Moment::Frame(number) = self {
+        if let TimeSpec::Frame(number) = self {
             let topic = first_topic(overview, topics)?;
             let counts = overview
                 .channels_of(&topic)
@@ -62,19 +66,19 @@ fn first_topic(overview: &Overview, topics: &[String]) -> Result<String> {
     if let Some(topic) = topics.first() {
         return Ok(topic.clone());
     }
-    let clouds = choose(overview, topics)?;
-    Ok(clouds.into_values().next().map(|cloud| cloud.topic).unwrap_or_default())
+    let clouds = choose_topics(overview, topics, None)?;
+    Ok(clouds.into_values().next().map(|cloud| cloud.topic.to_string()).unwrap_or_default())
 }
 
-/// The log times in nanoseconds that two moments of a recording stand for; the topics are those whose clouds are looked
-/// at, none for all.
+/// The log times in nanoseconds that two moments of a recording stand for; the topics are those
+/// whose clouds are looked at, none for all.
 ///
 /// # Errors
-/// [`Error::Parameter`] if the first does not lie before the second, or the recording is a stream and they need one that
-/// can be read twice; those of [`Moment::log_time`].
+/// [`Error::Parameter`] if the first does not lie before the second, or the recording is a stream
+/// and they need one that can be read twice; those of [`TimeSpec::log_time`].
 pub fn window(
     input: &Path,
-    (from, to): (Option<Moment>, Option<Moment>),
+    (from, to): (Option<TimeSpec>, Option<TimeSpec>),
     topics: &[String],
 ) -> Result<(Option<u64>, Option<u64>)> {
     if from.is_none() && to.is_none() {
@@ -96,10 +100,12 @@ pub fn window(
 }
 
 /// The log times of moments that need no recording to be known, as of a stream.
-fn absolute((from, to): (Option<Moment>, Option<Moment>)) -> Result<(Option<u64>, Option<u64>)> {
+fn absolute(
+    (from, to): (Option<TimeSpec>, Option<TimeSpec>),
+) -> Result<(Option<u64>, Option<u64>)> {
     let time = |moment| match moment {
         None => Ok(None),
-        Some(Moment::Absolute(nanoseconds)) => Ok(Some(nanoseconds)),
+        Some(TimeSpec::Absolute(nanoseconds)) => Ok(Some(nanoseconds)),
         Some(_) => Err(Error::Parameter {
             name: "window",
             problem: "of a stream, both ends are times since 1970 (@1317384506.4) or dates"
@@ -109,26 +115,26 @@ fn absolute((from, to): (Option<Moment>, Option<Moment>)) -> Result<(Option<u64>
     Ok((time(from)?, time(to)?))
 }
 
-/// Reads `12.5` as seconds from the start, `@1317384506.4` as seconds since 1970, `2011-09-30T12:28:26Z` as a date and
-/// `frame:100` as a cloud.
-impl FromStr for Moment {
+/// Reads `12.5` as seconds from the start, `@1317384506.4` as seconds since 1970,
+/// `2011-09-30T12:28:26Z` as a date and `frame:100` as a cloud.
+impl FromStr for TimeSpec {
     type Err = String;
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         if let Some(frame) = text.strip_prefix("frame:") {
-            return frame.parse().map(Moment::Frame).map_err(|_| FORMS.to_owned());
+            return frame.parse().map(TimeSpec::Frame).map_err(|_| FORMS.to_owned());
         }
         if let Some(digits) = text.strip_prefix('@') {
-            return since_1970(digits).map(Moment::Absolute);
+            return since_1970(digits).map(TimeSpec::Absolute);
         }
         if text.contains(['T', 't']) {
-            return date(text).map(Moment::Absolute).ok_or_else(|| FORMS.to_owned());
+            return date(text).map(TimeSpec::Absolute).ok_or_else(|| FORMS.to_owned());
         }
         match text.strip_suffix('s').unwrap_or(text).parse::<f64>() {
             Ok(seconds) if seconds < 0.0 && seconds.is_finite() => {
                 Err("must not be negative".into())
             }
-            Ok(seconds) if seconds.is_finite() => Ok(Moment::FromStart(seconds)),
+            Ok(seconds) if seconds.is_finite() => Ok(TimeSpec::FromStart(seconds)),
             _ => Err(FORMS.to_owned()),
         }
     }
@@ -172,18 +178,18 @@ fn date(text: &str) -> Option<u64> {
 mod tests {
     use super::*;
 
-    fn moment(text: &str) -> std::result::Result<Moment, String> {
+    fn moment(text: &str) -> std::result::Result<TimeSpec, String> {
         text.parse()
     }
 
     #[test]
     fn every_form() {
-        assert_eq!(moment("12.5"), Ok(Moment::FromStart(12.5)));
-        assert_eq!(moment("12.5s"), Ok(Moment::FromStart(12.5)));
-        assert_eq!(moment("@1317384506.4"), Ok(Moment::Absolute(1_317_384_506_400_000_000)));
-        assert_eq!(moment("@7"), Ok(Moment::Absolute(7_000_000_000)));
-        assert_eq!(moment("@1.1234567899"), Ok(Moment::Absolute(1_123_456_789)));
-        assert_eq!(moment("frame:100"), Ok(Moment::Frame(100)));
+        assert_eq!(moment("12.5"), Ok(TimeSpec::FromStart(12.5)));
+        assert_eq!(moment("12.5s"), Ok(TimeSpec::FromStart(12.5)));
+        assert_eq!(moment("@1317384506.4"), Ok(TimeSpec::Absolute(1_317_384_506_400_000_000)));
+        assert_eq!(moment("@7"), Ok(TimeSpec::Absolute(7_000_000_000)));
+        assert_eq!(moment("@1.1234567899"), Ok(TimeSpec::Absolute(1_123_456_789)));
+        assert_eq!(moment("frame:100"), Ok(TimeSpec::Frame(100)));
         for wrong in ["-1", "noon", "@1e3", "@", "frame:", "frame:-1", "frame:1.5", "@1.x", "@+1"] {
             assert!(moment(wrong).is_err(), "{wrong}");
         }

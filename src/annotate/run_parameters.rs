@@ -4,15 +4,17 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::message::{Method, Semantics};
-use super::report::parameters;
+use super::config::{AnnotateConfig, Semantics};
+use super::form::Form;
+use super::metadata::method_metadata;
+use super::options::Options;
 use super::types::MessageTypes;
-use super::{Form, Options};
 use crate::io::{Compression, Overview};
 
-/// What was asked for: a journal and a slice begin with it, and are of use only where the same is asked for again.
+/// The parameters of a run. A journal and a slice begin with them, and are of use only to a run
+/// with the same.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Asked {
+pub(super) struct RunParameters {
     /// Name of the input.
     input: String,
     #[serde(rename = "length of the input")]
@@ -38,18 +40,18 @@ pub(super) struct Asked {
     is_checked: bool,
 }
 
-impl Asked {
-    pub(super) fn of(overview: &Overview, options: &Options) -> Self {
+impl RunParameters {
+    pub(super) fn new(overview: &Overview, options: &Options) -> Self {
         let Options { method, .. } = options;
-        let Method { semantics, .. } = method;
+        let AnnotateConfig { semantics, .. } = method;
         // A slice may be read from a copy of the recording.
         let input = options.slice.as_ref().map_or(&overview.path, |slice| &slice.input);
         let name = input.file_name().unwrap_or_default().to_string_lossy();
         let usual = || overview.usual_compression().unwrap_or_default();
-        Asked {
+        RunParameters {
             input: name.into_owned(),
             input_bytes: overview.file_size,
-            method: parameters(method),
+            method: method_metadata(method),
             semantics: match semantics {
                 Semantics::Auto => "auto".to_owned(),
                 others => others.describe(None),
@@ -84,8 +86,8 @@ impl Asked {
     }
 
     /// In what it differs from another, by name.
-    pub(super) fn differences(&self, other: &Asked) -> Vec<String> {
-        let fields = |asked: &Asked| match serde_json::json!(asked) {
+    pub(super) fn differences(&self, other: &RunParameters) -> Vec<String> {
+        let fields = |parameters: &RunParameters| match serde_json::json!(parameters) {
             serde_json::Value::Object(fields) => fields,
             _ => unreachable!("a structure is an object"),
         };

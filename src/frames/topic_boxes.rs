@@ -1,21 +1,36 @@
 //! Boxes of a topic, and which of them belong to which cloud.
 //!
-//! To a cloud belong the boxes with its stamp, else those with the nearest stamp if that is no farther away than
-//! half the median period of the cloud's topic, so that boxes of one cloud are not taken for those of the next. Of
-//! two stamps that are equally near, the earlier.
+//! To a cloud belong the boxes with its stamp, else those with the nearest stamp if that is no
+//! farther away than half the median period of the cloud's topic, so that boxes of one cloud are
+//! not taken for those of the next. Of two stamps that are equally near, the earlier.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
-use super::super::frames::{AskedCloud, BesideWords, channels_beside, cloud_format, type_name};
-use super::super::recording::{Channel, Overview, ReadFilter, Record, RecordingReader};
-use super::FrameDetections;
-use super::messages::{BoxMessage, DETECTION_ARRAY, MARKER_ARRAY, detection_boxes, marker_boxes};
+use super::key::CloudKey;
+use super::selection::Selection;
+use super::topics::{CloudTopic, TopicWords, channels_beside, type_name};
+use super::walk::Walk;
 use crate::error::{Error, Result};
+use crate::instances::Detection;
+use crate::io::{Channel, Overview, Record};
+use crate::messages::boxes::{
+    BoxMessage, DETECTION_ARRAY, MARKER_ARRAY, detection_boxes, marker_boxes,
+};
 use crate::statistics::median_by;
 use crate::taxonomy::Taxonomy;
-use crate::workers::Workers;
+
+/// The boxes of one cloud.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FrameDetections<'a> {
+    /// The boxes, in the cloud's frame.
+    pub detections: Cow<'a, [Detection]>,
+    /// Why the source says nothing about the cloud, where that is so; a source may also say that
+    /// there is nothing.
+    pub missing: Option<String>,
+}
 
 /// The boxes of a topic.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,47 +38,49 @@ pub struct TopicBoxes {
     topic: String,
     /// By ascending stamp; no two of one stamp and frame.
     messages: Vec<BoxMessage>,
-    /// Median time between the stamps of successive clouds by topic, nanoseconds. Not of topics with one cloud.
+    /// Median time between the stamps of successive clouds by topic, nanoseconds. Not of topics
+    /// with one cloud.
     cloud_period_ns: BTreeMap<String, i64>,
 }
 
 impl TopicBoxes {
-    /// Reads all boxes of a topic: a cloud's boxes may lie before or behind it. Memory grows with the number of
-    /// boxes, 72 bytes each.
+    /// Reads all boxes of a topic: a cloud's boxes may lie before or behind it. Memory grows with
+    /// the number of boxes, 72 bytes each.
     ///
     /// # Errors
-    /// [`Error::Boxes`] if there is no such topic, it carries something else, or a message cannot be read; those
-    /// of [`RecordingReader`].
+    /// [`Error::Boxes`] if there is no such topic, it carries something else, or a message cannot
+    /// be read; those of [`RecordingReader`](crate::io::RecordingReader).
     pub fn read(recording: &Path, topic: &str, taxonomy: &Taxonomy) -> Result<Self> {
         let overview = Overview::read(recording)?;
         let layouts = layouts(&overview, topic)?;
         let mut messages = Vec::new();
-        let mut stamps: BTreeMap<String, Vec<i64>> = BTreeMap::new();
-        let is_looked_at = |channel: &Channel| {
-            layouts.contains_key(&channel.id) || cloud_format(&overview, channel).is_some()
-        };
-        let channels = overview.channels.values().filter(|channel| is_looked_at(channel));
-        let numbered = channels.map(|channel| (channel.id, channel.topic.clone())).collect();
-        let wanted = ReadFilter { numbered, others: false, ..ReadFilter::default() };
-        let mut reader = RecordingReader::open_filtered(&overview, &wanted, &Workers::none())?;
-        while let Some(record) = reader.next_record()? {
-            let Record::Message { header, data, .. } = record else { continue };
+        let mut stamps: BTreeMap<Arc<str>, Vec<i64>> = BTreeMap::new();
+        let clouds: BTreeMap<u16, CloudTopic> = overview
+            .channels
+            .values()
+            .filter_map(|channel| Some((channel.id, CloudTopic::of(&overview, channel)?)))
+            .collect();
+        let read = layouts.keys().chain(clouds.keys());
+        let topics = read.map(|&id| (id, overview.channels[&id].topic.as_str().into())).collect();
+        let mut walk = Walk::open(&overview, topics, &Selection::default())?;
+        while let Some(step) = walk.next()? {
+            let Record::Message { header, data, .. } = step.record else { continue };
             if let Some(&layout) = layouts.get(&header.channel_id) {
                 let unreadable = |error| {
                     let at = header.log_time as f64 * 1e-9;
                     problem(topic, format!("the message logged at {at:.6} s: {error}"))
                 };
                 messages.extend(layout.read(&data, taxonomy).map_err(unreadable)?);
-            } else if let Some(channel) = overview.channels.get(&header.channel_id)
-                && let Some(format) = cloud_format(&overview, channel)
+            } else if let Some(CloudTopic { topic, format }) = clouds.get(&header.channel_id)
                 && let Ok(stamp) = format.stamp_ns(&data)
             {
-                stamps.entry(channel.topic.clone()).or_default().push(stamp);
+                stamps.entry(Arc::clone(topic)).or_default().push(stamp);
             }
         }
         let periods = stamps.into_iter();
-        let cloud_period_ns =
-            periods.filter_map(|(topic, stamps)| Some((topic, median_period(stamps)?))).collect();
+        let cloud_period_ns = periods
+            .filter_map(|(topic, stamps)| Some((topic.to_string(), median_period(stamps)?)))
+            .collect();
         Ok(TopicBoxes { topic: topic.to_owned(), messages: merged(messages), cloud_period_ns })
     }
 
@@ -76,8 +93,8 @@ impl TopicBoxes {
     ///
     /// # Errors
     /// [`Error::Boxes`] if they are of another coordinate frame.
-    pub fn of(&self, cloud: &AskedCloud) -> Result<FrameDetections<'_>> {
-        let reach = self.cloud_period_ns.get(cloud.which.topic).copied().unwrap_or(0) / 2;
+    pub fn of(&self, cloud: &CloudKey) -> Result<FrameDetections<'_>> {
+        let reach = self.cloud_period_ns.get(cloud.topic).copied().unwrap_or(0) / 2;
         let away = |message: &&BoxMessage| message.stamp_ns.abs_diff(cloud.stamp_ns);
         let behind = self.messages.partition_point(|message| message.stamp_ns < cloud.stamp_ns);
         let before = behind.checked_sub(1).map(|last| &self.messages[last]);
@@ -92,14 +109,14 @@ impl TopicBoxes {
                 &self.topic,
                 format!(
                     "they are in frame `{}`, the clouds of {} in `{}`; boxes are not transformed",
-                    message.frame_id, cloud.which.topic, cloud.frame_id
+                    message.frame_id, cloud.topic, cloud.frame_id
                 ),
             ));
         }
         Ok(FrameDetections { detections: Cow::Borrowed(&message.detections), missing: None })
     }
 
-    fn missing(&self, cloud: &AskedCloud, reach: i64, nearest: Option<u64>) -> String {
+    fn missing(&self, cloud: &CloudKey, reach: i64, nearest: Option<u64>) -> String {
         let seconds = |nanoseconds: u64| nanoseconds as f64 * 1e-9;
         let nearest = match nearest {
             None => "it has none at all".to_owned(),
@@ -109,7 +126,7 @@ impl TopicBoxes {
             "no boxes on {} within {:.6} s (half a cloud period) of cloud {}: {nearest}",
             self.topic,
             seconds(reach.unsigned_abs()),
-            cloud.which.number
+            cloud.number
         )
     }
 }
@@ -150,7 +167,7 @@ impl Layout {
 
 /// The channels of the topic; all must carry boxes.
 fn layouts(overview: &Overview, topic: &str) -> Result<BTreeMap<u16, Layout>> {
-    let words = BesideWords {
+    let words = TopicWords {
         readable: "boxes are read from MarkerArray and Detection3DArray in `cdr`",
         on: "boxes are on",
         none: "none of its topics carries boxes",
@@ -185,9 +202,8 @@ fn problem(topic: &str, problem: String) -> Error {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::frames::CloudNumber;
     use super::*;
-    use crate::instances::{Detection, UprightBox};
+    use crate::instances::UprightBox;
 
     const MS: i64 = 1_000_000;
 
@@ -202,9 +218,8 @@ mod tests {
         TopicBoxes { topic: "/boxes".to_owned(), messages: merged(messages), cloud_period_ns }
     }
 
-    fn at(stamp_ms: i64) -> AskedCloud<'static> {
-        let which = CloudNumber { topic: "/points", number: 7 };
-        AskedCloud { which, stamp_ns: stamp_ms * MS, frame_id: "lidar" }
+    fn at(stamp_ms: i64) -> CloudKey<'static> {
+        CloudKey { topic: "/points", number: 7, stamp_ns: stamp_ms * MS, frame_id: "lidar" }
     }
 
     #[test]
@@ -222,8 +237,8 @@ mod tests {
         let missing = missing.unwrap();
         assert!(none.is_none() && missing.contains("0.055000 s away"), "{missing}");
         assert!(missing.contains("/boxes") && missing.contains("cloud 7"), "{missing}");
-        let which = CloudNumber { topic: "/single", number: 0 };
-        let single = |ms| boxes.of(&AskedCloud { which, ..at(ms) }).unwrap().missing;
+        let single =
+            |ms| boxes.of(&CloudKey { topic: "/single", number: 0, ..at(ms) }).unwrap().missing;
         assert!(single(100).is_none() && single(101).is_some());
     }
 

@@ -1,24 +1,20 @@
-//! Detection boxes for the clouds of a recording: from a topic beside them, or from KITTI's label files.
-
-pub mod topic;
+//! Detection boxes for the clouds of a recording: from a topic beside them, or from KITTI's label
+//! files.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use super::frames::AskedCloud;
+use super::key::CloudKey;
+use super::topic_boxes::{FrameDetections, TopicBoxes};
+use crate::datasets::kitti_boxes::KittiBoxes;
 use crate::error::Result;
-use crate::instances::Detection;
 use crate::taxonomy::Taxonomy;
-
-pub use crate::datasets::kitti_boxes as kitti;
-pub use crate::messages::boxes as messages;
-use kitti::KittiBoxes;
-use topic::TopicBoxes;
 
 /// Where boxes are.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum BoxSource {
-    /// On a topic of the recording: `visualization_msgs/msg/MarkerArray` or `vision_msgs/msg/Detection3DArray`.
+    /// On a topic of the recording: `visualization_msgs/msg/MarkerArray` or
+    /// `vision_msgs/msg/Detection3DArray`.
     Topic(String),
     /// In files of KITTI's object benchmark, one for each cloud.
     Kitti {
@@ -41,22 +37,13 @@ pub enum FrameBoxes {
     Kitti(KittiBoxes),
 }
 
-/// The boxes of one cloud.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct FrameDetections<'a> {
-    /// The boxes, in the cloud's frame.
-    pub detections: Cow<'a, [Detection]>,
-    /// Why the source says nothing about the cloud, where that is so; a source may also say that there is nothing.
-    pub missing: Option<String>,
-}
-
 impl FrameBoxes {
-    /// Opens the boxes for a recording. Those of a topic are all read, and nothing else of the recording is kept
-    /// but its median cloud periods; files are read when their cloud comes.
+    /// Opens the boxes for a recording. Those of a topic are all read, and nothing else of the
+    /// recording is kept but its median cloud periods; files are read when their cloud comes.
     ///
     /// # Errors
-    /// [`crate::Error::Boxes`] if there is no such topic or file, or a message cannot be read; those of
-    /// [`super::RecordingReader`].
+    /// [`crate::Error::Boxes`] if there is no such topic or file, or a message cannot be read;
+    /// those of [`RecordingReader`](crate::io::RecordingReader).
     pub fn open(source: &BoxSource, recording: &Path, taxonomy: &Taxonomy) -> Result<Self> {
         match source {
             BoxSource::Topic(topic) => {
@@ -71,15 +58,15 @@ impl FrameBoxes {
     /// The boxes of a cloud.
     ///
     /// # Errors
-    /// [`crate::Error::Boxes`] if its boxes are of another coordinate frame or its files cannot be used. Every
-    /// other cloud is then likely to meet the same.
-    pub fn of(&self, cloud: &AskedCloud) -> Result<FrameDetections<'_>> {
+    /// [`crate::Error::Boxes`] if its boxes are of another coordinate frame or its files cannot be
+    /// used. Every other cloud is then likely to meet the same.
+    pub fn of(&self, cloud: &CloudKey) -> Result<FrameDetections<'_>> {
         match self {
             FrameBoxes::Nothing => Ok(FrameDetections::default()),
             FrameBoxes::Topic(boxes) => boxes.of(cloud),
             FrameBoxes::Kitti(boxes) => {
-                let found = boxes.of(cloud.which.number)?;
-                let path = boxes.label_file(cloud.which.number);
+                let found = boxes.of(cloud.number)?;
+                let path = boxes.label_file(cloud.number);
                 let missing = found.is_none().then(|| format!("no label file {}", path.display()));
                 let detections = Cow::Owned(found.unwrap_or_default());
                 Ok(FrameDetections { detections, missing })
@@ -87,7 +74,8 @@ impl FrameBoxes {
         }
     }
 
-    /// What they are, without the name of a file: `topic:/detections` or `kitti`. `None` where none are asked for.
+    /// What they are, without the name of a file: `topic:/detections` or `kitti`. `None` where none
+    /// are asked for.
     pub fn describe(&self) -> Option<String> {
         match self {
             FrameBoxes::Nothing => None,

@@ -1,27 +1,31 @@
 //! Classes on a topic beside the clouds, and which of them are of which cloud.
 //!
-//! To a cloud belongs the message in its coordinate frame whose stamp is nearest, if that is within the tolerance; of two
-//! that are equally near the earlier. Messages are read as clouds ask for them, and only some around the last that asked
-//! are kept: the stamps on the topic have to ascend. Whoever asks for a cloud far before the last makes the reading begin again.
+//! To a cloud belongs the message in its coordinate frame whose stamp is nearest, if that is within
+//! the tolerance; of two that are equally near the earlier. Messages are read as clouds ask for
+//! them, and only some around the last that asked are kept: the stamps on the topic have to ascend.
+//! Whoever asks for a cloud far before the last makes the reading begin again.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
-use super::super::frames::{AskedCloud, BesideWords, channels_beside, schema_name};
-use super::super::recording::{Channel, Overview, ReadFilter, Record, RecordingReader};
-use super::messages::{ClassFormat, ClassMessage};
-use super::{no_classes, seconds};
+use super::key::CloudKey;
+use super::selection::Selection;
+use super::topics::{TopicWords, channels_beside, schema_name};
+use super::walk::Walk;
 use crate::cloud::PointClasses;
 use crate::error::{Error, Result};
-use crate::workers::Workers;
+use crate::io::{Channel, Overview, Record};
+use crate::messages::classes::{ClassFormat, ClassMessage};
+use crate::messages::stamp::seconds;
 
-/// How far the stamp of classes may be from their cloud's unless something else is asked for, nanoseconds: they are those of
-/// the very same points, so only clocks and rounding lie between, and 10 ms are less than half the period of any sensor.
+/// How far the stamp of classes may be from their cloud's unless something else is asked for,
+/// nanoseconds: they are those of the very same points, so only clocks and rounding lie between,
+/// and 10 ms are less than half the period of any sensor.
 pub const TOLERANCE_NS: u64 = 10_000_000;
 
-/// Messages that are kept behind the last cloud that asked: clouds are clustered by several threads, so not quite in
-/// their order.
+/// Messages that are kept behind the last cloud that asked: clouds are clustered by several
+/// threads, so not quite in their order.
 const KEPT: usize = 32;
 
 /// Messages that may lie within the tolerance of one stamp.
@@ -47,7 +51,7 @@ impl PartialEq for ClassTopic {
 /// What has been read of the topic.
 #[derive(Default)]
 struct Window {
-    reader: Option<RecordingReader>,
+    walk: Option<Walk>,
     /// In the topic's order.
     found: VecDeque<ClassMessage>,
     /// The latest stamp that was dropped again.
@@ -65,7 +69,8 @@ impl ClassTopic {
     /// Looks for the topic; nothing of it is read yet.
     ///
     /// # Errors
-    /// [`Error::Classes`] if there is no such topic or it carries something else; those of [`Overview::read`].
+    /// [`Error::Classes`] if there is no such topic or it carries something else; those of
+    /// [`Overview::read`].
     pub fn open(recording: &Path, topic: &str, tolerance_ns: u64) -> Result<Self> {
         let overview = Overview::read(recording)?;
         let formats = formats(&overview, topic)?;
@@ -90,8 +95,9 @@ impl ClassTopic {
     /// The classes of a cloud of so many rows and columns.
     ///
     /// # Errors
-    /// Those of [`super::FrameClasses::of`], and of [`RecordingReader`].
-    pub fn of(&self, cloud: &AskedCloud, shape: [usize; 2]) -> Result<PointClasses> {
+    /// Those of [`FrameClasses::of`](super::FrameClasses::of), and of
+    /// [`RecordingReader`](crate::io::RecordingReader).
+    pub fn of(&self, cloud: &CloudKey, shape: [usize; 2]) -> Result<PointClasses> {
         let mut window = self.window.lock().unwrap_or_else(PoisonError::into_inner);
         let latest = cloud.stamp_ns.saturating_add_unsigned(self.tolerance_ns);
         let earliest = cloud.stamp_ns.saturating_sub_unsigned(self.tolerance_ns);
@@ -106,7 +112,10 @@ impl ClassTopic {
         let nearest = window.found.iter().filter(is_of_frame).min_by_key(away);
         match nearest.filter(|message| away(message) <= self.tolerance_ns) {
             Some(message) => self.fitting(message, cloud, shape),
-            None => Err(no_classes(cloud, self.what_is_there(cloud, &window, nearest))),
+            None => Err(Error::NoClasses {
+                number: cloud.number,
+                problem: self.what_is_there(cloud, &window, nearest),
+            }),
         }
     }
 
@@ -116,8 +125,8 @@ impl ClassTopic {
             match self.next(window)? {
                 Some(_) if window.found.len() == MOST => {
                     let problem = format!(
-                        "{MOST} messages and more within the tolerance of one stamp ({}): stamps do not tell which is \
-                         of which cloud",
+                        "{MOST} messages and more within the tolerance of one stamp ({}): stamps \
+                         do not tell which is of which cloud",
                         seconds(latest)
                     );
                     return Err(self.problem(problem));
@@ -136,12 +145,12 @@ impl ClassTopic {
     }
 
     fn next(&self, window: &mut Window) -> Result<Option<ClassMessage>> {
-        let reader = match &mut window.reader {
-            Some(reader) => reader,
-            none => none.insert(self.reader()?),
+        let walk = match &mut window.walk {
+            Some(walk) => walk,
+            none => none.insert(self.walk()?),
         };
-        while let Some(record) = reader.next_record()? {
-            if let Record::Message { header, data, .. } = record
+        while let Some(step) = walk.next()? {
+            if let Record::Message { header, data, .. } = step.record
                 && let Some(format) = self.formats.get(&header.channel_id)
             {
                 return format.read(&data).map(Some).map_err(|error| {
@@ -153,17 +162,17 @@ impl ClassTopic {
         Ok(None)
     }
 
-    fn reader(&self) -> Result<RecordingReader> {
-        let numbered = self.formats.keys().map(|&id| (id, self.topic.clone())).collect();
-        let wanted = ReadFilter { numbered, others: false, ..ReadFilter::default() };
-        Ok(RecordingReader::open_filtered(&self.overview, &wanted, &Workers::none())?)
+    fn walk(&self) -> Result<Walk> {
+        let topic: Arc<str> = self.topic.as_str().into();
+        let topics = self.formats.keys().map(|&id| (id, Arc::clone(&topic))).collect();
+        Walk::open(&self.overview, topics, &Selection::default())
     }
 
     /// The classes of a message if they are as many as the cloud has points.
     fn fitting(
         &self,
         message: &ClassMessage,
-        cloud: &AskedCloud,
+        cloud: &CloudKey,
         shape: [usize; 2],
     ) -> Result<PointClasses> {
         let points = shape[0] * shape[1];
@@ -179,15 +188,15 @@ impl ClassTopic {
             "the message of stamp {} has classes of {}, and cloud {} on {} is {}",
             seconds(message.stamp_ns),
             size(message.shape),
-            cloud.which.number,
-            cloud.which.topic,
+            cloud.number,
+            cloud.topic,
             size(shape)
         )))
     }
 
     fn what_is_there(
         &self,
-        cloud: &AskedCloud,
+        cloud: &CloudKey,
         window: &Window,
         nearest: Option<&ClassMessage>,
     ) -> String {
@@ -218,7 +227,7 @@ fn of_topic(topic: &str, problem: String) -> Error {
 
 /// The channels of the topic; all must carry classes.
 fn formats(overview: &Overview, topic: &str) -> Result<BTreeMap<u16, ClassFormat>> {
-    let words = BesideWords {
+    let words = TopicWords {
         readable: "classes are read from clouds and from images (sensor_msgs/Image)",
         on: "clouds and images are on",
         none: "none of its topics could carry classes",

@@ -1,0 +1,60 @@
+//! What the added topics carry, and that they are not there yet.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::error::{Error, Result};
+use crate::frames::{INSTANCES, OBJECTS};
+use crate::io::qos::{Durability, QOS_KEY, connection_metadata, qos_metadata};
+use crate::io::{Channel, CloudFormat, MessageSchema, Overview};
+
+/// Refuses a recording that has the topics that would be added.
+pub(super) fn refuse_annotated<'a>(
+    overview: &Overview,
+    topics: impl IntoIterator<Item = &'a Arc<str>>,
+) -> Result<()> {
+    for topic in topics {
+        for end in [INSTANCES, OBJECTS] {
+            let added = format!("{topic}{end}");
+            if overview.channels_of(&added).next().is_some() {
+                let problem =
+                    format!("already has a topic {added}: annotate the recording it was made from");
+                let path = overview.path.clone();
+                return Err(Error::Conflict { path, problem });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Quality-of-service metadata for an added channel: the cloud's own where it has some, else
+/// reliable, volatile, keep the last ten.
+fn qos(cloud: &Channel) -> BTreeMap<String, String> {
+    let own = cloud.metadata.get(QOS_KEY).filter(|own| !own.trim().is_empty());
+    match own {
+        Some(own) => BTreeMap::from([(QOS_KEY.to_owned(), own.clone())]),
+        None => qos_metadata(10, Durability::Volatile),
+    }
+}
+
+/// Metadata of an added channel of a type of its own: what recorders of its kind of messages note.
+pub(crate) fn added_metadata(
+    topic: &str,
+    schema: &MessageSchema,
+    cloud: &Channel,
+) -> BTreeMap<String, String> {
+    connection_metadata(topic, schema, || qos(cloud))
+}
+
+/// Metadata of the channel of a topic's instances, where they are of the same type as the cloud:
+/// the cloud's own, so with the same sum or hash of the type, under the name of the added topic.
+pub(super) fn channel_metadata(cloud: &Channel, format: CloudFormat) -> BTreeMap<String, String> {
+    let mut metadata = cloud.metadata.clone();
+    if let Some(topic) = metadata.get_mut("topic").filter(|topic| **topic == cloud.topic) {
+        topic.push_str(INSTANCES);
+    }
+    if format.profile() == "ros2" {
+        metadata.extend(qos(cloud));
+    }
+    metadata
+}

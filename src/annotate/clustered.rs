@@ -1,0 +1,133 @@
+//! The cloud in a message, clustered.
+
+use std::time::Instant;
+
+use nalgebra::Isometry3;
+
+use super::config::{AnnotateConfig, Decoded};
+use crate::cloud::PointCloud;
+use crate::error::{Error, Result};
+use crate::frames::CloudKey;
+use crate::frames::FrameDetections;
+use crate::instances::Reason;
+use crate::io::PackedCloud;
+use crate::pipeline::{self, Stages};
+use crate::stopwatch::ms_since;
+use crate::taxonomy::Taxonomy;
+
+/// A cloud out of a message, clustered.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Clustered {
+    /// The cloud.
+    pub cloud: PointCloud,
+    /// Every intermediate of its run.
+    pub stages: Stages,
+    /// Where objects came from, as in `field:label`.
+    pub semantics: String,
+    /// Why the source of boxes says nothing about the cloud, where that is so.
+    pub missing_boxes: Option<String>,
+    /// Whether a network asked for remission, and the message has none.
+    pub lacks_remission: bool,
+    /// A name that several fields of the message have, of key the first was read.
+    pub repeated_field: Option<String>,
+    /// Milliseconds from message to cloud, its boxes included.
+    pub decode_ms: f64,
+    /// Milliseconds for classes that do not stand in the cloud itself.
+    pub semantics_ms: f64,
+}
+
+/// Clusters the cloud in a message.
+///
+/// # Errors
+/// Those of [`AnnotateConfig::decode`] and [`FrameBoxes::of`].
+pub fn cluster(wire: &PackedCloud, key: &CloudKey, method: &AnnotateConfig) -> Result<Clustered> {
+    cluster_decoded(wire, key, method, method.decode(wire, key)?)
+}
+
+pub(super) fn cluster_decoded(
+    wire: &PackedCloud,
+    key: &CloudKey,
+    method: &AnnotateConfig,
+    decoded: Decoded,
+) -> Result<Clustered> {
+    refuse_moved_boxes(wire, method)?;
+    let Decoded { cloud, mask, semantics, decode_ms, semantics_ms } = decoded;
+    let started = Instant::now();
+    let FrameDetections { detections, missing: missing_boxes } = method.boxes.of(key)?;
+    let decode_ms = decode_ms + ms_since(started);
+    let stages = pipeline::run_with(&cloud, mask, &detections, &method.config);
+    let repeated_field = wire.repeated_field().map(str::to_owned);
+    let lacks_remission =
+        method.wants_remission() && cloud.remission.is_none() && !cloud.is_empty();
+    Ok(Clustered {
+        cloud,
+        stages,
+        semantics,
+        missing_boxes,
+        lacks_remission,
+        repeated_field,
+        decode_ms,
+        semantics_ms,
+    })
+}
+
+/// Boxes are in the cloud's coordinate frame; they are not taken to points that have a pose of
+/// their own in it.
+fn refuse_moved_boxes(wire: &PackedCloud, method: &AnnotateConfig) -> Result<()> {
+    if method.boxes.describe().is_none() || wire.isometry() == Isometry3::identity() {
+        return Ok(());
+    }
+    let problem =
+        "its points have a pose in their frame, to key boxes are not transformed".to_owned();
+    Err(Error::Unsupported { message: wire.format.type_name(), problem })
+}
+
+/// What is odd about a cloud that could be read: a word for the kind, and a sentence.
+pub fn remarks(clustered: &Clustered, taxonomy: &Taxonomy) -> Vec<(&'static str, String)> {
+    let stages = &clustered.stages;
+    let counts = stages.labels.counts();
+    let points = stages.labels.reason.len() as u64;
+    let returns = points - counts[Reason::NoReturn as usize];
+    let shadowed = stages.image.shadowed_count() as u64;
+    let mut remarks = Vec::new();
+    if points == 0 {
+        remarks.push(("without points", "a cloud without points".to_owned()));
+    } else if returns == 0 {
+        let problem = format!("none of {points} points is a return: all NaN or at the origin");
+        remarks.push(("without returns", problem));
+    } else if shadowed * 5 > returns * 4 {
+        let problem = format!(
+            "{shadowed} of {returns} returns lie behind a nearer one in the same pixel of the {} x \
+             {} range image ({})",
+            stages.image.rows(),
+            stages.image.columns(),
+            stages.image.projection.describe()
+        );
+        remarks.push(("with most returns shadowed", problem));
+    }
+    if stages.mask.unknown_ids > 0 {
+        let problem = format!(
+            "{} points have a class that the taxonomy `{}` does not know",
+            stages.mask.unknown_ids, taxonomy.name
+        );
+        remarks.push(("with unknown classes", problem));
+    }
+    if let Some(name) = &clustered.repeated_field {
+        let problem = format!("several fields are named `{name}`: the first of them is read");
+        remarks.push(("with a field name that comes again", problem));
+    }
+    if clustered.lacks_remission {
+        let problem = "no field `intensity`, `remission` or `reflectivity`: the network is given \
+                       the mean of its training";
+        remarks.push(("without remission", problem.to_owned()));
+    }
+    if stages.mask.ground_is_overhead {
+        let problem = "the largest level surface lies above the sensor. If that is the ground, z \
+                       points down in the cloud's frame: `--sensor-frame frd` turns a frame whose \
+                       y is to the right and z down, `--sensor-frame 180,0,0` a sensor that hangs \
+                       upside down";
+        remarks.push(("with the ground overhead", problem.to_owned()));
+    }
+    remarks.extend(clustered.missing_boxes.clone().map(|problem| ("without boxes", problem)));
+    remarks
+}

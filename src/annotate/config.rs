@@ -1,0 +1,194 @@
+//! What is done to each cloud of a recording.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::cloud::PointCloud;
+use crate::error::Result;
+use crate::frames::CloudKey;
+use crate::frames::{FrameBoxes, FrameClasses, LabelledFrame};
+use crate::instances::Detection;
+use crate::io::PackedCloud;
+use crate::network::Network;
+use crate::pipeline::Config;
+use crate::semantics::{GroundParams, MaskSource};
+use crate::sensor_frame::{SensorFrame, Transforms};
+use crate::stopwatch::ms_since;
+use crate::taxonomy::Taxonomy;
+
+/// Where the object mask of a recording's clouds comes from.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum Semantics {
+    /// A field `label`, `semantic`, `class_id` or `class_ids` if the cloud has one, else ground
+    /// removal.
+    #[default]
+    Auto,
+    /// The field of that name.
+    Field(String),
+    /// Ground removal.
+    Ground,
+    /// Every return is an object.
+    All,
+    /// A network that classifies points.
+    Network(Arc<Network>),
+    /// Classes that someone else found: files, or a topic beside the clouds.
+    Given(Arc<FrameClasses>),
+}
+
+impl Semantics {
+    /// In a few words that name no file, as in `field:label`; of a cloud with the field that `auto`
+    /// found.
+    pub(super) fn describe(&self, field: Option<&str>) -> String {
+        match (self, field) {
+            (Semantics::All, _) => "all".to_owned(),
+            (Semantics::Network(_), _) => "onnx".to_owned(),
+            (Semantics::Given(given), _) => given.describe(),
+            (_, Some(field)) => format!("field:{field}"),
+            (Semantics::Field(field), None) => format!("field:{field}"),
+            (_, None) => "ground".to_owned(),
+        }
+    }
+}
+
+/// What is done to each cloud.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct AnnotateConfig {
+    /// Where objects come from.
+    pub semantics: Semantics,
+    /// What the ids of a semantic field mean.
+    pub taxonomy: Taxonomy,
+    /// Ground removal.
+    pub ground: GroundParams,
+    /// Projection and clustering.
+    pub config: Config,
+    /// What a detector found in each cloud, for methods that want to know. Clouds with boxes are
+    /// not turned.
+    pub boxes: FrameBoxes,
+    /// How the frames of the clouds stand.
+    pub sensor_frame: SensorFrame,
+    /// What the recording says of that.
+    pub transforms: Transforms,
+}
+
+/// A cloud as the method sees it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decoded<'a> {
+    /// The cloud, with classes if they are asked for, turned so that z is up ([`SensorFrame`]).
+    pub cloud: PointCloud,
+    /// Where its object mask comes from.
+    pub mask: MaskSource<'a>,
+    /// The same in words, as in `field:label`.
+    pub semantics: String,
+    /// Milliseconds from message to cloud.
+    pub decode_ms: f64,
+    /// Milliseconds for classes that do not stand in the cloud itself.
+    pub semantics_ms: f64,
+}
+
+impl AnnotateConfig {
+    /// Where the object mask of a cloud comes from that has been decoded, with its classes if it
+    /// has some.
+    pub fn mask(&self, cloud: &PointCloud) -> MaskSource<'_> {
+        match self.semantics {
+            Semantics::All => MaskSource::All,
+            Semantics::Ground => MaskSource::NotGround(&self.ground),
+            _ if cloud.class.is_some() => MaskSource::Classes(&self.taxonomy),
+            _ => MaskSource::NotGround(&self.ground),
+        }
+    }
+
+    /// The topic of the recording that classes are taken from, if one is.
+    pub fn class_topic(&self) -> Option<&str> {
+        match &self.semantics {
+            Semantics::Given(given) => given.topic(),
+            _ => None,
+        }
+    }
+
+    /// Whether clouds are looked at with how much light came back.
+    pub fn wants_remission(&self) -> bool {
+        matches!(&self.semantics, Semantics::Network(network) if network.wants_remission())
+    }
+
+    /// Gives the points of an upright cloud the classes that do not stand in the cloud itself, if
+    /// such are asked for.
+    ///
+    /// # Errors
+    /// Those of [`Network::classes`] and [`FrameClasses::of`].
+    pub fn classify(&self, cloud: PointCloud, key: &CloudKey) -> Result<PointCloud> {
+        let classes = match &self.semantics {
+            Semantics::Network(network) => network.classes(&cloud, &self.config.projection)?,
+            Semantics::Given(given) => given.of(key, [cloud.height, cloud.width])?,
+            _ => return Ok(cloud),
+        };
+        Ok(cloud.with_classes(classes)?)
+    }
+
+    /// What a detector found in a cloud with truth, if that is asked for.
+    ///
+    /// # Errors
+    /// Those of [`FrameBoxes::of`].
+    pub fn detections(&self, frame: &LabelledFrame) -> Result<Cow<'_, [Detection]>> {
+        Ok(self.boxes.of(&frame.key())?.detections)
+    }
+
+    /// Turns a cloud with truth as its frame stands, and gives it the classes that are asked for.
+    ///
+    /// # Errors
+    /// Those of [`turn`](Self::turn) and [`classify`](Self::classify).
+    pub fn prepare(&self, frame: &mut LabelledFrame) -> Result<()> {
+        let mut cloud = std::mem::take(&mut frame.cloud);
+        self.turn(&mut cloud, &frame.frame_id)?;
+        frame.cloud = self.classify(cloud, &frame.key())?;
+        Ok(())
+    }
+
+    /// Turns a cloud as its frame stands, unless boxes in that frame are asked for.
+    ///
+    /// # Errors
+    /// Those of [`SensorFrame::turn`].
+    pub fn turn(&self, cloud: &mut PointCloud, frame_id: &str) -> Result<()> {
+        if self.boxes == FrameBoxes::Nothing {
+            cloud.turn(self.sensor_frame.turn(frame_id, &self.transforms)?);
+        }
+        Ok(())
+    }
+
+    /// The cloud in a message, upright, and where its object mask comes from.
+    ///
+    /// # Errors
+    /// Those of [`PackedCloud::to_cloud`], [`SensorFrame::turn`] and [`classify`](Self::classify);
+    /// [`crate::Error::MissingField`] if the field that should hold the classes is not there.
+    pub fn decode(&self, wire: &PackedCloud, key: &CloudKey) -> Result<Decoded<'_>> {
+        let started = Instant::now();
+        let (mut cloud, field) = self.unclassified(wire)?;
+        let semantics = self.semantics.describe(field);
+        let decode_ms = ms_since(started);
+        let started = Instant::now();
+        let is_outside = matches!(self.semantics, Semantics::Network(_) | Semantics::Given(_));
+        cloud = self.classify(cloud, key)?;
+        let semantics_ms = if is_outside { ms_since(started) } else { 0.0 };
+        Ok(Decoded { mask: self.mask(&cloud), cloud, semantics, decode_ms, semantics_ms })
+    }
+
+    /// The cloud in a message, upright, with the classes that stand in it if those are asked for,
+    /// and their field.
+    pub(super) fn unclassified<'w>(
+        &'w self,
+        wire: &'w PackedCloud,
+    ) -> Result<(PointCloud, Option<&'w str>)> {
+        let field = match &self.semantics {
+            Semantics::Auto => wire.semantic_field(),
+            Semantics::Field(name) => Some(name.as_str()),
+            _ => None,
+        };
+        let mut cloud = wire.to_cloud(field)?;
+        if self.wants_remission() {
+            let remission = wire.remission()?;
+            cloud = cloud.with(|columns| columns.remission = remission)?;
+        }
+        self.turn(&mut cloud, &wire.frame_id)?;
+        Ok((cloud, field))
+    }
+}

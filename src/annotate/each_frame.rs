@@ -1,0 +1,137 @@
+//! Clusters the clouds of a recording one after the other; nothing is written.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::clustered::{cluster, remarks};
+use super::config::AnnotateConfig;
+use super::event::{ClusteredFrame, Event};
+use crate::error::{Error, Result};
+use crate::frames::walk::Walk;
+use crate::frames::{EncodedCloud, Selection, choose_topics};
+use crate::io::{Overview, Record};
+
+/// How many frames were visited.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct VisitedFrames {
+    /// Clouds clustered.
+    pub frames: u64,
+    /// Clouds that could not be read.
+    pub unreadable: u64,
+    /// Whether the input is cut off.
+    pub is_cut_off: bool,
+}
+
+/// What [`for_each_frame`] calls on its way through a recording. A closure that takes an [`Event`]
+/// is one that wants no records.
+pub trait FrameVisitor {
+    /// Whether the visitor wants every record, also those without a selected cloud. Otherwise the
+    /// walk ends behind the last selected cloud, and passes over chunks without one.
+    fn wants_records(&self) -> bool {
+        false
+    }
+
+    /// Visits a record; the event of its cloud follows.
+    ///
+    /// # Errors
+    /// Any error ends the walk.
+    fn record(&mut self, _record: &Record) -> Result<()> {
+        Ok(())
+    }
+
+    /// Visits a clustered cloud, a warning, or the progress.
+    ///
+    /// # Errors
+    /// Any error ends the walk.
+    fn event(&mut self, event: Event) -> Result<()>;
+}
+
+impl<F: FnMut(Event) -> Result<()>> FrameVisitor for F {
+    fn event(&mut self, event: Event) -> Result<()> {
+        self(event)
+    }
+}
+
+/// Clusters the selected clouds in the order of the file and hands each to the visitor. A cloud
+/// that cannot be read is warned of and counted. By the file's index, chunks without a selected
+/// cloud are not read. Memory does not grow with the length of the recording.
+///
+/// # Errors
+/// [`Error::NoCloud`] if there is no topic, none has the frames, or none lies between the times;
+/// [`Error::Recording`] if the input is damaged; [`Error::Io`]; [`Error::Boxes`] if boxes do not
+/// fit a cloud; those of the visitor.
+pub fn for_each_frame(
+    input: &Path,
+    selection: &Selection,
+    config: &AnnotateConfig,
+    visitor: &mut dyn FrameVisitor,
+) -> Result<VisitedFrames> {
+    let overview = Overview::read(input)?;
+    let clouds = choose_topics(&overview, &selection.topics, config.class_topic())?;
+    selection.refuse_missing(&overview, &clouds)?;
+    let topics = clouds.iter().map(|(&id, cloud)| (id, Arc::clone(&cloud.topic))).collect();
+    let mut walk = match visitor.wants_records() {
+        true => Walk::over_everything(input, topics, selection)?,
+        false => Walk::open(&overview, topics, selection)?,
+    };
+    let mut visited = VisitedFrames::default();
+    while let Some(step) = walk.next()? {
+        visitor.record(&step.record)?;
+        match &step.record {
+            Record::Damaged { offset, damage } => {
+                visitor.event(Event::Warning(&format!("{damage} (byte {offset})")))?;
+            }
+            Record::Truncated { offset, damage } => {
+                visitor.event(Event::Warning(&format!("cut off: {damage} (byte {offset})")))?;
+                visited.is_cut_off = true;
+            }
+            Record::Message { .. } => {
+                if let Some(cloud) = EncodedCloud::of_step(step, &clouds) {
+                    visited.visit(&cloud, config, visitor)?;
+                }
+            }
+            _ => continue,
+        }
+        let (bytes, total) = walk.progress();
+        visitor.event(Event::Progress { bytes, total })?;
+    }
+    if visited.frames + visited.unreadable == 0 {
+        let problem = "no cloud lies in the frames and times asked for".to_owned();
+        return Err(Error::NoCloud { path: input.to_owned(), problem });
+    }
+    Ok(visited)
+}
+
+impl VisitedFrames {
+    fn visit(
+        &mut self,
+        encoded: &EncodedCloud,
+        config: &AnnotateConfig,
+        visitor: &mut dyn FrameVisitor,
+    ) -> Result<()> {
+        let wire = encoded.decode();
+        let clustered = wire.and_then(|wire| {
+            let clustered = cluster(&wire, &encoded.key(&wire), config)?;
+            Ok((clustered, wire))
+        });
+        let (clustered, wire) = match clustered {
+            Ok(clustered) => clustered,
+            Err(error) if error.ends_the_run() => return Err(error),
+            Err(error) => {
+                self.unreadable += 1;
+                let warning = format!("{}: {error} ({})", encoded.topic, encoded.place());
+                return visitor.event(Event::Warning(&warning));
+            }
+        };
+        self.frames += 1;
+        let remarks = remarks(&clustered, &config.taxonomy);
+        let remarks: Vec<String> = remarks.into_iter().map(|(_, problem)| problem).collect();
+        visitor.event(Event::Frame(ClusteredFrame {
+            key: encoded.key(&wire),
+            log_time_ns: encoded.header.log_time,
+            cloud: &clustered.cloud,
+            stages: &clustered.stages,
+            remarks: &remarks,
+        }))
+    }
+}

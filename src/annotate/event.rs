@@ -1,0 +1,36 @@
+//! What happens while a recording is annotated.
+
+use crate::cloud::PointCloud;
+use crate::frames::CloudKey;
+use crate::pipeline::Stages;
+
+/// What happened on the way, as it happens.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Event<'a> {
+    /// So many bytes of the input have been read.
+    Progress {
+        /// Bytes read.
+        bytes: u64,
+        /// Bytes of the input; 0 of a stream.
+        total: u64,
+    },
+    /// Something the user should know; complete with topic and place.
+    Warning(&'a str),
+    /// A cloud has been clustered.
+    Frame(ClusteredFrame<'a>),
+}
+
+/// One clustered cloud of a recording, for whoever looks on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClusteredFrame<'a> {
+    /// What identifies the cloud.
+    pub key: CloudKey<'a>,
+    /// When the cloud was logged, nanoseconds since 1970.
+    pub log_time_ns: u64,
+    /// The cloud.
+    pub cloud: &'a PointCloud,
+    /// What became of it.
+    pub stages: &'a Stages,
+    /// What is odd about it, in words.
+    pub remarks: &'a [String],
+}

@@ -1,0 +1,116 @@
+//! What waits to be written, in the order of the input.
+
+use std::collections::VecDeque;
+
+use crate::annotate::checkpoint::CompletedCloud;
+use crate::annotate::clustered::Clustered;
+use crate::annotate::message::Annotated;
+use crate::error::Result;
+use crate::frames::EncodedCloud;
+use crate::io::{Item, SourceChunk};
+use crate::workers::Ticket;
+
+/// Bytes of the input's messages, for each thread, that may wait for clouds before them.
+const WAITING_PER_THREAD: usize = 16 << 20;
+/// The same, however many threads there are.
+const MOST_WAITING: usize = 64 << 20;
+
+/// Clouds that are clustered or wait for their turn: one for each thread, and one to follow; where
+/// several go through a network together, as many batches as keep four threads busy.
+fn most_clouds(threads: usize, batch: usize) -> usize {
+    match batch {
+        0 | 1 => threads + 1,
+        batch => threads.min(4) * batch + 1,
+    }
+}
+
+/// Something to be written, and how many bytes of the input are read when it is.
+pub(super) struct Pending {
+    pub(super) bytes: u64,
+    pub(super) item: PendingItem,
+}
+
+pub(super) enum PendingItem {
+    Chunk(SourceChunk),
+    Item(Item),
+    Cloud(Box<PendingCloud>),
+    /// The end of a part of the input, where a slice is annotated.
+    EndOfPart,
+}
+
+/// A cloud being clustered.
+pub(super) struct PendingCloud {
+    pub(super) encoded: EncodedCloud,
+    pub(super) result: Ticket<Result<CloudResult>>,
+}
+
+/// What becomes of a cloud: this run annotates it, or a run before completed it.
+pub(super) enum CloudResult {
+    Annotated(Box<Clustered>, Annotated),
+    Completed(CompletedCloud),
+}
+
+impl PendingItem {
+    fn is_ready(&mut self) -> bool {
+        match self {
+            PendingItem::Cloud(cloud) => cloud.result.is_ready(),
+            PendingItem::Chunk(_) | PendingItem::Item(_) | PendingItem::EndOfPart => true,
+        }
+    }
+
+    /// Clouds and bytes of messages.
+    fn size(&self) -> (usize, usize) {
+        match self {
+            PendingItem::Cloud(cloud) => (1, cloud.encoded.data.len()),
+            PendingItem::Item(Item::Message { data, .. }) => (0, data.len()),
+            PendingItem::Item(Item::Record(_)) | PendingItem::EndOfPart => (0, 0),
+            PendingItem::Chunk(chunk) => (0, chunk.size()),
+        }
+    }
+}
+
+/// What waits to be written, the next first.
+#[derive(Default)]
+pub(super) struct Queue {
+    items: VecDeque<Pending>,
+    clouds: usize,
+    /// Bytes of messages.
+    bytes: usize,
+}
+
+impl Queue {
+    pub(super) fn push(&mut self, pending: Pending) {
+        let (clouds, bytes) = pending.item.size();
+        self.clouds += clouds;
+        self.bytes += bytes;
+        self.items.push_back(pending);
+    }
+
+    pub(super) fn pop(&mut self) -> Option<Pending> {
+        let pending = self.items.pop_front()?;
+        let (clouds, bytes) = pending.item.size();
+        self.clouds -= clouds;
+        self.bytes -= bytes;
+        Some(pending)
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.items.is_empty()
+    }
+
+    /// Clouds that wait.
+    pub(super) fn clouds(&self) -> usize {
+        self.clouds
+    }
+
+    /// Whether the first item can be written without waiting; `None` if there is none.
+    pub(super) fn is_first_ready(&mut self) -> Option<bool> {
+        self.items.front_mut().map(|first| first.item.is_ready())
+    }
+
+    /// Whether more waits than keeps so many threads busy.
+    pub(super) fn is_full(&self, threads: usize, batch: usize) -> bool {
+        self.clouds >= most_clouds(threads, batch)
+            || self.bytes > MOST_WAITING.min(threads * WAITING_PER_THREAD)
+    }
+}

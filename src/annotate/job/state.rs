@@ -1,0 +1,141 @@
+//! An annotation under way.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::Arc;
+
+use super::batch::Batch;
+use super::channels::{Added, AddedChannels};
+use super::job_input::JobInput;
+use super::pending::Queue;
+use crate::annotate::added_topics::refuse_annotated;
+use crate::annotate::checkpoint::CompletedClouds;
+use crate::annotate::config::AnnotateConfig;
+use crate::annotate::event::Event;
+use crate::annotate::form::Form;
+use crate::annotate::options::Options;
+use crate::annotate::report::AnnotationReport;
+use crate::annotate::resume::Journal;
+use crate::annotate::run_parameters::RunParameters;
+use crate::error::Result;
+use crate::frames::{CloudCounter, CloudTopic};
+use crate::io::{Compression, Overview, ReadFilter, RecordingWriter};
+use crate::workers::Workers;
+
+/// An annotation under way.
+pub(in crate::annotate) struct Job<'a> {
+    pub(in crate::annotate) overview: Overview,
+    pub(super) options: &'a Options,
+    pub(super) on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
+    pub(super) workers: Workers,
+    pub(super) config: Arc<AnnotateConfig>,
+    pub(super) parameters: RunParameters,
+    pub(super) writer: RecordingWriter,
+    /// What is to be written next, in its order.
+    pub(super) queue: Queue,
+    /// Topic and format of each channel whose clouds are annotated.
+    pub(super) clouds: BTreeMap<u16, CloudTopic>,
+    pub(in crate::annotate) wanted: ReadFilter,
+    pub(super) compression: Compression,
+    /// Whether topics and the rest become known only as they come.
+    pub(super) is_stream: bool,
+    /// Whether the compression is still to be taken from the first chunk.
+    pub(super) awaits_compression: bool,
+    pub(super) added: AddedChannels,
+    pub(super) counter: CloudCounter,
+    /// Warnings by topic and kind: how often.
+    pub(super) warned: BTreeMap<(String, String), u64>,
+    pub(super) report: AnnotationReport,
+    pub(super) journal: Option<Journal>,
+    /// Clouds that a run before completed.
+    pub(super) completed: Option<CompletedClouds>,
+    /// Of a slice: what became of the clouds since the last checkpoints that were written.
+    pub(super) checkpoints: Vec<u8>,
+    /// Clouds that wait to go through a network together.
+    pub(super) batch: Batch,
+}
+
+impl<'a> Job<'a> {
+    /// Begins the output.
+    ///
+    /// # Errors
+    /// [`crate::Error::Conflict`] if the input has an output's topic, or a run is to be resumed
+    /// that had other parameters; those of [`RecordingWriter::create`].
+    pub(in crate::annotate) fn new(
+        input: JobInput,
+        output: &Path,
+        options: &'a Options,
+        workers: &Workers,
+        on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
+    ) -> Result<Self> {
+        let (completed, writer, journal) = input.open_output(output, options, workers)?;
+        let (report, wanted) = (input.report(output, options, workers), input.wanted(options));
+        let JobInput { overview, parameters, clouds, is_stream } = input;
+        let config = Arc::new(options.method.clone());
+        let mut job = Job {
+            report,
+            wanted,
+            overview,
+            is_stream,
+            options,
+            on_event,
+            workers: workers.clone(),
+            batch: Batch::new(Arc::clone(&config), options.types),
+            config,
+            writer,
+            queue: Queue::default(),
+            compression: parameters.compression,
+            parameters,
+            awaits_compression: options.compression.is_none(),
+            clouds,
+            added: AddedChannels::new(options.types, options.form == Form::InPlace),
+            counter: CloudCounter::default(),
+            warned: BTreeMap::new(),
+            journal,
+            completed,
+            checkpoints: Vec::new(),
+        };
+        match is_stream {
+            true => job.writer.reserve_all_but_the_highest(),
+            false => job.declare_channels()?,
+        }
+        Ok(job)
+    }
+
+    fn declare_channels(&mut self) -> Result<()> {
+        refuse_annotated(&self.overview, self.clouds.values().map(|cloud| &cloud.topic))?;
+        self.writer.reserve(&self.overview);
+        for channel in self.overview.channels.clone().into_values() {
+            self.warn_of_unreadable_clouds(&channel);
+        }
+        // All of them now: their ids must not depend on which clouds can be read.
+        self.declare_added()?;
+        self.begin_slice()
+    }
+
+    /// Declares the channels of what is added, where that has not been done yet.
+    pub(super) fn declare_added(&mut self) -> Result<()> {
+        for channel in self.clouds.keys().copied().collect::<Vec<_>>() {
+            self.channels_for(channel)?;
+        }
+        Ok(())
+    }
+
+    /// The channels of what is added to a channel's clouds.
+    pub(super) fn channels_for(&mut self, cloud_channel: u16) -> Result<Added> {
+        let cloud = &self.clouds[&cloud_channel];
+        self.added.of_clouds(cloud_channel, cloud, &self.overview, &mut self.writer)
+    }
+
+    /// Takes clouds that were completed before from there.
+    pub(in crate::annotate) fn take_from(&mut self, completed: CompletedClouds) {
+        self.completed = Some(completed);
+    }
+
+    /// Warns of something that concerns one channel alone.
+    pub(super) fn warn(&mut self, warning: String) {
+        let _ = (self.on_event)(Event::Warning(&warning));
+        self.report.warnings.push(warning);
+    }
+}

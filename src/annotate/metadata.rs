@@ -1,0 +1,73 @@
+//! The metadata record that says how a recording was annotated.
+
+use std::collections::BTreeMap;
+
+use super::config::{AnnotateConfig, Semantics};
+use super::report::AnnotationReport;
+use crate::sensor_frame::SensorFrame;
+
+/// Name of the metadata record that says how a recording was annotated.
+pub const METADATA_NAME: &str = "divmerge";
+
+/// What stands for the hash of an input that was not read whole.
+fn input_read(report: &AnnotationReport) -> String {
+    let (read, all) = (report.input_bytes_read, report.input_bytes);
+    format!("{read} of {all} bytes, found by the index of the input; no hash of all of it")
+}
+
+/// The part of the metadata record that is known beforehand: version and parameters.
+pub(super) fn method_metadata(method: &AnnotateConfig) -> BTreeMap<String, String> {
+    let json = |value: serde_json::Value| value.to_string();
+    let mut parameters = BTreeMap::from([
+        ("version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
+        ("method".to_owned(), method.config.method_name().to_owned()),
+        ("preset".to_owned(), method.config.preset.to_owned()),
+        ("taxonomy".to_owned(), method.taxonomy.name.clone()),
+        ("parameters".to_owned(), json(serde_json::json!(method.config))),
+        ("ground".to_owned(), json(serde_json::json!(method.ground))),
+    ]);
+    if method.sensor_frame != SensorFrame::Auto {
+        parameters.insert("sensor_frame".to_owned(), method.sensor_frame.to_string());
+    }
+    if let Semantics::Network(network) = &method.semantics {
+        parameters.insert("network".to_owned(), network.describe());
+    }
+    parameters.extend(method.boxes.describe().map(|boxes| ("boxes".to_owned(), boxes)));
+    parameters
+}
+
+/// The metadata record: version, parameters, the input's hash, counts per reason.
+pub(super) fn metadata(
+    report: &AnnotationReport,
+    parameters: &BTreeMap<String, String>,
+) -> BTreeMap<String, String> {
+    let mut metadata = parameters.clone();
+    let mut say = |key: &str, value: Option<String>| {
+        metadata.extend(value.map(|value| (key.to_owned(), value)));
+    };
+    match &report.input_sha256 {
+        Some(hash) => say("input_sha256", Some(hash.clone())),
+        None => say("input_read", Some(input_read(report))),
+    }
+    let name = report.input.file_name().unwrap_or(report.input.as_os_str());
+    say("input", Some(name.to_string_lossy().into_owned()));
+    say("form", Some(report.form.to_owned()));
+    say("from_ns", report.from_ns.map(|ns| ns.to_string()));
+    say("to_ns", report.to_ns.map(|ns| ns.to_string()));
+    if let Some(cut) = &report.truncated {
+        metadata.insert("truncated".to_owned(), cut.clone());
+    }
+    for (topic, report) in &report.topics {
+        let value = serde_json::json!({
+            "frames": report.frames,
+            "unreadable": report.unreadable,
+            "points": report.points,
+            "instances": report.instances,
+            "semantics": report.semantics,
+            "projection": report.projection,
+            "reasons": report.reasons,
+        });
+        metadata.insert(format!("topic {topic}"), value.to_string());
+    }
+    metadata
+}

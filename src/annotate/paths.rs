@@ -1,0 +1,23 @@
+//! The paths of an input and an output.
+
+use std::path::Path;
+
+use crate::error::{Error, Result};
+use crate::io::STANDARD_STREAM;
+
+/// Refuses an output that is the input.
+///
+/// # Errors
+/// [`Error::Conflict`] if both are the same file.
+pub(crate) fn refuse_same_file(input: &Path, output: &Path) -> Result<()> {
+    if output == STANDARD_STREAM {
+        return Ok(());
+    }
+    match (input.canonicalize(), output.canonicalize()) {
+        (Ok(from), Ok(to)) if from == to => Err(Error::Conflict {
+            path: input.to_owned(),
+            problem: "the output is the input itself, which is never touched".into(),
+        }),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,106 @@
+//! From recording to recording.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::Instant;
+
+use super::event::Event;
+use super::job::{Job, JobInput};
+use super::options::{Options, USUAL_THREADS};
+use super::paths::refuse_same_file;
+use super::report::AnnotationReport;
+use super::run_parameters::RunParameters;
+use crate::error::{Error, Result};
+use crate::io::{Overview, RecordingReader, is_stream};
+use crate::stopwatch::ms_since;
+use crate::workers::Workers;
+
+/// Annotates a recording, or a slice of one. The input may be a stream ([`crate::io::is_stream`]),
+/// whose topics are taken as they come, and the output the standard one
+/// ([`crate::io::STANDARD_STREAM`]), which gets the recording as it is made.
+///
+/// Everything in the input is copied unchanged; to each cloud message come one on `T/instances` and
+/// one on `T/objects` (other [`Form`]s of the output are described there). A chunk that can stay as
+/// it is stays as it is, byte for byte, and what is added to its clouds follows in chunks of its
+/// own; that is every chunk of the asked-for compression whose messages are all kept. Otherwise
+/// each cloud message is followed by those added to it. The output is the same however many threads
+/// there are. Of a recording whose index can be relied on, chunks outside of the times asked for
+/// are not read. A cloud that cannot be read is passed through, warned of and counted. The output
+/// appears under its name when it is complete, or not at all. Memory does not grow with the length
+/// of the recording, but for the boxes of a topic where those are asked for.
+///
+/// # Errors
+/// [`Error::Conflict`] if a run is to be resumed that was of other parameters or another input;
+/// [`Error::Recording`] if the input is damaged (a cut-off input is none: it is annotated as far as
+/// it goes), [`Error::NoCloud`], [`Error::Conflict`] if the input already has an output's topic, is
+/// the output, or is of another flavor than is asked for, [`Error::Io`]; [`Error::Boxes`] if boxes
+/// do not fit a cloud; [`Error::Interrupted`] or, where something is left, [`Error::Left`] if
+/// `on_event` breaks off at a progress event.
+pub fn annotate(
+    input: &Path,
+    output: &Path,
+    options: &Options,
+    on_event: &mut dyn FnMut(Event) -> ControlFlow<()>,
+) -> Result<AnnotationReport> {
+    refuse_same_file(input, output)?;
+    if options.slice.is_some() && is_stream(input) {
+        let problem = "a slice is read from a file, not from a stream".to_owned();
+        return Err(Error::Slices { of: input.to_owned(), problem });
+    }
+    let started = Instant::now();
+    let workers = usual_workers(options.threads);
+    let (job, reader) = match is_stream(input) {
+        true => {
+            let mut reader = RecordingReader::open_ahead(input, &workers)?;
+            let overview = Overview::of_stream(&mut reader, input)?;
+            let stream = JobInput::of_stream(overview, options);
+            (Job::new(stream, output, options, &workers, on_event)?, reader)
+        }
+        false => {
+            let overview = Overview::read(input)?;
+            if let Some(slice) = &options.slice {
+                slice.check(&overview)?;
+            }
+            let parameters = RunParameters::new(&overview, options);
+            let file = JobInput::of_file(overview, parameters)?;
+            let job = Job::new(file, output, options, &workers, on_event)?;
+            let reader = RecordingReader::open_filtered(&job.overview, &job.wanted, &workers)?;
+            (job, reader)
+        }
+    };
+    let mut report = read_all(job, reader)?;
+    report.profile.wall_ms = ms_since(started);
+    Ok(report)
+}
+
+/// So many threads; 0: as many as are started unasked.
+pub(super) fn usual_workers(threads: usize) -> Workers {
+    Workers::start(match threads {
+        0 => Workers::per_core().min(USUAL_THREADS),
+        threads => threads,
+    })
+}
+
+/// Goes through what is to be read, and completes the output.
+pub(super) fn read_all(mut job: Job, mut reader: RecordingReader) -> Result<AnnotationReport> {
+    while !job.is_behind_slice(reader.offset()) {
+        let part = reader.next_part();
+        let bytes = reader.offset();
+        match part {
+            Ok(Some(part)) => {
+                if let Err(error) = job.part(part, bytes) {
+                    return Err(job.give_up(error));
+                }
+            }
+            Ok(None) => break,
+            Err(error) => {
+                job.settle_all()?;
+                return Err(error.into());
+            }
+        }
+    }
+    let read = reader.times();
+    let mut report = job.finish(reader)?;
+    report.profile.read = read;
+    Ok(report)
+}

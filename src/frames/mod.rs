@@ -1,0 +1,35 @@
+//! The clouds of a recording, one after the other, and what the recording holds beside them.
+//!
+//! [`Walk`](walk::Walk) is the one loop over a recording's records: it counts the clouds of each
+//! topic and reads only the chunks that a [`Selection`] needs. [`EncodedClouds`] iterates over the
+//! selected clouds, [`LabelledFrames`] over clouds with their truth. [`FrameBoxes`],
+//! [`FrameClasses`] and [`recorded_transforms`] find what belongs to a cloud.
+
+mod boxes;
+mod classes;
+mod counter;
+mod encoded;
+mod key;
+mod labelled;
+mod metadata;
+mod selection;
+mod static_transforms;
+mod topic_boxes;
+mod topic_classes;
+pub(crate) mod topics;
+pub(crate) mod walk;
+
+pub use boxes::{BoxSource, FrameBoxes};
+pub use classes::{ClassSource, FrameClasses};
+pub(crate) use counter::CloudCounter;
+pub use encoded::{CloudAt, EncodedCloud, EncodedClouds, encoded_cloud_at};
+pub use key::CloudKey;
+pub use labelled::{
+    LabelledFrame, LabelledFrames, LabelledOptions, SeenClasses, Truth, TruthSource,
+};
+pub use metadata::find_metadata;
+pub use selection::Selection;
+pub use static_transforms::{recorded_transforms, static_transforms};
+pub use topic_boxes::FrameDetections;
+pub use topic_classes::TOLERANCE_NS;
+pub use topics::{CloudTopic, INSTANCES, OBJECTS, annotated_topics, choose_topics, is_annotation};
