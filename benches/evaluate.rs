@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use divmerge::Taxonomy;
+use divmerge::datasets::semantic_kitti::{labelled_scans, read_labels, write_labels};
 use divmerge::evaluate::panoptic::{MIN_POINTS, Panoptic};
-use divmerge::io::semantic_kitti::{labelled_scans, read_labels, write_labels};
 
 /// The most that reading and scoring forty scans may take, in milliseconds.
 const GOAL_MS: f64 = 2000.0;

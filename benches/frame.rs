@@ -15,11 +15,12 @@ use std::time::Instant;
 use divmerge::annotate::{
     AnnotateConfig, Annotated, FrameTimes, MessageTypes, Semantics, annotate_message,
 };
+use divmerge::datasets::drive::cloud_message;
+use divmerge::datasets::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
 use divmerge::frames::EncodedCloud;
-use divmerge::io::drive::cloud_message;
-use divmerge::io::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
-use divmerge::io::{CloudFormat, Record, RecordingReader};
+use divmerge::messages::clouds::CloudFormat;
 use divmerge::pipeline::{self, Config, StageTimes};
+use divmerge::recording::{Record, RecordingReader};
 use divmerge::semantics::MaskSource;
 use divmerge::simulate::{Drive, Scene, Sensor};
 use divmerge::{PointCloud, Taxonomy};

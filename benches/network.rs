@@ -15,9 +15,9 @@ use divmerge::network::runtime::{Device, RuntimeKind, RuntimeOptions};
 use divmerge::network::{Network, NetworkOptions};
 use divmerge::pipeline::{self, Config};
 use divmerge::range_image::ProjectionParams;
+use divmerge::recording::stopwatch::ms_since;
 use divmerge::semantics::MaskSource;
 use divmerge::simulate::{Drive, Frame, Scene, Sensor};
-use divmerge::stopwatch::ms_since;
 use divmerge::{PointCloud, Taxonomy};
 
 struct Arguments {

@@ -15,8 +15,8 @@ use std::time::Instant;
 
 use divmerge::annotate::slices::{plan, recordings};
 use divmerge::annotate::{Event, JoinOptions, Options, SliceFile, annotate, by_recording, join};
-use divmerge::io::drive::write_drive;
-use divmerge::io::{
+use divmerge::datasets::drive::write_drive;
+use divmerge::recording::{
     MessageHeader, Overview, Record, RecordingReader, RecordingWriter, WriteOptions,
 };
 use divmerge::simulate::{Drive, Scene, Sensor};

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use divmerge::Taxonomy;
+use divmerge::datasets::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
 use divmerge::evaluate::panoptic::{MIN_POINTS, Panoptic};
-use divmerge::io::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
 use divmerge::pipeline::{self, Config};
 use divmerge::semantics::MaskSource;
 

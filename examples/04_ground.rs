@@ -14,7 +14,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use divmerge::PointCloud;
-use divmerge::io::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
+use divmerge::datasets::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
 use divmerge::range_image::{ProjectionParams, RangeImage};
 use divmerge::semantics::GroundParams;
 use divmerge::semantics::ground::ground;

@@ -15,18 +15,18 @@
 use std::path::Path;
 
 use anyhow::Result;
+use divmerge::cloud::ShapeClass;
 use divmerge::cluster::params::GapMerge;
+use divmerge::datasets::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
 use divmerge::evaluate::entropy::{
     Entropies, MIN_POINTS, PointRole, TOLERANCE, entropies, euclidean_clusters, found_whole,
     point_roles, true_objects,
 };
 use divmerge::evaluate::panoptic;
-use divmerge::instances::ShapeClass;
-use divmerge::io::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
+use divmerge::geometry::statistics::mean_and_deviation;
 use divmerge::pipeline::{self, Config, Stages};
 use divmerge::semantics::{GroundParams, MaskSource};
 use divmerge::simulate::{Drive, Scene, Sensor};
-use divmerge::statistics::mean_and_deviation;
 use divmerge::{PointCloud, Taxonomy};
 
 /// Road, parking, sidewalk, other ground, lane marking, terrain.

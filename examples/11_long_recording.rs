@@ -11,8 +11,8 @@
 
 use std::io::{self, BufWriter};
 
-use divmerge::io::POINT_CLOUD2;
-use divmerge::io::drive::{CLOUD_TOPIC, cloud_message};
+use divmerge::datasets::drive::{CLOUD_TOPIC, cloud_message};
+use divmerge::messages::definitions::POINT_CLOUD2;
 use divmerge::simulate::{Drive, Scene, Sensor};
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;

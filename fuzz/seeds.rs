@@ -5,11 +5,12 @@
 
 use std::path::Path;
 
-use divmerge::instances::UprightBox;
-use divmerge::io::{
-    ByteOrder, CloudFormat, Layout, ObjectBox, ObjectEncoding, ObjectKind, Record, RecordingReader,
-    drive,
-};
+use divmerge::cloud::UprightBox;
+use divmerge::datasets::drive;
+use divmerge::messages::clouds::CloudFormat;
+use divmerge::messages::objects::{ObjectBox, ObjectEncoding, ObjectKind};
+use divmerge::messages::ros::{ByteOrder, Layout};
+use divmerge::recording::{Record, RecordingReader};
 use divmerge::simulate::{Drive, Scene, Sensor};
 
 /// Rows and columns that a thinned cloud has at most.
@@ -108,7 +109,8 @@ pub fn markers() -> Vec<Vec<u8>> {
 /// A Detection3DArray of two boxes with a hypothesis each.
 pub fn detections() -> Vec<Vec<u8>> {
     let mut bytes = Vec::new();
-    let mut writer = divmerge::io::ros::RosWriter::new(Layout::Cdr(ByteOrder::Little), &mut bytes);
+    let mut writer =
+        divmerge::messages::ros::RosWriter::new(Layout::Cdr(ByteOrder::Little), &mut bytes);
     writer.header((5, 6, "lidar"));
     writer.length(2);
     for number in 0..2 {
@@ -130,7 +132,7 @@ pub fn detections() -> Vec<Vec<u8>> {
 pub fn class_images() -> Vec<Vec<u8>> {
     let image = |layout: Layout, encoding: &str, bytes: u32| {
         let mut out = Vec::new();
-        let mut writer = divmerge::io::ros::RosWriter::new(layout, &mut out);
+        let mut writer = divmerge::messages::ros::RosWriter::new(layout, &mut out);
         writer.header((5, 6, "lidar"));
         writer.u32(4);
         writer.u32(6);

@@ -1,58 +1,108 @@
-//! LiDAR instance clustering by divide and merge (Zhao, Zhang, Huang, arXiv 2109.08224).
+//! LiDAR instance clustering, from a cloud or a recording to an instance for every point.
 //!
-//! A sweep of a LiDAR becomes a [range image](range_image); a [mask](semantics) says which of its pixels
-//! belong to objects; every half metre of object grows a local component from a seed, and pairs of pixels
-//! on the borders of components vote on whether they belong together ([divide](cluster::divide())); the
-//! votes alone [merge](cluster::merge()) components into instances; each point gets an instance or a
-//! [reason](instances::Reason) why it has none.
+//! A sweep of a LiDAR becomes a range image, and an object mask says which of its pixels belong to
+//! objects. A [`Method`] segments them into instances: divide and merge (Zhao, Zhang, Huang, arXiv
+//! 2109.08224) grows local components and lets pairs of pixels on their borders vote; the default,
+//! [`Config::best`], takes connected components and assembles them by the size of their class or,
+//! without classes, by the gaps between them. Every point ends with an instance or with the
+//! [`Reason`] why it has none.
+//!
+//! # One cloud
 //!
 //! ```
-//! use divmerge::pipeline::{self, Config};
-//! use divmerge::semantics::MaskSource;
-//! use divmerge::simulate::{Drive, Scene, Sensor};
-//! use divmerge::Taxonomy;
+//! use divmerge::{Config, Drive, MaskSource, Scene, Sensor, Taxonomy, cluster};
 //!
+//! // A simulated sweep with a class per point; `PointCloud::new` takes columns of your own.
 //! let frame = Drive::new(Sensor::Vlp16, Scene::Street, 1).frame(0);
 //! let taxonomy = Taxonomy::semantic_kitti();
-//! let stages = pipeline::run(&frame.cloud, MaskSource::Classes(&taxonomy), &Config::default());
-//! let first = &stages.instances[0];
-//! println!("{} at {:?} m, {} points", first.class_name, first.bounds.centre, first.points);
-//! for step in &stages.merge.steps {
-//!     let (ayes, noes) = (step.positive, step.negative);
-//!     println!("component {} joined {}: {ayes} votes to {noes}", step.query, step.target);
+//!
+//! let stages = cluster(&frame.cloud, MaskSource::Classes(&taxonomy), &Config::default());
+//! for instance in stages.instances.iter().take(3) {
+//!     let (name, centre) = (&instance.class_name, instance.bounds.centre);
+//!     println!("{}: {name} at {centre:?} m, {} points", instance.id, instance.points);
 //! }
+//! let (instance, reason) = (stages.labels.instance[0], stages.labels.reason[0]);
+//! println!("point 0 has instance {instance} ({})", reason.describe());
 //! ```
 //!
-//! [`annotate`](annotate::annotate) does that to every cloud of a recording and writes the recording again
-//! with the results in it. `docs/architecture.md` shows the way through the code.
+//! [`Stages`] owns every intermediate result, from the [`RangeImage`] to each decision of a merge.
+//! Without classes, `MaskSource::NotGround(&GroundParams::default())` removes the ground instead.
+//!
+//! # One recording
+//!
+//! ```no_run
+//! use std::{ops::ControlFlow, path::Path};
+//!
+//! use divmerge::{AnnotateOptions, annotate};
+//!
+//! let (input, output) = (Path::new("drive.mcap"), Path::new("annotated.mcap"));
+//! let options = AnnotateOptions::default();
+//! let report = annotate(input, output, &options, &mut |_| ControlFlow::Continue(()))?;
+//! println!("{} messages added", report.annotations);
+//! # divmerge::Result::Ok(())
+//! ```
+//!
+//! [`for_each_frame`] clusters the clouds of a recording without writing anything.
+//!
+//! Lengths are metres, angles radians, times nanoseconds, unless a name says otherwise. Modules
+//! that are not listed here belong to the binary and the Python package, and may change.
+//! `docs/architecture.md` shows the way through the code.
 
+#[doc(hidden)]
 pub mod annotate;
+#[doc(hidden)]
 pub mod comparison;
+#[doc(hidden)]
 pub mod datasets;
+#[doc(hidden)]
 pub mod diagnose;
+#[doc(hidden)]
 pub mod error;
+#[doc(hidden)]
 pub mod evaluate;
+#[doc(hidden)]
 pub mod frames;
-pub mod io;
+#[doc(hidden)]
 pub mod messages;
+#[doc(hidden)]
 pub mod network;
-pub mod palette;
-pub mod taxonomy_file;
+#[doc(hidden)]
 pub mod text;
+#[doc(hidden)]
 pub mod view;
 
-/// Instances, as they were named before (interim).
-pub mod instances {
-    pub use divmerge_core::cloud::*;
-}
-pub use divmerge_core::cloud::{self, sensor_frame, taxonomy};
-pub use divmerge_core::geometry::{disjoint_sets, footprint, grid, kd_tree, statistics};
-pub use divmerge_core::{cluster, pipeline, range_image, semantics};
+#[doc(hidden)]
+pub use divmerge_core::{cloud, cluster, geometry, pipeline, range_image, semantics};
+#[doc(hidden)]
+pub use divmerge_recording as recording;
+#[doc(hidden)]
 pub use divmerge_simulate as simulate;
 
-pub use cloud::{PointCloud, PointColumns};
-pub use diagnose::{explain, failures, triage};
-pub use divmerge_recording::{stopwatch, workers};
+pub use annotate::{
+    AnnotateConfig, AnnotationReport, ClusteredFrame, Event, Form, FrameVisitor, JoinOptions,
+    Options as AnnotateOptions, Semantics, Slice, TopicReport, annotate, for_each_frame, join,
+};
+pub use cloud::sensor_frame::{SensorFrame, Transforms};
+pub use cloud::taxonomy::{Class, Taxonomy};
+pub use cloud::{
+    Detection, Instance, PointClasses, PointCloud, PointColumns, PointLabels, Reason, ShapeClass,
+    UprightBox,
+};
+pub use cluster::{ClusterParams, Method, MethodInput, Segmentation};
+pub use datasets::taxonomy::read_taxonomy;
+pub use diagnose::explain::{Explanation, Subject};
+pub use diagnose::failures::{Failure, Failures};
+pub use diagnose::triage::{Suspect, Triage};
+pub use divmerge_core::{CloudError, ParameterError};
+pub use divmerge_recording::{Overview, RecordingReader, RecordingWriter};
+pub use divmerge_simulate::{Drive, Frame as SimulatedFrame, Rig, Scene, Sensor};
 pub use error::{Error, Result};
-pub use grid::Grid;
-pub use taxonomy::Taxonomy;
+pub use evaluate::{Entropies, Panoptic, PanopticQuality};
+pub use frames::{CloudKey, LabelledFrames, Selection};
+pub use network::{Network, NetworkOptions};
+pub use pipeline::{Config, Overrides, Preset, StageTimes, Stages, run as cluster};
+pub use range_image::{Projection, ProjectionParams, RangeImage};
+pub use semantics::{GroundParams, MaskSource, ObjectMask, Smoothing};
+
+/// Linear algebra: poses and rotations in public signatures are types of this crate.
+pub use nalgebra;

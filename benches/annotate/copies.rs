@@ -5,11 +5,11 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use divmerge::annotate::Options;
-use divmerge::io::{
+use divmerge::recording::workers::Workers;
+use divmerge::recording::{
     Compression, Item, MessageHeader, Overview, Part, ReadFilter, Record, RecordingReader,
     RecordingWriter, WriteOptions,
 };
-use divmerge::workers::Workers;
 
 use super::cost::Cost;
 use super::{GOAL_PASS, GOAL_RATIO, Messages, PICTURE, PICTURES, mean, profile, profile_of};
@@ -140,7 +140,8 @@ impl Copies<'_> {
     /// Record by record, every chunk compressed again.
     fn again(&self, threads: usize, adds: bool) {
         self.copy(threads, adds, &|writer, part| {
-            let (Part::Chunk(divmerge::io::SourceChunk { items, .. }) | Part::Items(items)) = part;
+            let (Part::Chunk(divmerge::recording::SourceChunk { items, .. }) | Part::Items(items)) =
+                part;
             for item in items {
                 match item {
                     Item::Message { header, data, .. } => writer.write_message(header, data),
@@ -183,7 +184,8 @@ impl Copies<'_> {
         let mut number = 0;
         while let Some(part) = reader.next_part().expect("whole") {
             take(&mut writer, &part);
-            let (Part::Chunk(divmerge::io::SourceChunk { items, .. }) | Part::Items(items)) = &part;
+            let (Part::Chunk(divmerge::recording::SourceChunk { items, .. }) | Part::Items(items)) =
+                &part;
             for item in items {
                 let Item::Message { header, .. } = item else { continue };
                 for (message, channel_id) in self.added(number, adds).zip(2..) {

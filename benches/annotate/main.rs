@@ -25,13 +25,13 @@ use std::process::Command;
 use divmerge::annotate::{
     AnnotateConfig, Annotated, Event, MessageTypes, Options, Profile, annotate, annotate_message,
 };
+use divmerge::datasets::drive::{CLOUD_TOPIC, cloud_message};
 use divmerge::frames::EncodedCloud;
-use divmerge::io::drive::{CLOUD_TOPIC, cloud_message};
-use divmerge::io::{
-    CloudFormat, MARKER_ARRAY, MessageHeader, POINT_CLOUD2, RecordingWriter, WriteOptions,
-};
+use divmerge::messages::clouds::CloudFormat;
+use divmerge::messages::definitions::{MARKER_ARRAY, POINT_CLOUD2};
+use divmerge::recording::workers::Workers;
+use divmerge::recording::{MessageHeader, RecordingWriter, WriteOptions};
 use divmerge::simulate::{Drive, Scene, Sensor};
-use divmerge::workers::Workers;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 

@@ -23,8 +23,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use divmerge::cluster::{self, ClusterParams, ObjectPixels};
-use divmerge::disjoint_sets::DisjointSets;
-use divmerge::io::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
+use divmerge::datasets::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
+use divmerge::geometry::disjoint_sets::DisjointSets;
 use divmerge::pipeline::Config;
 use divmerge::range_image::{PixelSet, RangeImage};
 use divmerge::semantics::{GroundParams, MaskSource, ObjectMask, object_mask};

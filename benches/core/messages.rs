@@ -7,7 +7,7 @@ use divmerge::annotate::{
     AnnotateConfig, Annotated, FrameTimes, MessageTypes, Semantics, annotate_message,
 };
 use divmerge::frames::EncodedCloud;
-use divmerge::io::{CloudFormat, Datatype, PackedCloud, PointField};
+use divmerge::messages::clouds::{CloudFormat, Datatype, PackedCloud, PointField};
 use divmerge::pipeline::Config;
 
 use super::{best_ms, print_head, verdict};

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Result;
-use divmerge::io::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
+use divmerge::datasets::semantic_kitti::{LabelledScan, labelled_scans, read_labels, read_scan};
 use divmerge::simulate::{Drive, Scene, Sensor};
 use divmerge::{PointCloud, Taxonomy};
 

@@ -7,7 +7,7 @@ use divmerge::evaluate::panoptic::MIN_POINTS;
 use divmerge::evaluate::verdict::{
     JudgedObject, Labelling, MatchRules, Overlap, Segment, Verdicts, verdicts,
 };
-use divmerge::footprint::{convex_hull, minimum_area_rectangle};
+use divmerge::geometry::footprint::{convex_hull, minimum_area_rectangle};
 use divmerge::simulate::{Scene, Sensor};
 
 use crate::frames::{Frame, simulated};

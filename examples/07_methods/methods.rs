@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use divmerge::Taxonomy;
+use divmerge::cloud::{Detection, UprightBox};
 use divmerge::cluster::{self, ClusterParams, MethodInput, ObjectPixels};
 use divmerge::comparison::methods::{
     Alpine, Boxes, Dbscan, DepthClustering, Euclidean, OnePerClass, ScanLineRun, Supervoxel,
     majority_class, without_classes,
 };
 use divmerge::evaluate::panoptic::MIN_POINTS;
-use divmerge::instances::{Detection, UprightBox};
 use divmerge::pipeline::{self, Config};
 use divmerge::range_image::{ProjectionParams, RangeImage};
 use divmerge::semantics::{MaskSource, object_mask};

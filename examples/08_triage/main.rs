@@ -10,7 +10,7 @@
 //! ```
 //!
 //! What is ranked is instances, each once, as `divmerge triage` lists them
-//! ([`divmerge::triage::Triage::cases`]; what is no case of its own comes last); chance draws from
+//! ([`divmerge::diagnose::triage::Triage::cases`]; what is no case of its own comes last); chance draws from
 //! the same instances, so that its precision is their share of failures, which is exact. Two
 //! populations: instances of 50 points or more, of which alone evaluation could count a failure,
 //! and all.
@@ -23,13 +23,13 @@ use std::collections::BTreeMap;
 use std::collections::BTreeSet;
 
 use anyhow::Result;
+use divmerge::diagnose::explain::Frame;
+use divmerge::diagnose::triage::{Params, Suspect, SuspectKind, triage};
 use divmerge::evaluate::verdict::{Labelling, MatchRules, verdicts};
-use divmerge::explain::Frame;
 use divmerge::frames::{LabelledFrames, LabelledOptions, Truth};
 use divmerge::pipeline::{self, Config};
 use divmerge::semantics::MaskSource;
 use divmerge::simulate::{Drive, Scene, Sensor};
-use divmerge::triage::{Params, Suspect, SuspectKind, triage};
 use divmerge::{PointCloud, Taxonomy};
 
 const FITTED: std::ops::RangeInclusive<u64> = 1..=6;

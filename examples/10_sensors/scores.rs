@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use divmerge::Taxonomy;
+use divmerge::cloud::Reason;
 use divmerge::evaluate::panoptic::{MIN_POINTS, Panoptic};
-use divmerge::instances::Reason;
 use divmerge::pipeline::Stages;
 use divmerge::simulate::Frame;
 

@@ -3,10 +3,10 @@
 
 mod runs;
 
-use divmerge::io::CloudFormat;
-use divmerge::io::scans::ScanFormat;
+use divmerge::datasets::scans::ScanFormat;
 use divmerge::messages::boxes::{detection_boxes, marker_boxes};
 use divmerge::messages::classes::image_classes;
+use divmerge::messages::clouds::CloudFormat;
 use divmerge::network::NetworkConfig;
 
 use crate::mutate::Mutator;

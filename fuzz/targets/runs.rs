@@ -10,12 +10,13 @@ use divmerge::annotate::{
 };
 use divmerge::datasets::class_files::ClassFiles;
 use divmerge::datasets::kitti_boxes::KittiBoxes;
+use divmerge::datasets::scans::{Scan, ScanFormat};
+use divmerge::datasets::semantic_kitti::{drive_files, read_labels, read_scan};
 use divmerge::frames::EncodedCloud;
-use divmerge::io::scans::{Scan, ScanFormat};
-use divmerge::io::semantic_kitti::{drive_files, read_labels, read_scan};
-use divmerge::io::{CloudFormat, Item, Overview, Part, Record, RecordingReader};
 use divmerge::messages::boxes::marker_boxes;
+use divmerge::messages::clouds::CloudFormat;
 use divmerge::pipeline::{self, Config};
+use divmerge::recording::{Item, Overview, Part, Record, RecordingReader};
 use divmerge::semantics::{GroundParams, MaskSource};
 use divmerge::{Taxonomy, error};
 
@@ -146,7 +147,7 @@ pub(super) fn class_array(bytes: &[u8]) -> Ended {
 }
 
 pub(super) fn yaml(bytes: &[u8]) -> Ended {
-    divmerge::taxonomy_file::read_taxonomy(&place("taxonomy.yaml", bytes)).ends()
+    divmerge::datasets::taxonomy::read_taxonomy(&place("taxonomy.yaml", bytes)).ends()
 }
 
 /// A recording of any shape whose records may be changed, and whose chunks may lie.

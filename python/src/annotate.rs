@@ -7,7 +7,8 @@ use divmerge::annotate::time_spec::{self, TimeSpec};
 use divmerge::annotate::{
     self as library, AnnotationReport, Event, Flavor, Form, MessageTypes, Objects, Options, Slice,
 };
-use divmerge::io::{Compression, ObjectKind};
+use divmerge::messages::objects::ObjectKind;
+use divmerge::recording::Compression;
 use pyo3::exceptions::PyUserWarning;
 use pyo3::intern;
 use pyo3::prelude::*;

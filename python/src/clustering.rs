@@ -3,19 +3,19 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use divmerge::cloud::sensor_frame::{SensorFrame, Transforms};
 use divmerge::pipeline::{self, Config};
+use divmerge::recording::stopwatch::ms_since;
 use divmerge::semantics::{GroundParams, MaskSource};
-use divmerge::sensor_frame::{SensorFrame, Transforms};
-use divmerge::stopwatch::ms_since;
 use divmerge::{PointCloud, PointColumns};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
 use crate::arrays::{self, Numbers};
+use crate::cloud::taxonomy::PyTaxonomy;
 use crate::errors::{raised, wrong};
 use crate::parameters::{ALL, Parameters, text};
 use crate::result::ClusterResult;
-use crate::taxonomy::PyTaxonomy;
 
 /// Which points are objects.
 #[derive(Clone)]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use divmerge::evaluate::panoptic::MIN_POINTS;
 use divmerge::evaluate::{Evaluation, MetricSet, ScanLabels, Scores};
 use divmerge::frames::{EncodedClouds, annotated_topics};
-use divmerge::io::Overview;
+use divmerge::recording::Overview;
 use numpy::PyUntypedArrayMethods;
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -13,9 +13,9 @@ use pyo3::types::PyDict;
 
 use crate::annotate::from_json;
 use crate::arrays::{array, whole_numbers};
+use crate::cloud::taxonomy::PyTaxonomy;
 use crate::errors::{Error, raised, wrong, wrong_type};
 use crate::parameters::recording;
-use crate::taxonomy::PyTaxonomy;
 
 #[pyfunction]
 #[pyo3(

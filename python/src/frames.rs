@@ -6,7 +6,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use divmerge::PointCloud;
 use divmerge::annotate::{AnnotateConfig, Decoded, Objects as ObjectsOf};
 use divmerge::frames::{EncodedClouds, choose_topics};
-use divmerge::io::{Overview, PackedCloud};
+use divmerge::messages::clouds::PackedCloud;
+use divmerge::recording::Overview;
 use divmerge::semantics::MaskSource;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -14,11 +15,11 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::PyDict;
 
 use crate::arrays::shaped;
+use crate::cloud::taxonomy::PyTaxonomy;
 use crate::clustering::{Columns, Objects, of_cloud};
 use crate::errors::{raised, wrong};
 use crate::parameters::{OBJECTS, Parameters, names, recording, set_objects, whole};
 use crate::result::{ClusterResult, rotation};
-use crate::taxonomy::PyTaxonomy;
 
 /// One cloud of a recording, as the clustering sees it: N points with z up, and classes where those
 /// are asked for.

@@ -5,20 +5,20 @@ use std::str::FromStr;
 
 use divmerge::Taxonomy;
 use divmerge::annotate::{AnnotateConfig, ObjectSource, Objects};
+use divmerge::cloud::sensor_frame::SensorFrame;
 use divmerge::comparison::methods;
 use divmerge::frames::recorded_transforms;
-use divmerge::io::address::put_secrets_aside;
 use divmerge::network::NetworkImage;
 use divmerge::network::runtime::{Device, RuntimeKind};
 use divmerge::pipeline::overrides::limits;
 use divmerge::pipeline::{Config, Overrides};
-use divmerge::sensor_frame::SensorFrame;
+use divmerge::recording::address::put_secrets_aside;
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
+use crate::cloud::taxonomy::PyTaxonomy;
 use crate::errors::{raised, type_of, wrong, wrong_type};
-use crate::taxonomy::PyTaxonomy;
 
 /// How clouds are cut into instances.
 #[derive(Default)]

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use divmerge::PointCloud;
-use divmerge::instances::{Instance, Reason};
+use divmerge::cloud::{Instance, Reason};
 use divmerge::pipeline::{StageTimes, Stages};
 use divmerge::range_image::NOWHERE;
 use numpy::{PyArray1, PyArrayMethods};

@@ -3,8 +3,9 @@
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-use divmerge::io::drive::write_drive_in;
-use divmerge::io::{CloudFormat, WriteOptions};
+use divmerge::datasets::drive::write_drive_in;
+use divmerge::messages::clouds::CloudFormat;
+use divmerge::recording::WriteOptions;
 use divmerge::simulate::Drive;
 use pyo3::prelude::*;
 

@@ -5,8 +5,10 @@ use std::sync::Arc;
 
 use crate::error::{Error, Result};
 use crate::frames::{INSTANCES, OBJECTS};
-use crate::io::qos::{Durability, QOS_KEY, connection_metadata, qos_metadata};
-use crate::io::{Channel, CloudFormat, MessageSchema, Overview};
+use crate::messages::clouds::CloudFormat;
+use crate::messages::definitions::MessageSchema;
+use crate::messages::qos::{Durability, QOS_KEY, connection_metadata, qos_metadata};
+use divmerge_recording::{Channel, Overview};
 
 /// Refuses a recording that has the topics that would be added.
 pub(super) fn refuse_annotated<'a>(

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::report::FrameReport;
 use crate::error::{Error, Result};
-use crate::io::{SharedBytes, SourceChunk, checksum};
+use divmerge_recording::{SharedBytes, SourceChunk, checksum};
 
 /// A cloud, and what became of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -6,14 +6,14 @@ use nalgebra::Isometry3;
 
 use super::config::{AnnotateConfig, Decoded};
 use crate::cloud::PointCloud;
+use crate::cloud::Reason;
+use crate::cloud::taxonomy::Taxonomy;
 use crate::error::{Error, Result};
 use crate::frames::CloudKey;
 use crate::frames::FrameDetections;
-use crate::instances::Reason;
-use crate::io::PackedCloud;
+use crate::messages::clouds::PackedCloud;
 use crate::pipeline::{self, Stages};
-use crate::stopwatch::ms_since;
-use crate::taxonomy::Taxonomy;
+use divmerge_recording::stopwatch::ms_since;
 
 /// A cloud out of a message, clustered.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,18 +4,18 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::Instant;
 
+use crate::cloud::Detection;
 use crate::cloud::PointCloud;
+use crate::cloud::sensor_frame::{SensorFrame, Transforms};
+use crate::cloud::taxonomy::Taxonomy;
 use crate::error::Result;
 use crate::frames::CloudKey;
 use crate::frames::{FrameBoxes, FrameClasses, LabelledFrame};
-use crate::instances::Detection;
-use crate::io::PackedCloud;
+use crate::messages::clouds::PackedCloud;
 use crate::network::Network;
 use crate::pipeline::Config;
 use crate::semantics::{GroundParams, MaskSource};
-use crate::sensor_frame::{SensorFrame, Transforms};
-use crate::stopwatch::ms_since;
-use crate::taxonomy::Taxonomy;
+use divmerge_recording::stopwatch::ms_since;
 
 /// Where the object mask of a recording's clouds comes from.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -9,7 +9,7 @@ use super::event::{ClusteredFrame, Event};
 use crate::error::{Error, Result};
 use crate::frames::walk::Walk;
 use crate::frames::{EncodedCloud, Selection, choose_topics};
-use crate::io::{Overview, Record};
+use divmerge_recording::{Overview, Record};
 
 /// How many frames were visited.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -17,8 +17,8 @@ use super::run::{read_all, usual_workers};
 use super::slice_checkpoints::SliceCheckpoints;
 use super::slice_files::{SliceFile, check};
 use crate::error::{Error, Result};
-use crate::io::{Overview, RecordingReader};
-use crate::stopwatch::ms_since;
+use divmerge_recording::stopwatch::ms_since;
+use divmerge_recording::{Overview, RecordingReader};
 
 /// How slices are joined.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -10,9 +10,10 @@ use crate::cloud::PointCloud;
 use crate::error::Result;
 use crate::frames::CloudKey;
 use crate::frames::EncodedCloud;
-use crate::io::{self, Certainty, PackedCloud, PointAnnotation};
+use crate::messages::annotation::{Certainty, PointAnnotation, annotated_cloud};
+use crate::messages::clouds::PackedCloud;
 use crate::network::Network;
-use crate::stopwatch::ms_since;
+use divmerge_recording::stopwatch::ms_since;
 
 /// One annotated cloud.
 #[derive(Debug, Clone, Default)]
@@ -118,7 +119,7 @@ fn annotate_decoded(
         ground: ground.as_deref(),
         certainty: certain.as_ref().map(|(confidence, entropy)| Certainty { confidence, entropy }),
     };
-    io::annotated_cloud(&written, &annotation, &mut annotated.cloud)?;
+    annotated_cloud(&written, &annotation, &mut annotated.cloud)?;
     let found = (stages.instances.as_slice(), &cloud.turned);
     types.write_objects(&written, found, &mut annotated.objects)?;
     annotated.frame_id.clone_from(&wire.frame_id);

@@ -4,7 +4,7 @@ use super::config::AnnotateConfig;
 use super::form::Form;
 use super::slices::Slice;
 use super::types::MessageTypes;
-use crate::io::Compression;
+use divmerge_recording::Compression;
 
 /// What is done to a recording.
 #[derive(Debug, Clone, PartialEq, Default)]

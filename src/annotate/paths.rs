@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::{Error, Result};
-use crate::io::STANDARD_STREAM;
+use divmerge_recording::STANDARD_STREAM;
 
 /// Refuses an output that is the input.
 ///

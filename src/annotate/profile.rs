@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::event::ClusteredFrame;
 use super::message::Annotated;
-use crate::io::{ReadTimes, WriteTimes};
-use crate::stopwatch::Steps;
+use divmerge_recording::stopwatch::Steps;
+use divmerge_recording::{ReadTimes, WriteTimes};
 
 /// Slowest frames that are kept.
 const SLOWEST: usize = 5;

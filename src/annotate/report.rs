@@ -8,10 +8,11 @@ use serde::{Deserialize, Serialize};
 use super::clustered::{Clustered, remarks};
 use super::profile::Profile;
 use super::times::FrameTimes;
-use crate::instances::Reason;
-use crate::io::{CloudFormat, Fetched};
+use crate::cloud::Reason;
+use crate::cloud::taxonomy::Taxonomy;
+use crate::messages::clouds::CloudFormat;
 use crate::pipeline::Stages;
-use crate::taxonomy::Taxonomy;
+use divmerge_recording::Fetched;
 
 /// What was done.
 #[derive(Debug, Clone, Default, Serialize)]

@@ -17,8 +17,8 @@ use serde::Serialize;
 use super::checkpoint::{Checkpoint, CheckpointSource, StoredMessage};
 use super::run_parameters::RunParameters;
 use crate::error::{Error, Result};
-use crate::io::{PartialFile, Record, RecordingReader, checksum};
-use crate::workers::Workers;
+use divmerge_recording::workers::Workers;
+use divmerge_recording::{PartialFile, Record, RecordingReader, checksum};
 
 /// Where the journal of an output lies.
 pub fn journal_of(output: &Path) -> PathBuf {

@@ -9,7 +9,7 @@ use super::form::Form;
 use super::metadata::method_metadata;
 use super::options::Options;
 use super::types::MessageTypes;
-use crate::io::{Compression, Overview};
+use divmerge_recording::{Compression, Overview};
 
 /// The parameters of a run. A journal and a slice begin with them, and are of use only to a run
 /// with the same.

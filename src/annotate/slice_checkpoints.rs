@@ -7,8 +7,8 @@ use std::sync::Arc;
 use super::checkpoint::{Checkpoint, CheckpointSource, StoredMessage};
 use super::slice_files::{CHECKPOINTS, SliceFile};
 use crate::error::{Error, Result};
-use crate::io::{Item, Part, Record, RecordingReader, checksum};
-use crate::workers::Workers;
+use divmerge_recording::workers::Workers;
+use divmerge_recording::{Item, Part, Record, RecordingReader, checksum};
 
 /// What became of the clouds of a recording, slice after slice.
 pub(super) struct SliceCheckpoints {

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use super::run_parameters::RunParameters;
 use super::slices::{Plan, Slice};
 use crate::error::{Error, Result};
-use crate::io::{Metadata, Record, RecordingReader};
-use crate::workers::Workers;
+use divmerge_recording::workers::Workers;
+use divmerge_recording::{Metadata, Record, RecordingReader};
 
 /// Name of the metadata record at the front of an annotated slice.
 pub(super) const SLICE_METADATA: &str = "divmerge slice";

@@ -11,10 +11,11 @@ use std::path::{Component, Path, PathBuf};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::datasets::bag::Bag;
+use crate::datasets::bag::METADATA_FILE;
 use crate::error::{Error, Result};
 use crate::frames::choose_topics;
-use crate::io::bag::METADATA_FILE;
-use crate::io::{Bag, ChunkPlace, Overview, is_remote, is_stream};
+use divmerge_recording::{ChunkPlace, Overview, is_remote, is_stream};
 
 /// A slice of a recording.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

@@ -5,8 +5,8 @@ use std::str::FromStr;
 
 use crate::error::{Error, Result};
 use crate::frames::{CloudAt, choose_topics, encoded_cloud_at};
-use crate::io::{Overview, is_stream};
 use crate::messages::stamp::parse_rfc3339;
+use divmerge_recording::{Overview, is_stream};
 
 /// What is said where a moment cannot be read.
 const FORMS: &str = "use seconds from the start (12.5), a time since 1970 (@1317384506.4), a date \

@@ -4,12 +4,13 @@ use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
 
 use super::form::Form;
+use crate::cloud::Instance;
 use crate::error::{Error, Result};
-use crate::instances::Instance;
-use crate::io::{
-    ByteOrder, CloudFormat, Layout, MessageSchema, ObjectBox, ObjectEncoding, ObjectKind, Overview,
-    PackedCloud,
-};
+use crate::messages::clouds::{CloudFormat, PackedCloud};
+use crate::messages::definitions::MessageSchema;
+use crate::messages::objects::{ObjectBox, ObjectEncoding, ObjectKind};
+use crate::messages::ros::{ByteOrder, Layout};
+use divmerge_recording::Overview;
 
 /// Types of the messages that are added.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

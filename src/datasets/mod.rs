@@ -11,4 +11,5 @@ pub mod kitti_boxes;
 pub mod problems;
 pub mod scans;
 pub mod semantic_kitti;
+pub mod taxonomy;
 mod yaml;

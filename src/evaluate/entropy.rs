@@ -32,8 +32,8 @@ use rustc_hash::FxHashMap;
 use serde::Serialize;
 
 use crate::cloud::PointCloud;
-use crate::disjoint_sets::DisjointSets;
-use crate::taxonomy::Taxonomy;
+use crate::cloud::taxonomy::Taxonomy;
+use crate::geometry::disjoint_sets::DisjointSets;
 
 /// Points of one class no farther apart than this, metres, belong to one true object.
 pub const TOLERANCE: f64 = 0.5;

@@ -8,8 +8,8 @@ use super::over_time::{Lstq, OverTime};
 use super::panoptic::Panoptic;
 use super::report::PanopticReport;
 use crate::cloud::PointCloud;
+use crate::cloud::taxonomy::Taxonomy;
 use crate::error::{Error, Result};
-use crate::taxonomy::Taxonomy;
 
 /// Which metrics are computed, and over which classes.
 #[derive(Debug, Clone, Copy)]

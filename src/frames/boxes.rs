@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use super::key::CloudKey;
 use super::topic_boxes::{FrameDetections, TopicBoxes};
+use crate::cloud::taxonomy::Taxonomy;
 use crate::datasets::kitti_boxes::KittiBoxes;
 use crate::error::Result;
-use crate::taxonomy::Taxonomy;
 
 /// Where boxes are.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -43,7 +43,7 @@ impl FrameBoxes {
     ///
     /// # Errors
     /// [`crate::Error::Boxes`] if there is no such topic or file, or a message cannot be read;
-    /// those of [`RecordingReader`](crate::io::RecordingReader).
+    /// those of [`RecordingReader`](divmerge_recording::RecordingReader).
     pub fn open(source: &BoxSource, recording: &Path, taxonomy: &Taxonomy) -> Result<Self> {
         match source {
             BoxSource::Topic(topic) => {

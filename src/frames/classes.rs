@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use super::key::CloudKey;
 use super::topic_classes::ClassTopic;
 use crate::cloud::PointClasses;
+use crate::cloud::taxonomy::Taxonomy;
 use crate::datasets::class_files::ClassFiles;
 use crate::error::Result;
-use crate::taxonomy::Taxonomy;
 
 /// Where classes are.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -11,8 +11,9 @@ use super::selection::Selection;
 use super::topics::{CloudTopic, message_count, single_topic};
 use super::walk::{Step, Walk, describe_position};
 use crate::error::{Error, Result};
-use crate::io::recording::window_around;
-use crate::io::{CloudFormat, MessageHeader, Overview, PackedCloud, Position, Record, SharedBytes};
+use crate::messages::clouds::{CloudFormat, PackedCloud};
+use divmerge_recording::window_around;
+use divmerge_recording::{MessageHeader, Overview, Position, Record, SharedBytes};
 
 /// A cloud message, still encoded, and which one of its recording it is.
 #[derive(Debug, Clone)]
@@ -97,7 +98,7 @@ pub enum CloudAt {
 ///
 /// # Errors
 /// [`Error::NoCloud`] if there is no such topic or frame, with what there is; those of
-/// [`RecordingReader`](crate::io::RecordingReader).
+/// [`RecordingReader`](divmerge_recording::RecordingReader).
 pub fn encoded_cloud_at(path: &Path, topic: Option<&str>, at: CloudAt) -> Result<EncodedCloud> {
     match at {
         CloudAt::Frame(number) => {
@@ -144,7 +145,7 @@ impl EncodedClouds {
     ///
     /// # Errors
     /// [`Error::NoCloud`] if there is no such topic, or the first frame is not in it (the last may
-    /// lie behind the end); those of [`RecordingReader`](crate::io::RecordingReader).
+    /// lie behind the end); those of [`RecordingReader`](divmerge_recording::RecordingReader).
     pub fn open(path: &Path, topic: Option<&str>, frames: impl RangeBounds<u64>) -> Result<Self> {
         let overview = Overview::read(path)?;
         let (topic, clouds) = single_topic(&overview, topic)?;
@@ -186,7 +187,7 @@ impl EncodedClouds {
     /// not asked.
     ///
     /// # Errors
-    /// Those of [`RecordingReader`](crate::io::RecordingReader).
+    /// Those of [`RecordingReader`](divmerge_recording::RecordingReader).
     pub fn of_channels(
         overview: &Overview,
         clouds: BTreeMap<u16, CloudTopic>,
@@ -254,9 +255,9 @@ fn no_cloud(path: &Path, problem: String) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::WriteOptions;
-    use crate::io::drive::{CLOUD_TOPIC, write_drive};
+    use crate::datasets::drive::{CLOUD_TOPIC, write_drive};
     use crate::simulate::{Drive, Scene, Sensor};
+    use divmerge_recording::WriteOptions;
 
     #[test]
     fn by_number_and_by_time() {

@@ -1,6 +1,6 @@
 //! What identifies a cloud of a recording.
 
-use crate::io::PackedCloud;
+use crate::messages::clouds::PackedCloud;
 
 /// What identifies a cloud of a recording: boxes and classes are found by it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -8,12 +8,12 @@ use super::encoded::{EncodedCloud, EncodedClouds};
 use super::key::CloudKey;
 use super::selection::Selection;
 use crate::cloud::PointCloud;
-use crate::error::{Error, Result};
-use crate::evaluate::evaluation::segments;
-use crate::io::FrameRange;
-use crate::io::semantic_kitti::{
+use crate::datasets::semantic_kitti::{
     LabelledScan, labelled_scans, read_labels, read_scan, read_scan_with_remission,
 };
+use crate::error::{Error, Result};
+use crate::evaluate::evaluation::segments;
+use divmerge_recording::MessageRange;
 
 /// A cloud of N points and what is true of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -105,7 +105,7 @@ pub struct LabelledOptions {
     /// Sequences; none means all. Not asked of recordings.
     pub sequences: Vec<String>,
     /// Numbers of the clouds.
-    pub frames: FrameRange,
+    pub frames: MessageRange,
     /// Where a recording's truth is.
     pub truth: TruthSource,
     /// Which classes the clouds carry.
@@ -276,10 +276,10 @@ fn words(path: &Path, points: usize) -> Result<Truth> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::WriteOptions;
-    use crate::io::drive::write_drive;
-    use crate::io::semantic_kitti::write_labels;
+    use crate::datasets::drive::write_drive;
+    use crate::datasets::semantic_kitti::write_labels;
     use crate::simulate::{Drive, Scene, Sensor};
+    use divmerge_recording::WriteOptions;
 
     #[test]
     fn a_recording_with_fields_and_with_files() {

@@ -6,12 +6,12 @@ use std::path::Path;
 use super::selection::Selection;
 use super::walk::Walk;
 use crate::error::Result;
-use crate::io::{Metadata, Record};
+use divmerge_recording::{Metadata, Record};
 
 /// The first metadata record with a property, reading no farther than needed.
 ///
 /// # Errors
-/// Those of [`RecordingReader`](crate::io::RecordingReader).
+/// Those of [`RecordingReader`](divmerge_recording::RecordingReader).
 pub fn find_metadata(
     recording: &Path,
     has_property: impl Fn(&Metadata) -> bool,

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::topics::{CloudTopic, choose_topics, message_count};
 use crate::error::{Error, Result};
-use crate::io::{FrameRange, Overview};
+use divmerge_recording::{MessageRange, Overview};
 
 /// Which clouds of a recording are looked at. Default: all.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,7 +14,7 @@ pub struct Selection {
     /// Cloud topics; none means all.
     pub topics: Vec<String>,
     /// Numbers of the clouds on each topic, from 0.
-    pub frames: FrameRange,
+    pub frames: MessageRange,
     /// Earliest log time in nanoseconds since 1970.
     pub from_ns: Option<u64>,
     /// Log time in nanoseconds since 1970 from which on clouds are left out.

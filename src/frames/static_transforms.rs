@@ -8,10 +8,10 @@ use nalgebra::{Quaternion, UnitQuaternion};
 use super::selection::Selection;
 use super::topics::{message_count, type_name};
 use super::walk::Walk;
+use crate::cloud::sensor_frame::{SensorFrame, Transforms};
 use crate::error::{Error, Result};
-use crate::io::ros::RosReader;
-use crate::io::{Overview, Record, is_stream};
-use crate::sensor_frame::{SensorFrame, Transforms};
+use crate::messages::ros::RosReader;
+use divmerge_recording::{Overview, Record, is_stream};
 
 /// How far into a recording static transforms are looked for, bytes: they are published when a
 /// drive begins, and a recorder that joins later gets them first.
@@ -42,7 +42,7 @@ pub fn recorded_transforms(asked: &SensorFrame, recording: &Path) -> Result<Tran
 /// Messages that cannot be read are passed over.
 ///
 /// # Errors
-/// Those of [`Overview::read`] and [`RecordingReader`](crate::io::RecordingReader).
+/// Those of [`Overview::read`] and [`RecordingReader`](divmerge_recording::RecordingReader).
 pub fn static_transforms(recording: &Path) -> Result<Transforms> {
     let overview = Overview::read(recording)?;
     let mut transforms = Transforms::default();

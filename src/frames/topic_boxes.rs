@@ -13,14 +13,14 @@ use super::key::CloudKey;
 use super::selection::Selection;
 use super::topics::{CloudTopic, TopicWords, channels_beside, type_name};
 use super::walk::Walk;
+use crate::cloud::Detection;
+use crate::cloud::taxonomy::Taxonomy;
 use crate::error::{Error, Result};
-use crate::instances::Detection;
-use crate::io::{Channel, Overview, Record};
+use crate::geometry::statistics::median_by;
 use crate::messages::boxes::{
     BoxMessage, DETECTION_ARRAY, MARKER_ARRAY, detection_boxes, marker_boxes,
 };
-use crate::statistics::median_by;
-use crate::taxonomy::Taxonomy;
+use divmerge_recording::{Channel, Overview, Record};
 
 /// The boxes of one cloud.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -49,7 +49,7 @@ impl TopicBoxes {
     ///
     /// # Errors
     /// [`Error::Boxes`] if there is no such topic, it carries something else, or a message cannot
-    /// be read; those of [`RecordingReader`](crate::io::RecordingReader).
+    /// be read; those of [`RecordingReader`](divmerge_recording::RecordingReader).
     pub fn read(recording: &Path, topic: &str, taxonomy: &Taxonomy) -> Result<Self> {
         let overview = Overview::read(recording)?;
         let layouts = layouts(&overview, topic)?;
@@ -203,7 +203,7 @@ fn problem(topic: &str, problem: String) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::instances::UprightBox;
+    use crate::cloud::UprightBox;
 
     const MS: i64 = 1_000_000;
 

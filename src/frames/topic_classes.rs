@@ -15,9 +15,9 @@ use super::topics::{TopicWords, channels_beside, schema_name};
 use super::walk::Walk;
 use crate::cloud::PointClasses;
 use crate::error::{Error, Result};
-use crate::io::{Channel, Overview, Record};
 use crate::messages::classes::{ClassFormat, ClassMessage};
 use crate::messages::stamp::seconds;
+use divmerge_recording::{Channel, Overview, Record};
 
 /// How far the stamp of classes may be from their cloud's unless something else is asked for,
 /// nanoseconds: they are those of the very same points, so only clocks and rounding lie between,
@@ -96,7 +96,7 @@ impl ClassTopic {
     ///
     /// # Errors
     /// Those of [`FrameClasses::of`](super::FrameClasses::of), and of
-    /// [`RecordingReader`](crate::io::RecordingReader).
+    /// [`RecordingReader`](divmerge_recording::RecordingReader).
     pub fn of(&self, cloud: &CloudKey, shape: [usize; 2]) -> Result<PointClasses> {
         let mut window = self.window.lock().unwrap_or_else(PoisonError::into_inner);
         let latest = cloud.stamp_ns.saturating_add_unsigned(self.tolerance_ns);

@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
-use crate::io::{Channel, CloudChannel, CloudFormat, Overview};
+use crate::messages::clouds::{CloudChannel, CloudFormat};
+use divmerge_recording::{Channel, Overview};
 
 /// What is added to the name of a cloud topic for its annotated clouds.
 pub const INSTANCES: &str = "/instances";

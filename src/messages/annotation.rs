@@ -8,7 +8,7 @@ use divmerge_core::CloudError;
 use super::clouds::{CloudFormat, Datatype, PackedCloud, PointField};
 use super::ros::ByteOrder;
 use crate::error::Result;
-use crate::palette::{INSTANCE_COLOURS, instance_colour, reason_colour};
+use crate::messages::palette::{INSTANCE_COLOURS, instance_colour, reason_colour};
 
 /// Bytes appended to each point of a PointCloud2.
 pub const ANNOTATION_LEN: u32 = LABELS_LEN + 8;

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 
 use super::ros::RosReader;
 use super::stamp::stamp_ns;
+use crate::cloud::taxonomy::Taxonomy;
+use crate::cloud::{Detection, UprightBox};
 use crate::error::Result;
-use crate::instances::{Detection, UprightBox};
-use crate::taxonomy::Taxonomy;
 
 /// Name of the type of marker arrays.
 pub const MARKER_ARRAY: &str = "MarkerArray";

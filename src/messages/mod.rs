@@ -11,6 +11,7 @@ pub mod clouds;
 pub mod definitions;
 pub mod diagnostics;
 pub mod objects;
+pub mod palette;
 pub mod qos;
 pub mod ros;
 pub(crate) mod stamp;

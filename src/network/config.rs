@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::knn_params::KnnParams;
+use crate::cloud::taxonomy::Taxonomy;
 use crate::error::{Error, Result};
-use crate::taxonomy::Taxonomy;
 
 /// Names of the files that are looked for in a folder.
 const FILES: [&str; 2] = ["arch_cfg.yaml", "data_cfg.yaml"];
@@ -88,7 +88,7 @@ impl NetworkConfig {
                 problem: error.to_string(),
             })?;
             if file.has_labels() {
-                taxonomy = Some(crate::taxonomy_file::read_taxonomy(path)?);
+                taxonomy = Some(crate::datasets::taxonomy::read_taxonomy(path)?);
             }
             merged.take(file);
         }

@@ -12,9 +12,9 @@ use super::range_panel;
 use super::scene::{Scene, Window};
 use super::theme;
 use super::vote_graph::{self, Decision};
+use crate::cloud::Reason;
 use crate::error::{Error, Result};
-use crate::instances::Reason;
-use crate::palette::reason_colour;
+use crate::messages::palette::reason_colour;
 use crate::text::grouped;
 
 /// A higher range-image panel becomes narrower instead.

@@ -7,7 +7,7 @@ use super::canvas::{Anchor, Area, Canvas, Colour, Stroke, between, opaque};
 use super::font::{self, Weight};
 use super::theme;
 use crate::cluster::{Merge, MergeStep, Votes};
-use crate::palette::instance_colour;
+use crate::messages::palette::instance_colour;
 
 /// A move of the merge: a component opens an instance, or joins one.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -3,11 +3,11 @@
 use std::ops::Range;
 
 use crate::cloud::PointCloud;
+use crate::cloud::taxonomy::Class;
 use crate::error::{Error, Result};
-use crate::palette::instance_colour;
+use crate::messages::palette::instance_colour;
 use crate::pipeline::Stages;
 use crate::range_image::RangeImage;
-use crate::taxonomy::Class;
 
 /// One clustered cloud and what is written about it.
 #[derive(Debug, Clone)]

@@ -6,16 +6,17 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use divmerge::annotate::{AnnotateConfig, AnnotationReport, Event, Options, annotate};
+use divmerge::cloud::{Detection, UprightBox};
 use divmerge::comparison::methods::Boxes;
 use divmerge::frames::{BoxSource, CloudKey, FrameBoxes};
-use divmerge::instances::{Detection, UprightBox};
 
-use divmerge::io::drive::{CLOUD_TOPIC, SENSOR_FRAME};
-use divmerge::io::{
-    ByteOrder, CloudFormat, Layout, MARKER_ARRAY, ObjectBox, ObjectEncoding, ObjectKind, Overview,
-    Record, RecordingReader, RecordingWriter, WriteOptions,
-};
+use divmerge::datasets::drive::{CLOUD_TOPIC, SENSOR_FRAME};
+use divmerge::messages::clouds::CloudFormat;
+use divmerge::messages::definitions::MARKER_ARRAY;
+use divmerge::messages::objects::{ObjectBox, ObjectEncoding, ObjectKind};
+use divmerge::messages::ros::{ByteOrder, Layout};
 use divmerge::pipeline::Config;
+use divmerge::recording::{Overview, Record, RecordingReader, RecordingWriter, WriteOptions};
 use divmerge::simulate::{Drive, Scene, Sensor};
 use divmerge::{Result, Taxonomy};
 use nalgebra::Translation3;
@@ -191,7 +192,7 @@ fn boxes_in_another_frame_end_the_run() {
     let encoding = ObjectEncoding::Ros(Layout::Cdr(ByteOrder::Little));
     let header = (seconds as i32, nanoseconds, "base_link");
     ObjectKind::Markers.write(encoding, header, &[boxed], &mut message).expect("markers");
-    let header = divmerge::io::MessageHeader { channel_id, ..cloud };
+    let header = divmerge::recording::MessageHeader { channel_id, ..cloud };
     writer.write_message(&header, &message).expect("written");
     writer.finish().expect("finished");
 

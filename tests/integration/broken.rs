@@ -11,11 +11,12 @@ use divmerge::annotate::{
     annotate_message,
 };
 use divmerge::frames::EncodedCloud;
-use divmerge::io::{
-    CloudFormat, Datatype, MessageHeader, Overview, POINT_CLOUD2, PackedCloud, PointField, Record,
-    RecordingReader, RecordingWriter, WriteOptions,
-};
+use divmerge::messages::clouds::{CloudFormat, Datatype, PackedCloud, PointField};
+use divmerge::messages::definitions::POINT_CLOUD2;
 use divmerge::pipeline::{self, Config};
+use divmerge::recording::{
+    MessageHeader, Overview, Record, RecordingReader, RecordingWriter, WriteOptions,
+};
 use divmerge::semantics::{GroundParams, MaskSource};
 use divmerge::{PointCloud, Result};
 use tempfile::TempDir;

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use divmerge::annotate::{AnnotateConfig, AnnotationReport, Event, Options, Semantics, annotate};
+use divmerge::datasets::drive::{CLOUD_TOPIC, SENSOR_FRAME};
+use divmerge::datasets::semantic_kitti::write_labels;
 use divmerge::frames::CloudKey;
 use divmerge::frames::{ClassSource, EncodedCloud, EncodedClouds, FrameClasses, TOLERANCE_NS};
-use divmerge::io::drive::{CLOUD_TOPIC, SENSOR_FRAME};
-use divmerge::io::semantic_kitti::write_labels;
-use divmerge::io::{
-    CloudFormat, Datatype, MessageHeader, Overview, PackedCloud, PointField, Record,
-    RecordingReader, RecordingWriter, WriteOptions,
+use divmerge::messages::clouds::{CloudFormat, Datatype, PackedCloud, PointField};
+use divmerge::recording::{
+    MessageHeader, Overview, Record, RecordingReader, RecordingWriter, WriteOptions,
 };
 use divmerge::{Result, Taxonomy};
 

@@ -103,7 +103,7 @@ fn a_long_recording_is_one() {
     let output = example("11_long_recording", &["20"]);
     assert!(output.status.success(), "{output:?}");
     std::fs::write(&path, output.stdout).expect("written");
-    let overview = divmerge::io::Overview::read(&path).expect("a recording");
+    let overview = divmerge::recording::Overview::read(&path).expect("a recording");
     assert!(overview.is_complete && overview.from_summary && overview.message_count > 4);
 }
 

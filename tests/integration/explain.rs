@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use divmerge::explain::{
+use divmerge::diagnose::explain::{
     Answer, Flip, Frame, Link, Rule, Subject, VoteEvidence, WhatIf, answer, explain, what_if,
 };
 use divmerge::pipeline::{self, Config, Stages};

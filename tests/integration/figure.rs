@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use divmerge::io::WriteOptions;
-use divmerge::io::drive::{CLOUD_TOPIC, write_drive};
-use divmerge::palette::instance_colour;
+use divmerge::datasets::drive::{CLOUD_TOPIC, write_drive};
+use divmerge::messages::palette::instance_colour;
+use divmerge::recording::WriteOptions;
 use divmerge::simulate::{Drive, Scene, Sensor};
 
 use crate::recordings::drive;
@@ -146,8 +146,9 @@ fn steps_and_video_are_numbered() {
 
 #[test]
 fn an_empty_frame_can_be_drawn() {
-    use divmerge::io::drive::cloud_message;
-    use divmerge::io::{MessageHeader, POINT_CLOUD2, RecordingWriter};
+    use divmerge::datasets::drive::cloud_message;
+    use divmerge::messages::definitions::POINT_CLOUD2;
+    use divmerge::recording::{MessageHeader, RecordingWriter};
     let folder = tempfile::tempdir().expect("a folder");
     let input = folder.path().join("empty.mcap");
     let mut frame = Drive::new(Sensor::Vlp16, Scene::Parking, 1).frame(0);

@@ -6,9 +6,10 @@ use std::process::{Command, Stdio};
 
 use divmerge::Result;
 use divmerge::annotate::{AnnotationReport, Event, Form, Options, annotate};
-use divmerge::io::drive::CLOUD_TOPIC;
-use divmerge::io::{
-    CloudFormat, Compression, MessageHeader, Overview, Record, RecordingWriter, WriteOptions,
+use divmerge::datasets::drive::CLOUD_TOPIC;
+use divmerge::messages::clouds::CloudFormat;
+use divmerge::recording::{
+    Compression, MessageHeader, Overview, Record, RecordingWriter, WriteOptions,
 };
 
 use crate::cli::{divmerge, path, text};
@@ -83,9 +84,9 @@ fn a_cloud_that_cannot_be_read_stays_in_place() {
     let lying = folder.path().join("lying.mcap");
     let overview = Overview::read(&input).expect("a recording");
     let write_options =
-        divmerge::io::WriteOptions { profile: overview.profile, ..Default::default() };
+        divmerge::recording::WriteOptions { profile: overview.profile, ..Default::default() };
     let mut writer =
-        divmerge::io::RecordingWriter::create(&lying, &write_options).expect("a writer");
+        divmerge::recording::RecordingWriter::create(&lying, &write_options).expect("a writer");
     for record in records(&input) {
         match record {
             Record::Message { header, data, .. } if header.sequence == 1 => {

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-use divmerge::io::{Overview, Record};
+use divmerge::recording::{Overview, Record};
 use tempfile::TempDir;
 
 use crate::cli::{divmerge, path, text};

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use divmerge::frames::{CloudAt, encoded_cloud_at};
-use divmerge::io::MessageHeader;
+use divmerge::recording::MessageHeader;
 
 /// A recording of a thousand messages in many chunks, every tenth of them out of its turn.
 fn long() -> Vec<u8> {

@@ -5,15 +5,16 @@ use std::f64::consts::PI;
 use divmerge::annotate::{
     AnnotateConfig, Annotated, MessageTypes, Semantics, annotate_message, remarks,
 };
+use divmerge::cloud::sensor_frame::SensorFrame;
+use divmerge::datasets::cloud_recording::{CloudRecording, Transform};
+use divmerge::datasets::drive::cloud_message;
 use divmerge::frames::EncodedCloud;
 use divmerge::frames::static_transforms;
-use divmerge::io::cloud_recording::{CloudRecording, Transform};
-use divmerge::io::drive::cloud_message;
-use divmerge::io::{CloudFormat, WriteOptions};
+use divmerge::messages::clouds::CloudFormat;
 use divmerge::pipeline::{self, Config};
 use divmerge::range_image::{Geometry, NO_NEIGHBOUR, Projection, ProjectionParams, RangeImage};
+use divmerge::recording::WriteOptions;
 use divmerge::semantics::{GroundParams, MaskSource};
-use divmerge::sensor_frame::SensorFrame;
 use divmerge::simulate::{Drive, Frame, Rig, Scene, Sensor};
 use divmerge::{PointCloud, PointColumns, Taxonomy};
 
@@ -221,7 +222,7 @@ fn ground_shares(cloud: &PointCloud) -> [f64; 2] {
     let ground = GroundParams::default();
     let stages = pipeline::run(cloud, MaskSource::NotGround(&ground), &Config::best());
     let is_ground = |p: usize| [40, 44, 48, 49, 60, 72].contains(&cloud.class.as_ref().unwrap()[p]);
-    let found = |p: usize| stages.labels.reason[p] == divmerge::instances::Reason::Ground;
+    let found = |p: usize| stages.labels.reason[p] == divmerge::cloud::Reason::Ground;
     let count = |of: &dyn Fn(usize) -> bool| (0..cloud.len()).filter(|&p| of(p)).count() as f64;
     let both = count(&|p| is_ground(p) && found(p));
     [both / count(&is_ground), both / count(&found)]

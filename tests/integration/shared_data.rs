@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use divmerge::io::semantic_kitti::{labelled_scans, read_labels, read_scan};
+use divmerge::datasets::semantic_kitti::{labelled_scans, read_labels, read_scan};
 use divmerge::pipeline::Config;
 
 use crate::partition::compare;

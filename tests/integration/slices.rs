@@ -9,11 +9,11 @@ use divmerge::annotate::{
     AnnotateConfig, AnnotationReport, Event, Form, JoinOptions, Options, Semantics, SliceFile,
     annotate, by_recording, join,
 };
-use divmerge::io::drive::CLOUD_TOPIC;
+use divmerge::datasets::drive::CLOUD_TOPIC;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use divmerge::io::{Compression, Overview, Record, RecordingWriter, WriteOptions};
+use divmerge::recording::{Compression, Overview, Record, RecordingWriter, WriteOptions};
 
 use crate::cli::{divmerge, path, text};
 use crate::recordings::{drive, records};

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use divmerge::Result;
 use divmerge::annotate::{AnnotateConfig, AnnotationReport, Event, Options, Semantics, annotate};
-use divmerge::io::drive::write_drive;
-use divmerge::io::{
+use divmerge::datasets::drive::write_drive;
+use divmerge::recording::{
     Compression, Item, Overview, Part, Record, RecordingReader, RecordingWriter, WriteOptions,
 };
 use divmerge::simulate::{Drive, Scene, Sensor};

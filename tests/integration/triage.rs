@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use divmerge::io::{
-    DIAGNOSTIC_ARRAY, Overview, Record, RecordingReader, WriteOptions, drive::write_drive,
-};
+use divmerge::datasets::drive::write_drive;
+use divmerge::messages::definitions::DIAGNOSTIC_ARRAY;
+use divmerge::recording::{Overview, Record, RecordingReader, WriteOptions};
 use divmerge::simulate::{Drive, Scene, Sensor};
 
 use crate::cli::{divmerge, path, text};

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use divmerge::Result;
 use divmerge::annotate::{AnnotationReport, Event, Options, annotate};
-use divmerge::io::{MessageHeader, Overview, Record, RecordingReader};
+use divmerge::recording::{MessageHeader, Overview, Record, RecordingReader};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use tempfile::TempDir;

@@ -1,10 +1,10 @@
 //! Objects without classes: instances by gaps, and what they look like.
 
+use divmerge::cloud::ShapeClass;
+use divmerge::datasets::semantic_kitti::{labelled_scans, read_labels, read_scan};
 use divmerge::evaluate::entropy::{
     MIN_POINTS, PointRole, TOLERANCE, entropies, found_whole, true_objects,
 };
-use divmerge::instances::ShapeClass;
-use divmerge::io::semantic_kitti::{labelled_scans, read_labels, read_scan};
 use divmerge::pipeline::{self, Config};
 use divmerge::semantics::{GroundParams, MaskSource};
 use divmerge::simulate::{Drive, Scene, Sensor};

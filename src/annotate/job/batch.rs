@@ -8,7 +8,7 @@ use crate::annotate::message::annotate_messages;
 use crate::annotate::types::MessageTypes;
 use crate::error::Result;
 use crate::frames::EncodedCloud;
-use crate::workers::{Promise, Ticket, Workers};
+use divmerge_recording::workers::{Promise, Ticket, Workers};
 
 /// Clouds that wait for others to go through a network with them.
 pub(super) struct Batch {

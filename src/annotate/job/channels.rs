@@ -7,7 +7,9 @@ use crate::annotate::added_topics::{added_metadata, channel_metadata};
 use crate::annotate::types::MessageTypes;
 use crate::error::Result;
 use crate::frames::{CloudTopic, INSTANCES, OBJECTS};
-use crate::io::{Channel, CloudFormat, MessageSchema, Overview, RecordingWriter, Schema};
+use crate::messages::clouds::CloudFormat;
+use crate::messages::definitions::MessageSchema;
+use divmerge_recording::{Channel, Overview, RecordingWriter, Schema};
 
 /// The channels of what is added to a topic's clouds.
 #[derive(Clone, Copy)]

@@ -16,7 +16,7 @@ use crate::annotate::times::FrameTimes;
 use crate::error::Result;
 use crate::frames::CloudKey;
 use crate::frames::EncodedCloud;
-use crate::io::{MessageHeader, SourceChunk, checksum};
+use divmerge_recording::{MessageHeader, SourceChunk, checksum};
 
 /// A message that annotates a cloud, and the chunk that it lies in if it was made before.
 type Message<'a> = (&'a [u8], Option<&'a Arc<SourceChunk>>);

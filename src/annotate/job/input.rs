@@ -8,8 +8,8 @@ use crate::annotate::form::Form;
 use crate::annotate::message::{Annotated, annotate_message};
 use crate::error::Result;
 use crate::frames::{CloudTopic, EncodedCloud};
-use crate::io::{Item, Part, Record, SourceChunk};
-use crate::workers::Workers;
+use divmerge_recording::workers::Workers;
+use divmerge_recording::{Item, Part, Record, SourceChunk};
 
 impl Job<'_> {
     /// Takes what comes next in the input, of which so many bytes have been read.

@@ -12,8 +12,8 @@ use crate::annotate::resume::{CutOffRun, Journal, clean_up};
 use crate::annotate::run_parameters::RunParameters;
 use crate::error::Result;
 use crate::frames::{CloudTopic, choose_topics};
-use crate::io::{Overview, ReadFilter, RecordingWriter, STANDARD_STREAM, WriteOptions};
-use crate::workers::Workers;
+use divmerge_recording::workers::Workers;
+use divmerge_recording::{Overview, ReadFilter, RecordingWriter, STANDARD_STREAM, WriteOptions};
 
 /// What a job is told of its input.
 pub(in crate::annotate) struct JobInput {

@@ -11,7 +11,7 @@ use crate::annotate::report::AnnotationReport;
 use crate::annotate::resume::{clean_up, journal_of};
 use crate::error::{Error, Result};
 use crate::frames::choose_topics;
-use crate::io::{Item, Record, RecordingReader};
+use divmerge_recording::{Item, Record, RecordingReader};
 
 impl Job<'_> {
     /// Writes all that is waiting.

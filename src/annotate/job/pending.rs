@@ -7,8 +7,8 @@ use crate::annotate::clustered::Clustered;
 use crate::annotate::message::Annotated;
 use crate::error::Result;
 use crate::frames::EncodedCloud;
-use crate::io::{Item, SourceChunk};
-use crate::workers::Ticket;
+use divmerge_recording::workers::Ticket;
+use divmerge_recording::{Item, SourceChunk};
 
 /// Bytes of the input's messages, for each thread, that may wait for clouds before them.
 const WAITING_PER_THREAD: usize = 16 << 20;

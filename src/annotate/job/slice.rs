@@ -4,7 +4,7 @@
 use super::state::Job;
 use crate::annotate::slice_files::{CHECKPOINTS, SLICE_METADATA, slice_metadata};
 use crate::error::Result;
-use crate::io::{Position, Record};
+use divmerge_recording::{Position, Record};
 
 impl Job<'_> {
     /// Begins a slice with what it is, if the output is to be one.

@@ -20,8 +20,8 @@ use crate::annotate::resume::Journal;
 use crate::annotate::run_parameters::RunParameters;
 use crate::error::Result;
 use crate::frames::{CloudCounter, CloudTopic};
-use crate::io::{Compression, Overview, ReadFilter, RecordingWriter};
-use crate::workers::Workers;
+use divmerge_recording::workers::Workers;
+use divmerge_recording::{Compression, Overview, ReadFilter, RecordingWriter};
 
 /// An annotation under way.
 pub(in crate::annotate) struct Job<'a> {

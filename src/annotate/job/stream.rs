@@ -5,7 +5,8 @@ use super::state::Job;
 use crate::annotate::added_topics::refuse_annotated;
 use crate::error::Result;
 use crate::frames::topics::clustered_topic;
-use crate::io::{Channel, CloudChannel, Compression, Item, Record, SourceChunk};
+use crate::messages::clouds::CloudChannel;
+use divmerge_recording::{Channel, Compression, Item, Record, SourceChunk};
 
 impl Job<'_> {
     /// Says of a channel with clouds that cannot be read why.

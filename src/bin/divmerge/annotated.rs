@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Result, bail};
 use divmerge::frames::annotated_topics;
-use divmerge::io::Overview;
+use divmerge::recording::Overview;
 
 /// The annotated topics `T/instances`, at least one.
 pub fn annotated(input: &Path) -> Result<Vec<String>> {

@@ -6,9 +6,11 @@ use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand};
 use divmerge::Error;
 use divmerge::annotate::time_spec::since_1970;
-use divmerge::io::scans::{Columns, FolderOptions, ScanFolder, StampSource, WriteSummary};
-use divmerge::io::semantic_kitti::sequence::{CLOUD_TOPIC, Sequence, SequenceOptions, sequences};
-use divmerge::io::{Compression, WriteOptions};
+use divmerge::datasets::scans::{Columns, FolderOptions, ScanFolder, StampSource, WriteSummary};
+use divmerge::datasets::semantic_kitti::sequence::{
+    CLOUD_TOPIC, Sequence, SequenceOptions, sequences,
+};
+use divmerge::recording::{Compression, WriteOptions};
 
 use crate::arguments::objects::taxonomy;
 use crate::arguments::values::{COMPRESSIONS, one_of, positive};

@@ -6,10 +6,10 @@ use anyhow::Result;
 use clap::Args;
 use divmerge::Taxonomy;
 use divmerge::annotate::{AnnotationReport, Options, annotate};
+use divmerge::datasets::drive::{CLOUD_TOPIC, write_drive};
 use divmerge::evaluate::panoptic::{MIN_POINTS, Panoptic};
 use divmerge::frames::EncodedClouds;
-use divmerge::io::WriteOptions;
-use divmerge::io::drive::{CLOUD_TOPIC, write_drive};
+use divmerge::recording::WriteOptions;
 use divmerge::simulate::{Drive, Scene, Sensor};
 
 use crate::arguments::objects::ObjectArguments;

@@ -84,7 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     found.sort_by_key(|found| std::cmp::Reverse(found.difference.points));
     print(&found, &totals, arguments.limit);
     if let Some(csv) = &arguments.csv {
-        divmerge::io::write_file(csv, as_csv(&found).as_bytes(), arguments.force)?;
+        divmerge::recording::write_file(csv, as_csv(&found).as_bytes(), arguments.force)?;
         println!("wrote {}", csv.display());
     }
     if let Some(json) = &arguments.json {

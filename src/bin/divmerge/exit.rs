@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::Command;
 use clap::error::ErrorKind;
-use divmerge::io::recording;
+use divmerge::recording;
 
 /// A process that Ctrl-C ended.
 pub const INTERRUPTED: u8 = 130;

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use clap::error::ErrorKind;
 use divmerge::annotate::AnnotateConfig;
-use divmerge::explain::{
+use divmerge::diagnose::explain::{
     ExplanationReport, ExplanationText, Frame, PointFacts, Subject, nearest_points, return_at,
     what_if,
 };

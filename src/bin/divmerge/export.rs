@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
+use divmerge::datasets::scans::SOURCE;
+use divmerge::datasets::semantic_kitti::label_pairs::{label_file, stray_label_files};
+use divmerge::datasets::semantic_kitti::sequence::SEQUENCE_KEY;
+use divmerge::datasets::semantic_kitti::write_labels;
 use divmerge::frames::find_metadata;
 use divmerge::frames::{EncodedCloud, EncodedClouds};
-use divmerge::io::scans::SOURCE;
-use divmerge::io::semantic_kitti::label_pairs::{label_file, stray_label_files};
-use divmerge::io::semantic_kitti::sequence::SEQUENCE_KEY;
-use divmerge::io::semantic_kitti::write_labels;
-use divmerge::io::{Metadata, Overview};
+use divmerge::recording::{Metadata, Overview};
 
 use crate::annotated::annotated;
 use crate::exit::Outcome;

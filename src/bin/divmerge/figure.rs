@@ -9,7 +9,7 @@ use clap::{ArgGroup, Args};
 use divmerge::annotate::AnnotateConfig;
 use divmerge::annotate::time_spec::TimeSpec;
 use divmerge::frames::{CloudAt, EncodedCloud, EncodedClouds, encoded_cloud_at};
-use divmerge::io::Overview;
+use divmerge::recording::Overview;
 use divmerge::view::{
     self, ClusteredMessage, ColourTracker, Crop, FigureOptions, Panel, Region, Scene,
 };

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use divmerge::Error;
 use divmerge::annotate::resume::journal_of;
-use divmerge::io::{PartialFile, abandon_partial_files};
+use divmerge::recording::{PartialFile, abandon_partial_files};
 
 use crate::exit::INTERRUPTED as EXIT_CODE;
 

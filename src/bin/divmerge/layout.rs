@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use divmerge::annotate::{AnnotationReport, Form, TopicReport};
 use divmerge::frames::{INSTANCES, OBJECTS};
-use divmerge::io::{STANDARD_STREAM, write_file};
+use divmerge::recording::{STANDARD_STREAM, write_file};
 use divmerge::view::{ShownTopic, viewer_layout};
 
 use crate::output::refuse_existing;

@@ -36,7 +36,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use divmerge::io::address::put_secrets_aside;
+use divmerge::recording::address::put_secrets_aside;
 
 use exit::Outcome;
 

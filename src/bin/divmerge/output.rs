@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use divmerge::io::address::is_remote;
-use divmerge::io::bag::METADATA_FILE;
-use divmerge::io::{Bag, Overview, write_file};
+use divmerge::datasets::bag::Bag;
+use divmerge::datasets::bag::METADATA_FILE;
+use divmerge::recording::address::is_remote;
+use divmerge::recording::{Overview, write_file};
 use divmerge::view::{self, Canvas};
 use serde::Serialize;
 

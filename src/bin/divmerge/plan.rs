@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use divmerge::annotate::slices::{Plan, Slice, plan, recordings};
-use divmerge::io::write_file;
+use divmerge::recording::write_file;
 
 use crate::arguments::values::at_least_one;
 use crate::exit::Outcome;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use divmerge::annotate::{AnnotationReport, FrameTimes, TopicReport};
-use divmerge::instances::Reason;
+use divmerge::cloud::Reason;
 
 use crate::text::{counted, grouped};
 

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use divmerge::io::drive::{CLOUD_TOPIC, write_drive_in};
-use divmerge::io::{CloudFormat, Compression, WriteOptions};
+use divmerge::datasets::drive::{CLOUD_TOPIC, write_drive_in};
+use divmerge::messages::clouds::CloudFormat;
+use divmerge::recording::{Compression, WriteOptions};
 use divmerge::simulate::{Drive, Scene, Sensor};
 
 use crate::arguments::values::{COMPRESSIONS, NamedValue, one_of};

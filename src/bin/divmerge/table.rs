@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use divmerge::comparison::MethodScores;
-use divmerge::io::write_file;
+use divmerge::recording::write_file;
 use divmerge::view::{LineChart, line_charts};
 use serde::Serialize;
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use divmerge::annotate::{AnnotateConfig, ClusteredFrame};
 #[cfg(not(feature = "rerun"))]
-use divmerge::explain::Explanation;
+use divmerge::diagnose::explain::Explanation;
 use divmerge::view::Target;
 #[cfg(feature = "rerun")]
 pub use divmerge::view::rerun_stream::RerunStream;

@@ -6,7 +6,7 @@ use rand::RngExt;
 
 use super::draws::{Purpose, stream};
 use crate::cloud::PointCloud;
-use crate::taxonomy::Taxonomy;
+use crate::cloud::taxonomy::Taxonomy;
 
 /// Classes by name, and what each is easily taken for.
 const SIMILAR: &[(&str, &[&str])] = &[

@@ -40,7 +40,7 @@ mod surroundings;
 use serde::Serialize;
 
 use crate::cloud::PointCloud;
-use crate::taxonomy::Taxonomy;
+use crate::cloud::taxonomy::Taxonomy;
 use draws::{Purpose, patch_draws, point_draws};
 use flicker::Lookalikes;
 pub use surroundings::Surroundings;

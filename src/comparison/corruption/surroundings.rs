@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use crate::cloud::PointCloud;
-use crate::kd_tree::KdTree;
-use crate::taxonomy::Taxonomy;
+use crate::cloud::taxonomy::Taxonomy;
+use crate::geometry::kd_tree::KdTree;
 
 /// Another class is near within so many metres, ...
 const BORDER: f64 = 0.3;

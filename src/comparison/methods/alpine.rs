@@ -4,9 +4,9 @@
 use super::shared::per_class;
 use crate::cloud::taxonomy::{ClassSize, Taxonomy};
 use crate::cluster::{Method, MethodInput, Segmentation};
-use crate::disjoint_sets::DisjointSets;
-use crate::footprint::{PlanePoint, convex_hull, minimum_area_rectangle};
-use crate::kd_tree::KdTree;
+use crate::geometry::disjoint_sets::DisjointSets;
+use crate::geometry::footprint::{PlanePoint, convex_hull, minimum_area_rectangle};
+use crate::geometry::kd_tree::KdTree;
 
 /// The points of a class on the bird's-eye plane, each linked with its k nearest as far as they are
 /// nearer than the class is wide; connected components; components larger than the class's objects

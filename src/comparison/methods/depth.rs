@@ -4,7 +4,7 @@ use crate::cluster::{Method, MethodInput, Segmentation};
 use serde::Serialize;
 
 use super::shared::{object_pixels, to_points};
-use crate::disjoint_sets::DisjointSets;
+use crate::geometry::disjoint_sets::DisjointSets;
 use crate::range_image::NO_NEIGHBOUR;
 
 /// Connected components of the 4-connected range image under the angle condition beta > theta.

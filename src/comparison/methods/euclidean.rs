@@ -2,7 +2,7 @@
 
 use super::shared::per_class;
 use crate::cluster::{Method, MethodInput, Segmentation};
-use crate::kd_tree::KdTree;
+use crate::geometry::kd_tree::KdTree;
 
 /// From point to point: whatever is near a point of a cluster is in it; class by class.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]

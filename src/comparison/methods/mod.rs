@@ -34,8 +34,8 @@ use rustc_hash::FxHashMap;
 
 use crate::cloud::taxonomy::Taxonomy;
 use crate::cluster::Method;
+use crate::geometry::statistics::most_frequent;
 use crate::semantics::ObjectMask;
-use crate::statistics::most_frequent;
 
 pub use alpine::Alpine;
 pub use boxes::Boxes;

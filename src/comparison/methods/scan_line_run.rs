@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::shared::{object_pixels, to_points};
 use crate::cluster::{Method, MethodInput, ObjectPixels, Segmentation};
-use crate::disjoint_sets::DisjointSets;
+use crate::geometry::disjoint_sets::DisjointSets;
 use crate::range_image::RangeImage;
 
 /// Each beam is cut into runs of neighbouring points, and a run takes over what its points are near

@@ -5,8 +5,8 @@ use serde::Serialize;
 use super::border::{BorderPair, pair};
 use super::frame::Frame;
 use super::places::{Place, place_of_object};
+use crate::cloud::Reason;
 use crate::cluster::back_projection::label_source;
-use crate::instances::Reason;
 use crate::pipeline::Stages;
 use crate::range_image::{NEIGHBOURS, NO_NEIGHBOUR};
 

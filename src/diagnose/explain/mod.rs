@@ -13,7 +13,7 @@
 //! in the order in which they were opened. Instances are numbered as in [`PointLabels`].
 //!
 //! ```
-//! use divmerge::explain::{Answer, Frame, Subject, explain};
+//! use divmerge::diagnose::explain::{Answer, Frame, Subject, explain};
 //! use divmerge::pipeline::{self, Config};
 //! use divmerge::semantics::MaskSource;
 //! use divmerge::simulate::{Drive, Scene, Sensor};
@@ -27,7 +27,7 @@
 //! assert_eq!(explanation.answer == Answer::OneInstance, a == b && a != 0);
 //! ```
 //!
-//! [`PointLabels`]: crate::instances::PointLabels
+//! [`PointLabels`]: crate::cloud::PointLabels
 
 pub mod border;
 pub mod facts;
@@ -43,7 +43,7 @@ mod tests;
 
 use serde::Serialize;
 
-use crate::instances::Reason;
+use crate::cloud::Reason;
 
 pub use crate::cluster::SizeTest;
 pub use border::{BorderPair, Rule};

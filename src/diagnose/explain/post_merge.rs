@@ -13,9 +13,9 @@ use serde::Serialize;
 use super::facts::{GroupFacts, PointFacts, group};
 use super::frame::Frame;
 use super::places::{self, Place};
+use crate::cloud::Reason;
 use crate::cluster::params::{BirdsEye, FragmentMerge, GapMerge, Region};
 use crate::cluster::{InstanceRegion, Join, SizeTest, regions};
-use crate::instances::Reason;
 
 /// Something that a stage after the vote merge did, or left undone.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -6,10 +6,10 @@
 //! favour). A voxel is as large as the world: a seed for each side of the axes.
 
 use super::*;
+use crate::cloud::taxonomy::Taxonomy;
 use crate::cluster::params::ClusterParams;
 use crate::pipeline::{Config, Stages};
 use crate::semantics::MaskSource;
-use crate::taxonomy::Taxonomy;
 use crate::{PointCloud, PointColumns};
 
 struct Scene {

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::cluster::Join;
-use crate::explain::{Link, PostMergeStage};
+use crate::diagnose::explain::{Link, PostMergeStage};
 
 /// The step that lost an object, with its numbers.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -29,7 +29,7 @@
 //! Merges and joins form a tree over the parts of an instance. The decision that is named is the
 //! one without which the better of the two sides is most like the object; if none would make it
 //! better, none is named. What is said of two parts that stayed apart comes from
-//! [`explain`](crate::explain::explain()).
+//! [`explain`](crate::diagnose::explain::explain()).
 //!
 //! Failures are true objects without a match, and found instances that count as false where no
 //! failing true object accounts for them: spurious ones, and pieces beside the match of a true

@@ -4,9 +4,9 @@ use rustc_hash::FxHashMap;
 
 use super::case::{LabelledRun, Side, Target};
 use crate::evaluate::verdict::{Labelling, Segment, Verdict, Verdicts};
+use crate::geometry::statistics::most_frequent;
 use crate::pipeline::{self, Stages};
 use crate::semantics::MaskSource;
-use crate::statistics::most_frequent;
 
 /// What an oracle found, and the verdicts on it.
 pub(super) struct OracleVerdicts {

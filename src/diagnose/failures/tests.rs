@@ -6,15 +6,15 @@
 //! large as the world, a seed on each side of straight ahead.
 
 use super::*;
+use crate::cloud::taxonomy::Taxonomy;
 use crate::cloud::{PointCloud, PointColumns};
 use crate::cluster::Evidence;
 use crate::cluster::params::{BirdsEye, ClusterParams, Leftovers, Region};
+use crate::diagnose::explain::{Frame, PostMergeStage};
 use crate::evaluate::verdict::Verdict;
-use crate::explain::{Frame, PostMergeStage};
 use crate::pipeline::{self, Config};
 use crate::range_image::Wrap;
 use crate::semantics::MaskSource;
-use crate::taxonomy::Taxonomy;
 
 struct Scene {
     cloud: PointCloud,

@@ -2,7 +2,7 @@
 
 use super::cause::{Cause, DivideCause, MergeCause, PostMergeCause};
 use crate::cluster::{Evidence, Join};
-use crate::explain::PostMergeStage;
+use crate::diagnose::explain::PostMergeStage;
 
 impl Cause {
     /// A sentence that describes the cause, with its numbers.

@@ -5,7 +5,7 @@ use super::facts::{FrameFacts, InstanceFacts};
 use super::sizes::gap_evidence;
 use super::suspect::{Suspect, SuspectKind, ramp};
 use crate::cluster::{Evidence, Join};
-use crate::disjoint_sets::DisjointSets;
+use crate::geometry::disjoint_sets::DisjointSets;
 
 /// Joins of two substantial parts across a gap. Joins by size have the evidence of
 /// [`gap_evidence`]; without classes it grows from half the join distance on.

@@ -35,7 +35,7 @@
 //!
 //! ```
 //! use divmerge::Taxonomy;
-//! use divmerge::explain::Frame;
+//! use divmerge::diagnose::explain::Frame;
 //! use divmerge::pipeline::{self, Config};
 //! use divmerge::semantics::MaskSource;
 //! use divmerge::simulate::{Drive, Scene, Sensor};

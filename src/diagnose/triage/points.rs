@@ -2,9 +2,9 @@
 
 use super::facts::{FrameFacts, InstanceFacts};
 use super::suspect::{Concern, Suspect, SuspectKind, ramp};
-use crate::disjoint_sets::DisjointSets;
-use crate::footprint::distance;
-use crate::instances::Reason;
+use crate::cloud::Reason;
+use crate::geometry::disjoint_sets::DisjointSets;
+use crate::geometry::footprint::distance;
 use crate::text::counted;
 
 /// Instances with pixels of other classes than their own, or of corrected classes; full if these

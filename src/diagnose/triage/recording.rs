@@ -10,12 +10,13 @@ use crate::annotate::{
     AnnotateConfig, ClusteredFrame, Event, FrameVisitor, VisitedFrames, added_metadata,
     for_each_frame, refuse_same_file,
 };
+use crate::diagnose::explain;
 use crate::error::{Error, Result};
-use crate::explain;
 use crate::frames::{CloudTopic, Selection, choose_topics};
-use crate::io::{
-    ByteOrder, Channel, Compression, Diagnostic, Layout, Level, MessageHeader, Overview, Record,
-    RecordingWriter, WriteOptions, diagnostic_array, diagnostic_schema,
+use crate::messages::diagnostics::{Diagnostic, Level, diagnostic_array, diagnostic_schema};
+use crate::messages::ros::{ByteOrder, Layout};
+use divmerge_recording::{
+    Channel, Compression, MessageHeader, Overview, Record, RecordingWriter, WriteOptions,
 };
 
 /// Added to the name of a cloud's topic.

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::facts::FrameFacts;
 use super::suspect::{Params, Suspect, SuspectKind};
 use super::{joins, pairs, points, sizes, votes};
-use crate::explain::Frame;
+use crate::diagnose::explain::Frame;
 
 /// What is suspect in a frame.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]

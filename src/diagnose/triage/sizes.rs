@@ -5,7 +5,7 @@ use super::between::between;
 use super::facts::{FrameFacts, InstanceFacts};
 use super::parts::{ComponentBox, best_split, components};
 use super::suspect::{Suspect, SuspectKind, ramp};
-use crate::taxonomy::ClassSize;
+use crate::cloud::taxonomy::ClassSize;
 use crate::text::counted;
 
 /// Instances longer or wider than objects of their class.

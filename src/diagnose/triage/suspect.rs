@@ -129,7 +129,7 @@ pub struct Suspect {
     /// The instances concerned, the one most in doubt first; none of points that no instance is
     /// near.
     pub concerns: Vec<Concern>,
-    /// One or two points of the cloud for [`explain`](crate::explain::explain()).
+    /// One or two points of the cloud for [`explain`](crate::diagnose::explain::explain()).
     pub points: Vec<usize>,
     /// Where, metres, sensor frame.
     pub position: [f64; 3],

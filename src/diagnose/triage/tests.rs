@@ -1,12 +1,12 @@
 //! Scenes drawn from blocks of points, where what is suspect is known by hand.
 
 use super::*;
+use crate::cloud::taxonomy::Taxonomy;
 use crate::cloud::{PointCloud, PointColumns};
-use crate::explain::Frame;
+use crate::diagnose::explain::Frame;
 use crate::pipeline::{self, Config, Stages};
 use crate::range_image::Wrap;
 use crate::semantics::MaskSource;
-use crate::taxonomy::Taxonomy;
 
 const CAR: u16 = 10;
 const TRUCK: u16 = 18;

@@ -3,8 +3,8 @@
 use nalgebra::{Isometry3, Translation3};
 
 use super::object_box::{BOX_ALPHA, ObjectBox, SHORTEST_SIDE, TEXT_HEIGHT, write_pose};
+use crate::messages::palette::instance_colour;
 use crate::messages::ros::{Layout, RosWriter};
-use crate::palette::instance_colour;
 
 const CUBE: i32 = 1;
 const TEXT_VIEW_FACING: i32 = 9;

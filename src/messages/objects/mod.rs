@@ -122,7 +122,7 @@ impl ObjectEncoding {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::instances::UprightBox;
+    use crate::cloud::UprightBox;
     use crate::messages::ros::ByteOrder;
 
     /// A car's box that stands upright.

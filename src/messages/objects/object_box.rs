@@ -2,7 +2,7 @@
 
 use nalgebra::Isometry3;
 
-use crate::instances::{Instance, Shape, ShapeClass};
+use crate::cloud::{Instance, Shape, ShapeClass};
 use crate::messages::ros::RosWriter;
 
 /// Opacity of a box.

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 
 use super::object_box::{BOX_ALPHA, ObjectBox, SHORTEST_SIDE, TEXT_HEIGHT};
 use crate::messages::definitions::MessageSchema;
-use crate::palette::instance_colour;
+use crate::messages::palette::instance_colour;
 
 /// Name of the type in both encodings.
 const NAME: &str = "foxglove.SceneUpdate";

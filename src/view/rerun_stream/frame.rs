@@ -8,9 +8,9 @@ use rerun::{
 
 use super::names::{reason_id, rgb, shown_id};
 use crate::annotate::ClusteredFrame;
+use crate::cloud::{Reason, UprightBox};
 use crate::diagnose::explain::Explanation;
-use crate::instances::{Reason, UprightBox};
-use crate::palette::instance_colour;
+use crate::messages::palette::instance_colour;
 use crate::view::scene::{component_centroids, instance_of_component, row_from_top};
 use crate::view::theme;
 

@@ -13,7 +13,7 @@ use rerun::log::LogMsg;
 use rerun::sink::{GrpcSink, GrpcSinkConnectionState, LogSink, SinkFlushError};
 
 use crate::error::{Error, Result};
-use crate::io::PartialFile;
+use divmerge_recording::PartialFile;
 
 /// A viewer that is running answers within this time.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);

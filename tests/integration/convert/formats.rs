@@ -1,8 +1,8 @@
 //! Folders of `.bin`, `.pcd` and `.npy` files.
 
 use divmerge::Error;
-use divmerge::io::CloudFormat;
-use divmerge::io::scans::{Scan, ScanFormat};
+use divmerge::datasets::scans::{Scan, ScanFormat};
+use divmerge::messages::clouds::CloudFormat;
 
 use super::{
     POINTS, bytes, check_xyz_intensity, convert, converted, folder, messages, numbers, write,

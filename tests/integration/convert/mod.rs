@@ -6,9 +6,10 @@ mod sequences;
 use std::path::Path;
 
 use divmerge::Error;
+use divmerge::datasets::scans::{Columns, FolderOptions, Scan, ScanFolder, ScanFormat};
 use divmerge::frames::EncodedClouds;
-use divmerge::io::scans::{Columns, FolderOptions, Scan, ScanFolder, ScanFormat};
-use divmerge::io::{CloudFormat, Overview, Record, RecordingReader, WriteOptions};
+use divmerge::messages::clouds::CloudFormat;
+use divmerge::recording::{Overview, Record, RecordingReader, WriteOptions};
 use proptest::prelude::*;
 use tempfile::TempDir;
 
@@ -96,7 +97,7 @@ fn real_labels_come_back_byte_by_byte() {
     let (code, _, errors) = kitti(&[path(&root), "-o", &out, "--labels", "--compression", "lz4"]);
     assert_eq!(code, Some(0), "{errors}");
     let mut scans = 0;
-    for scan in divmerge::io::semantic_kitti::labelled_scans(&root).expect("sequences") {
+    for scan in divmerge::datasets::semantic_kitti::labelled_scans(&root).expect("sequences") {
         let number = scan.scan.file_stem().and_then(|stem| stem.to_str()).expect("a number");
         let number: u64 = number.parse().expect("a number");
         let recording = here.path().join(format!("{}.mcap", scan.sequence));
@@ -123,7 +124,7 @@ fn real_sequences_go_all_the_way_to_figures() {
     let Some(data) = shared_data() else { return };
     let (root, here) = (data.join("semantickitti"), folder());
     let network = here.path().join("network");
-    for scan in divmerge::io::semantic_kitti::labelled_scans(&root).expect("sequences") {
+    for scan in divmerge::datasets::semantic_kitti::labelled_scans(&root).expect("sequences") {
         let name = scan.labels.file_name().expect("a name");
         let folder = network.join("sequences").join(&scan.sequence).join("predictions");
         write(&folder.join(name), std::fs::read(&scan.labels).expect("labels"));

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use divmerge::io::ros::RosReader;
-use divmerge::io::{CloudFormat, Overview, Record, RecordingReader};
+use divmerge::messages::clouds::CloudFormat;
+use divmerge::messages::ros::RosReader;
+use divmerge::recording::{Overview, Record, RecordingReader};
 
 use super::{POINTS, bytes, check_xyz_intensity, convert, folder, messages, numbers, write};
 use crate::cli::{divmerge, path, text};

@@ -3,7 +3,8 @@
 use std::borrow::Cow;
 
 use divmerge::annotate::Flavor;
-use divmerge::io::{CloudFormat, Datatype, Overview, PackedCloud, PointField};
+use divmerge::messages::clouds::{CloudFormat, Datatype, PackedCloud, PointField};
+use divmerge::recording::Overview;
 
 use super::{channel, encoded, labels, messages, recording, run, simulated, with};
 use crate::recordings::assert_passed_through;

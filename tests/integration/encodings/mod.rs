@@ -11,12 +11,10 @@ use divmerge::Result;
 use divmerge::annotate::{
     AnnotateConfig, AnnotationReport, Event, Flavor, MessageTypes, Options, Semantics, annotate,
 };
+use divmerge::datasets::drive::{CLOUD_TOPIC, cloud_message, cloud_message_in, write_drive_in};
 use divmerge::frames::{EncodedCloud, EncodedClouds};
-use divmerge::io::drive::{CLOUD_TOPIC, cloud_message, cloud_message_in, write_drive_in};
-use divmerge::io::{
-    Channel, CloudFormat, CloudPose, MessageHeader, Overview, PackedCloud, RecordingWriter,
-    WriteOptions,
-};
+use divmerge::messages::clouds::{CloudFormat, CloudPose, PackedCloud};
+use divmerge::recording::{Channel, MessageHeader, Overview, RecordingWriter, WriteOptions};
 use divmerge::simulate::{Drive, Scene, Sensor};
 use tempfile::TempDir;
 
@@ -174,8 +172,8 @@ fn check_colours(annotated: &PackedCloud, [instances, .., reasons]: &[Vec<u32>; 
     };
     for ((&instance, &reason), colour) in instances.iter().zip(reasons).zip(colours) {
         let [red, green, blue] = match instance {
-            0 => divmerge::palette::reason_colour(reason as u8),
-            id => divmerge::palette::instance_colour(id),
+            0 => divmerge::messages::palette::reason_colour(reason as u8),
+            id => divmerge::messages::palette::instance_colour(id),
         };
         assert_eq!(colour.to_be_bytes(), [red, green, blue, 0xff]);
     }

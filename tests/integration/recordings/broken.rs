@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 
 use divmerge::PointCloud;
 use divmerge::annotate::Semantics;
-use divmerge::io::drive::{CLOUD_TOPIC, cloud_message};
-use divmerge::io::{MessageHeader, Overview, POINT_CLOUD2, Record, RecordingWriter, WriteOptions};
+use divmerge::datasets::drive::{CLOUD_TOPIC, cloud_message};
+use divmerge::messages::definitions::POINT_CLOUD2;
 use divmerge::pipeline::Config;
+use divmerge::recording::{MessageHeader, Overview, Record, RecordingWriter, WriteOptions};
 use divmerge::simulate::{Drive, Scene, Sensor};
 use tempfile::TempDir;
 

@@ -8,8 +8,9 @@ use std::path::{Path, PathBuf};
 
 use divmerge::Result;
 use divmerge::annotate::{AnnotateConfig, AnnotationReport, Event, Options, Semantics, annotate};
-use divmerge::io::drive::{CLOUD_TOPIC, write_drive};
-use divmerge::io::{CloudFormat, MessageHeader, Overview, Record, RecordingReader, WriteOptions};
+use divmerge::datasets::drive::{CLOUD_TOPIC, write_drive};
+use divmerge::messages::clouds::CloudFormat;
+use divmerge::recording::{MessageHeader, Overview, Record, RecordingReader, WriteOptions};
 use divmerge::simulate::{Drive, Scene, Sensor};
 use tempfile::TempDir;
 

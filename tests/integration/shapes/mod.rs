@@ -9,8 +9,9 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use divmerge::annotate::{Event, Options, annotate};
-use divmerge::io::drive::cloud_message;
-use divmerge::io::{Compression, POINT_CLOUD2};
+use divmerge::datasets::drive::cloud_message;
+use divmerge::messages::definitions::POINT_CLOUD2;
+use divmerge::recording::Compression;
 use divmerge::simulate::{Drive, Scene, Sensor};
 use mcap::records::op;
 use mcap::sans_io::{LinearReadEvent, LinearReader};

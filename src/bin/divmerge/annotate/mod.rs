@@ -13,7 +13,8 @@ use divmerge::annotate::time_spec::TimeSpec;
 use divmerge::annotate::{
     AnnotationReport, Event, Flavor, Form, MessageTypes, Options, Slice, annotate, slices::Plan,
 };
-use divmerge::io::{Compression, ObjectKind, STANDARD_STREAM};
+use divmerge::messages::objects::ObjectKind;
+use divmerge::recording::{Compression, STANDARD_STREAM};
 use divmerge::view::Target;
 
 use crate::arguments::method::MethodArguments;

@@ -1,8 +1,8 @@
 //! The time of each stage of an annotation, as a table.
 
 use divmerge::annotate::{AnnotationReport, Profile};
-use divmerge::io::Fetched;
-use divmerge::stopwatch::Steps;
+use divmerge::recording::Fetched;
+use divmerge::recording::stopwatch::Steps;
 
 use crate::text::{counted, grouped, peak_memory, seconds};
 

@@ -5,10 +5,10 @@ use std::path::Path;
 use anyhow::{Result, anyhow};
 use clap::Args;
 use divmerge::Error;
+use divmerge::cloud::sensor_frame::{SensorFrame, Transforms};
 use divmerge::frames::recorded_transforms;
 use divmerge::pipeline::Overrides;
 use divmerge::range_image::ProjectionParams;
-use divmerge::sensor_frame::{SensorFrame, Transforms};
 
 use super::values::{columns, field_of_view, rows};
 

@@ -9,7 +9,7 @@ use clap::Args;
 use divmerge::Error;
 use divmerge::annotate::time_spec::{self, TimeSpec};
 use divmerge::frames::Selection;
-use divmerge::io::FrameRange;
+use divmerge::recording::MessageRange;
 
 use super::values::frames;
 
@@ -22,7 +22,7 @@ pub struct SelectionArguments {
 
     /// Read only these frames of each topic, numbered from 0: 5..10 (without 10), 5.., ..10 or 5
     #[arg(long, value_name = "A..B", value_parser = frames)]
-    frames: Option<FrameRange>,
+    frames: Option<MessageRange>,
 
     /// Skip clouds before this log time: seconds from the start (12.5), since 1970
     /// (@1317384506.4), a date (2011-09-30T12:28:26Z), or that of a cloud (frame:100, of the first

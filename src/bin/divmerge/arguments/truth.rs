@@ -7,7 +7,7 @@ use clap::Args;
 use divmerge::annotate::{AnnotateConfig, Semantics};
 use divmerge::evaluate::panoptic::MIN_POINTS;
 use divmerge::frames::{LabelledFrames, LabelledOptions, SeenClasses, TruthSource};
-use divmerge::io::FrameRange;
+use divmerge::recording::MessageRange;
 
 use super::values::frames;
 
@@ -39,7 +39,7 @@ pub struct CloudArguments {
 
     /// Only these clouds, numbered from 0: 5..10 (without 10), 5.., ..10 or 5
     #[arg(long, value_name = "A..B", value_parser = frames, default_value = "0..")]
-    frames: FrameRange,
+    frames: MessageRange,
 
     #[command(flatten)]
     truth: SourceArguments,

@@ -4,9 +4,9 @@ use std::ops::{Bound, Range};
 use std::str::FromStr;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use divmerge::io::Compression;
-use divmerge::io::FrameRange;
 use divmerge::pipeline::overrides::limits;
+use divmerge::recording::Compression;
+use divmerge::recording::MessageRange;
 
 /// A name, what `--help` says about it, and the value that it stands for.
 pub type NamedValue<T> = (&'static str, &'static str, T);
@@ -82,7 +82,7 @@ pub fn position(text: &str) -> Result<[f64; 3], String> {
 }
 
 /// `5..10` (without 10), `5..`, `..10` or `5`.
-pub fn frames(text: &str) -> Result<FrameRange, String> {
+pub fn frames(text: &str) -> Result<MessageRange, String> {
     let wrong = |_| "use numbers from 0, as in 5..10 (without 10), 5.., ..10 or 5".to_owned();
     let number = |text: &str| text.trim().parse::<u64>().map_err(wrong);
     let Some((first, end)) = text.split_once("..") else {

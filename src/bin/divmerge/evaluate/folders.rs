@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
+use divmerge::datasets::semantic_kitti::label_pairs::{LabelPair, label_pairs};
+use divmerge::datasets::semantic_kitti::{read_labels, read_scan};
 use divmerge::evaluate::{Evaluation, MetricSet, ScanLabels, Scores};
-use divmerge::io::semantic_kitti::label_pairs::{LabelPair, label_pairs};
-use divmerge::io::semantic_kitti::{read_labels, read_scan};
 use serde::Serialize;
 
 use super::arguments::Arguments;

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+use divmerge::datasets::semantic_kitti::label_pairs::{label_file, stray_label_files};
+use divmerge::datasets::semantic_kitti::read_labels;
 use divmerge::evaluate::{Evaluation, MetricSet, ScanLabels, Scores};
 use divmerge::frames::{EncodedCloud, EncodedClouds};
-use divmerge::io::semantic_kitti::label_pairs::{label_file, stray_label_files};
-use divmerge::io::semantic_kitti::read_labels;
 use serde::Serialize;
 
 use super::arguments::Arguments;

@@ -2,7 +2,7 @@
 
 use anyhow::{Result, bail};
 use divmerge::evaluate::{PanopticQuality, Scores};
-use divmerge::statistics::mean_and_deviation;
+use divmerge::geometry::statistics::mean_and_deviation;
 
 use crate::text::counted;
 

@@ -8,12 +8,12 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::Args;
 use divmerge::annotate::AnnotateConfig;
+use divmerge::diagnose::explain::Frame;
+use divmerge::diagnose::failures::{FailureSummary, LabelledRun, check_classes, failures};
 use divmerge::evaluate::panoptic::MIN_POINTS;
-use divmerge::explain::Frame;
-use divmerge::failures::{FailureSummary, LabelledRun, check_classes, failures};
 use divmerge::frames::LabelledFrame;
-use divmerge::io::write_file;
 use divmerge::pipeline;
+use divmerge::recording::write_file;
 use serde::Serialize;
 
 use crate::arguments::method::MethodArguments;

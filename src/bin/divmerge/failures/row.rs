@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use divmerge::failures::{Failure, PixelBounds, Side};
+use divmerge::diagnose::failures::{Failure, PixelBounds, Side};
 use serde::Serialize;
 
 use crate::shell::command_line;

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use divmerge::diagnose::failures::{Cause, Failure, FailureSummary, Side, VerdictCount};
 use divmerge::evaluate::{JudgedObject, Verdict};
-use divmerge::failures::{Cause, Failure, FailureSummary, Side, VerdictCount};
 
 use super::row::{Row, side_name};
 use crate::shell::quoted;

@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
+use divmerge::cloud::sensor_frame::{SensorFrame, Transforms};
 use divmerge::frames::EncodedCloud;
-use divmerge::io::PointField;
+use divmerge::messages::clouds::PointField;
 use divmerge::range_image::{Geometry, ProjectionParams, RangeImage};
 use divmerge::semantics::GroundParams;
 use divmerge::semantics::ground::{self, GroundPose};
-use divmerge::sensor_frame::{SensorFrame, Transforms};
 use serde::Serialize;
 
 /// How clouds are projected and which way is up.

@@ -10,7 +10,8 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use divmerge::frames::{CloudTopic, EncodedClouds, Selection, is_annotation};
-use divmerge::io::{Channel, CloudChannel, Overview};
+use divmerge::messages::clouds::CloudChannel;
+use divmerge::recording::{Channel, Overview};
 
 use crate::arguments::geometry::GeometryArguments;
 use crate::exit::Outcome;

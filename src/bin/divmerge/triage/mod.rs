@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use clap::Args;
 use divmerge::annotate::{AnnotateConfig, Event};
+use divmerge::diagnose::triage::Params;
+use divmerge::diagnose::triage::ranking::{RankedCase, Ranking};
+use divmerge::diagnose::triage::recording::{Output, Triaged, triage_recording};
 use divmerge::frames::Selection;
-use divmerge::io::{Compression, Overview};
-use divmerge::triage::Params;
-use divmerge::triage::ranking::{RankedCase, Ranking};
-use divmerge::triage::recording::{Output, Triaged, triage_recording};
+use divmerge::recording::{Compression, Overview};
 
 use crate::arguments::method::MethodArguments;
 use crate::arguments::selection::SelectionArguments;

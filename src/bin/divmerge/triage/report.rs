@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use divmerge::annotate::AnnotateConfig;
-use divmerge::explain::{ExplanationReport, ExplanationText, Frame, Subject};
+use divmerge::diagnose::explain::{ExplanationReport, ExplanationText, Frame, Subject};
+use divmerge::diagnose::triage::ranking::RankedCase;
 use divmerge::frames::{CloudAt, encoded_cloud_at};
-use divmerge::io::write_file;
 use divmerge::pipeline;
-use divmerge::triage::ranking::RankedCase;
+use divmerge::recording::write_file;
 use divmerge::view::triage_report::{CasePage, Head, folder, one_file};
 use divmerge::view::{self, explained_scene, explanation_report};
 

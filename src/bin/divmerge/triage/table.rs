@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use divmerge::annotate::ClusteredFrame;
-use divmerge::io::PartialFile;
-use divmerge::triage::ranking::recorded_positions;
-use divmerge::triage::{Suspect, Triage};
+use divmerge::diagnose::triage::ranking::recorded_positions;
+use divmerge::diagnose::triage::{Suspect, Triage};
+use divmerge::recording::PartialFile;
 
 use crate::table::csv_line;
 

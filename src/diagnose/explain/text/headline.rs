@@ -2,7 +2,7 @@
 
 use super::votes::failed_link;
 use super::words::{counted, instance, without_instance};
-use crate::explain::{Answer, DecidedBy, Explanation, PostMergeStage, VoteEvidence};
+use crate::diagnose::explain::{Answer, DecidedBy, Explanation, PostMergeStage, VoteEvidence};
 
 impl Explanation {
     /// The answer in one sentence.

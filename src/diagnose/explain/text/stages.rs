@@ -3,7 +3,7 @@
 use super::words::{NAMES, counted, pixel};
 use crate::cluster::params::Region;
 use crate::cluster::{Evidence, Join};
-use crate::explain::{GapTest, GroupFacts, PostMergeStage, SizeTest};
+use crate::diagnose::explain::{GapTest, GroupFacts, PostMergeStage, SizeTest};
 
 /// A stage, on one or more lines.
 pub(super) fn text(stage: &PostMergeStage) -> String {

@@ -3,7 +3,7 @@
 use std::fmt::{self, Formatter};
 
 use super::words::{condition, counted, pixel};
-use crate::explain::{
+use crate::diagnose::explain::{
     BorderPair, Explanation, GroupFacts, Link, Place, PointFacts, Rule, VoteEvidence,
 };
 

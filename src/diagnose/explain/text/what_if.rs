@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Formatter};
 
-use crate::explain::{Choice, Flip, Number, WhatIf};
+use crate::diagnose::explain::{Choice, Flip, Number, WhatIf};
 
 /// Writes the changes that give the other answer, then the parameters that never do.
 pub(super) fn write(out: &mut Formatter, what_if: &[WhatIf]) -> fmt::Result {

@@ -1,7 +1,7 @@
 //! Phrases that several parts of the text use.
 
-use crate::explain::{BorderPair, Place, PointFacts, Rule};
-use crate::instances::Reason;
+use crate::cloud::Reason;
+use crate::diagnose::explain::{BorderPair, Place, PointFacts, Rule};
 pub(super) use crate::text::counted;
 
 /// What the two points are called.

@@ -1,10 +1,10 @@
 //! Losses in the merge step: votes that joined an object with something else or kept it apart.
 
 use super::context::{Found, Search, edges, most_frequent_group};
+use crate::diagnose::explain::{Explanation, PostMergeStage, Subject, VoteEvidence, explain};
 use crate::diagnose::failures::case::Side;
 use crate::diagnose::failures::cause::{Cause, MergeCause, PostMergeCause};
 use crate::evaluate::verdict::Segment;
-use crate::explain::{Explanation, PostMergeStage, Subject, VoteEvidence, explain};
 
 impl Search<'_> {
     /// Two parts of an object that are apart: the two largest of a true object, or a found piece
