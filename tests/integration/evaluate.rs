@@ -94,7 +94,9 @@ fn what_does_not_fit_is_named_and_nothing_is_scored() {
     write(p.path(), "predictions", "000007", &[40; 160]);
     let (code, said, errors) = evaluate(t.path(), p.path(), &[]);
     assert_eq!((code, said.as_str()), (Some(1), ""));
-    for part in ["3 problems", "000000.label: no prediction", "636 bytes where", "without truth"] {
+    for part in
+        ["3 problems", "000000.label: no prediction", "636 bytes where", "7.label: no truth"]
+    {
         assert!(errors.contains(part), "{part} in {errors}");
     }
     let (code, _, errors) = evaluate(t.path(), p.path(), &["--sequences", "00,05"]);

@@ -355,7 +355,7 @@ fn an_export_without_a_place_of_its_own_is_refused() {
     let one = &recordings[0][..];
     let labels = fields("label", "true_instance");
     let (code, said) = export(&[&[one, one, "--root", path(&mine)], &labels[..]].concat());
-    assert!(code == Some(1) && said.contains("both of sequence 11"), "{said}");
+    assert!(code == Some(1) && said.contains("both sequence 11"), "{said}");
     let (code, said) = export(&[&[one, one, "--labels", path(&mine)], &labels[..]].concat());
     assert!(code == Some(1) && said.contains("use --root"), "{said}");
     let (_drive, drive) = crate::recordings::drive(1);
