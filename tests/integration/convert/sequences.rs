@@ -361,9 +361,9 @@ fn an_export_without_a_place_of_its_own_is_refused() {
     let (_drive, drive) = crate::recordings::drive(1);
     let of_drive = [path(&drive), "--root", path(&mine), "--topic", "/lidar/points"];
     let (code, said) = export(&of_drive);
-    assert!(code == Some(1) && said.contains("say --sequence"), "{said}");
+    assert!(code == Some(1) && said.contains("give --sequence"), "{said}");
     let (code, said) = export(&[&of_drive, &["--sequence", "../x"][..]].concat());
-    assert!(code == Some(1) && said.contains("`../x` cannot be the name"), "{said}");
+    assert!(code == Some(1) && said.contains("`../x` is not a valid name"), "{said}");
     assert_eq!(export(&[one]).0, Some(2));
     assert_eq!(export(&["--root", path(&mine)]).0, Some(2));
 }
