@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use divmerge_core::{CloudError, ParameterError};
 
-pub use crate::text::grouped;
+use crate::text::grouped;
 
 /// What can go wrong in the library.
 #[derive(Debug, thiserror::Error)]
