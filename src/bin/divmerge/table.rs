@@ -10,11 +10,9 @@ use serde::Serialize;
 
 use crate::output::{extension, write_json, write_picture};
 
-/// Rows of cells; the first row is the head.
+/// Rows of cells; the first row is the head, the first column has words, which are aligned left.
 pub struct Table {
     rows: Vec<Vec<String>>,
-    /// Number of leading columns of words, which are aligned left.
-    words: usize,
 }
 
 /// Columns of measurements.
@@ -26,9 +24,9 @@ pub fn measurements<'a>(
     head: &[&str],
     rows: impl Iterator<Item = (Vec<String>, &'a MethodScores)>,
 ) -> Table {
-    let head = head.iter().chain(&FIGURES).map(|&name| name.to_owned()).collect();
+    let head: Vec<&str> = head.iter().chain(&FIGURES).copied().collect();
     let rows = rows.map(|(before, measured)| before.into_iter().chain(figures(measured)).collect());
-    Table { rows: std::iter::once(head).chain(rows).collect(), words: 1 }
+    Table::new(&head, rows)
 }
 
 fn figures(measured: &MethodScores) -> [String; 8] {
@@ -48,10 +46,9 @@ fn figures(measured: &MethodScores) -> [String; 8] {
 }
 
 impl Table {
-    /// A table with one column of words and others of numbers.
     pub fn new(head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Self {
         let head = head.iter().map(|&name| name.to_owned()).collect();
-        Table { rows: std::iter::once(head).chain(rows).collect(), words: 1 }
+        Table { rows: std::iter::once(head).chain(rows).collect() }
     }
 
     /// Adds a column at the right.
@@ -69,15 +66,14 @@ impl Table {
             let cells = widths.iter().enumerate().map(|(column, &width)| cell(column, width));
             format!("| {} |\n", cells.collect::<Vec<_>>().join(" | "))
         };
-        let is_words = |column| column < self.words;
         let mut text = String::new();
         for (number, row) in self.rows.iter().enumerate() {
-            text += &line(&|column, width| match is_words(column) {
+            text += &line(&|column, width| match column == 0 {
                 true => format!("{:<width$}", row[column]),
                 false => format!("{:>width$}", row[column]),
             });
             if number == 0 {
-                text += &line(&|column, width| match is_words(column) {
+                text += &line(&|column, width| match column == 0 {
                     true => "-".repeat(width),
                     false => format!("{:->width$}", ":"),
                 });
@@ -132,7 +128,7 @@ mod tests {
     #[test]
     fn markdown_and_csv() {
         let rows = vec![vec!["name".into(), "n".into()], vec!["a, b".into(), "12".into()]];
-        let mut table = Table { rows, words: 1 };
+        let mut table = Table { rows };
         table.push_column("m", ["7".to_owned()].into_iter());
         let expected = "| name |  n | m |\n| ---- | -: | : |\n| a, b | 12 | 7 |\n";
         assert_eq!(table.markdown(), expected);

@@ -9,7 +9,8 @@ use anyhow::Result;
 use clap::Args;
 use divmerge::annotate::AnnotateConfig;
 use divmerge::diagnose::explain::Frame;
-use divmerge::diagnose::failures::{FailureSummary, LabelledRun, check_classes, failures};
+use divmerge::diagnose::failures::{Failure, FailureSummary, LabelledRun, check_classes, failures};
+use divmerge::diagnose::triage::ranking::recorded_positions;
 use divmerge::evaluate::panoptic::MIN_POINTS;
 use divmerge::frames::LabelledFrame;
 use divmerge::pipeline;
@@ -145,15 +146,20 @@ fn of_frame(
         method: arguments.method.words(),
     };
     let columns = stages.image.columns();
-    let row = |failure| {
-        let recorded = |&point: &usize| {
-            cloud.recorded(cloud.position(point).map(f64::from)).map(|along| along as f32)
-        };
-        let mut row = Row::new(failure, source, (*number, *log_time_ns), &recorded);
-        row.explain = config.other_method.is_none().then(|| commands.explain(&row.at));
-        let pixels = row.failure.pixels.as_ref();
-        row.figure = pixels.and_then(|pixels| commands.figure(pixels, columns));
-        row
+    let row = |failure: Failure| {
+        let at = recorded_positions(cloud, &failure.show);
+        let at: Vec<[f32; 3]> = at.iter().map(|at| at.map(|along| along as f32)).collect();
+        let pixels = failure.pixels.as_ref();
+        Row {
+            topic: source.clone(),
+            frame: *number,
+            log_time_ns: (*log_time_ns != 0).then_some(*log_time_ns),
+            cause_in_words: failure.cause.describe(),
+            explain: config.other_method.is_none().then(|| commands.explain(&at)),
+            figure: pixels.and_then(|pixels| commands.figure(pixels, columns)),
+            at,
+            failure,
+        }
     };
     Ok(found.failures.into_iter().map(row).collect())
 }

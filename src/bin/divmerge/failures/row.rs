@@ -28,28 +28,6 @@ pub struct Row {
     pub figure: Option<String>,
 }
 
-impl Row {
-    /// A failure without commands, in the frame of a number and log time. `position` is that of a
-    /// point in the recording's frame.
-    pub fn new(
-        failure: Failure,
-        source: &str,
-        (frame, log_time_ns): (u64, u64),
-        position: &dyn Fn(&usize) -> [f32; 3],
-    ) -> Self {
-        Row {
-            topic: source.to_owned(),
-            frame,
-            log_time_ns: (log_time_ns != 0).then_some(log_time_ns),
-            cause_in_words: failure.cause.describe(),
-            at: failure.show.iter().map(position).collect(),
-            explain: None,
-            figure: None,
-            failure,
-        }
-    }
-}
-
 /// A frame, for commands that show something in it.
 pub struct Commands<'a> {
     pub input: &'a Path,
