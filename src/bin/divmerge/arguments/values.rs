@@ -21,7 +21,7 @@ pub const COMPRESSIONS: &[NamedValue<Compression>] = &[
 /// Reads one of the names.
 pub fn one_of<T: Copy + Send + Sync>(
     choices: &'static [NamedValue<T>],
-) -> impl TypedValueParser<Value = T> + Clone {
+) -> impl TypedValueParser<Value = T> {
     let names = choices.iter().map(|(name, help, _)| PossibleValue::new(*name).help(*help));
     PossibleValuesParser::new(names)
         .map(|text| find(choices, &text).expect("clap accepts these names alone"))
