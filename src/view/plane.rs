@@ -84,7 +84,7 @@ impl Plane {
     }
 
     /// The place on the page of a place in metres.
-    pub fn to_page(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    pub fn to_page(self, [x, y]: [f64; 2]) -> [f64; 2] {
         let middle = [self.area.x + self.area.width / 2.0, self.area.y + self.area.height / 2.0];
         [
             middle[0] + (x - self.centre[0]) * self.scale,

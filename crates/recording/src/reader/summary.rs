@@ -31,10 +31,8 @@ impl Summary {
                     self.definitions.schemas.insert(schema.id, schema);
                 }
             }
-            records::Record::Channel(channel) => {
-                if known.is_new_channel(&channel)? {
-                    self.definitions.channels.insert(channel.id, channel);
-                }
+            records::Record::Channel(channel) if known.is_new_channel(&channel)? => {
+                self.definitions.channels.insert(channel.id, channel);
             }
             records::Record::Statistics(statistics) => self.statistics = Some(statistics),
             _ => {}
