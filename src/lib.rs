@@ -67,6 +67,8 @@ pub mod messages;
 #[doc(hidden)]
 pub mod network;
 #[doc(hidden)]
+pub mod taxonomy_file;
+#[doc(hidden)]
 pub mod text;
 #[doc(hidden)]
 pub mod view;
@@ -89,7 +91,6 @@ pub use cloud::{
     UprightBox,
 };
 pub use cluster::{ClusterParams, Method, MethodInput, Segmentation};
-pub use datasets::taxonomy::read_taxonomy;
 pub use diagnose::explain::{Explanation, Subject};
 pub use diagnose::failures::{Failure, Failures};
 pub use diagnose::triage::{Suspect, Triage};
@@ -103,6 +104,7 @@ pub use network::{Network, NetworkOptions};
 pub use pipeline::{Config, Overrides, Preset, StageTimes, Stages, run as cluster};
 pub use range_image::{Projection, ProjectionParams, RangeImage};
 pub use semantics::{GroundParams, MaskSource, ObjectMask, Smoothing};
+pub use taxonomy_file::read_taxonomy;
 
 /// Linear algebra: poses and rotations in public signatures are types of this crate.
 pub use nalgebra;

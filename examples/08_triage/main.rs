@@ -10,10 +10,10 @@
 //! ```
 //!
 //! What is ranked is instances, each once, as `divmerge triage` lists them
-//! ([`divmerge::diagnose::triage::Triage::cases`]; what is no case of its own comes last); chance draws from
-//! the same instances, so that its precision is their share of failures, which is exact. Two
-//! populations: instances of 50 points or more, of which alone evaluation could count a failure,
-//! and all.
+//! ([`divmerge::diagnose::triage::Triage::cases`]; what is no case of its own comes last); chance
+//! draws from the same instances, so that its precision is their share of failures, which is exact.
+//! Two populations: instances of 50 points or more, of which alone evaluation could count a
+//! failure, and all.
 //!
 //! An instance is in a failure if `evaluate::verdict` says so of itself, or of a true object that
 //! has more points in it than anywhere else (the second of two cars in one instance, say, where the

@@ -147,7 +147,7 @@ pub(super) fn class_array(bytes: &[u8]) -> Ended {
 }
 
 pub(super) fn yaml(bytes: &[u8]) -> Ended {
-    divmerge::datasets::taxonomy::read_taxonomy(&place("taxonomy.yaml", bytes)).ends()
+    divmerge::taxonomy_file::read_taxonomy(&place("taxonomy.yaml", bytes)).ends()
 }
 
 /// A recording of any shape whose records may be changed, and whose chunks may lie.

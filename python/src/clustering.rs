@@ -12,10 +12,10 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
 use crate::arrays::{self, Numbers};
-use crate::cloud::taxonomy::PyTaxonomy;
 use crate::errors::{raised, wrong};
 use crate::parameters::{ALL, Parameters, text};
 use crate::result::ClusterResult;
+use crate::taxonomy::PyTaxonomy;
 
 /// Which points are objects.
 #[derive(Clone)]

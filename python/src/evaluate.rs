@@ -13,9 +13,9 @@ use pyo3::types::PyDict;
 
 use crate::annotate::from_json;
 use crate::arrays::{array, whole_numbers};
-use crate::cloud::taxonomy::PyTaxonomy;
 use crate::errors::{Error, raised, wrong, wrong_type};
 use crate::parameters::recording;
+use crate::taxonomy::PyTaxonomy;
 
 #[pyfunction]
 #[pyo3(

@@ -15,11 +15,11 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::PyDict;
 
 use crate::arrays::shaped;
-use crate::cloud::taxonomy::PyTaxonomy;
 use crate::clustering::{Columns, Objects, of_cloud};
 use crate::errors::{raised, wrong};
 use crate::parameters::{OBJECTS, Parameters, names, recording, set_objects, whole};
 use crate::result::{ClusterResult, rotation};
+use crate::taxonomy::PyTaxonomy;
 
 /// One cloud of a recording, as the clustering sees it: N points with z up, and classes where those
 /// are asked for.

@@ -17,8 +17,8 @@ use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
-use crate::cloud::taxonomy::PyTaxonomy;
 use crate::errors::{raised, type_of, wrong, wrong_type};
+use crate::taxonomy::PyTaxonomy;
 
 /// How clouds are cut into instances.
 #[derive(Default)]

@@ -37,9 +37,7 @@ impl PyTaxonomy {
         let path: PathBuf = value.extract().map_err(problem)?;
         Py::new(
             value.py(),
-            PyTaxonomy {
-                inner: divmerge::datasets::taxonomy::read_taxonomy(&path).map_err(raised)?,
-            },
+            PyTaxonomy { inner: divmerge::taxonomy_file::read_taxonomy(&path).map_err(raised)? },
         )
     }
 }
@@ -50,7 +48,7 @@ impl PyTaxonomy {
     #[pyo3(signature = (path=None))]
     fn new(path: Option<PathBuf>) -> PyResult<Self> {
         let inner = match path {
-            Some(path) => divmerge::datasets::taxonomy::read_taxonomy(&path).map_err(raised)?,
+            Some(path) => divmerge::taxonomy_file::read_taxonomy(&path).map_err(raised)?,
             None => Taxonomy::semantic_kitti(),
         };
         Ok(PyTaxonomy { inner })

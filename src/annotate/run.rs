@@ -15,9 +15,9 @@ use divmerge_recording::stopwatch::ms_since;
 use divmerge_recording::workers::Workers;
 use divmerge_recording::{Overview, RecordingReader, is_stream};
 
-/// Annotates a recording, or a slice of one. The input may be a stream ([`divmerge_recording::is_stream`]),
-/// whose topics are taken as they come, and the output the standard one
-/// ([`divmerge_recording::STANDARD_STREAM`]), which gets the recording as it is made.
+/// Annotates a recording, or a slice of one. The input may be a stream
+/// ([`divmerge_recording::is_stream`]), whose topics are taken as they come, and the output the
+/// standard one ([`divmerge_recording::STANDARD_STREAM`]), which gets the recording as it is made.
 ///
 /// Everything in the input is copied unchanged; to each cloud message come one on `T/instances` and
 /// one on `T/objects` (other [`Form`]s of the output are described there). A chunk that can stay as

@@ -11,5 +11,4 @@ pub mod kitti_boxes;
 pub mod problems;
 pub mod scans;
 pub mod semantic_kitti;
-pub mod taxonomy;
 mod yaml;

@@ -88,7 +88,7 @@ impl NetworkConfig {
                 problem: error.to_string(),
             })?;
             if file.has_labels() {
-                taxonomy = Some(crate::datasets::taxonomy::read_taxonomy(path)?);
+                taxonomy = Some(crate::taxonomy_file::read_taxonomy(path)?);
             }
             merged.take(file);
         }

@@ -180,6 +180,9 @@ impl<'a> Visit<'a> for Reader {
 
     fn visit_attribute(&mut self, _: &'a syn::Attribute) {}
 
+    /// `pub(in crate::room)` takes nothing from the room.
+    fn visit_vis_restricted(&mut self, _: &'a syn::VisRestricted) {}
+
     /// The arguments of most macros are expressions; of the others, paths are looked for.
     fn visit_macro(&mut self, call: &'a syn::Macro) {
         self.visit_path(&call.path);

@@ -6,10 +6,10 @@ use std::str::FromStr;
 use anyhow::{Result, anyhow};
 use clap::Args;
 use divmerge::annotate::{AnnotateConfig, ObjectSource, Objects};
-use divmerge::datasets::taxonomy::read_taxonomy;
 use divmerge::frames::TOLERANCE_NS;
 use divmerge::network::runtime::{Device, RuntimeKind, RuntimeOptions};
 use divmerge::network::{NetworkImage, NetworkOptions};
+use divmerge::taxonomy_file::read_taxonomy;
 use divmerge::{Error, Taxonomy};
 
 use super::values::{NamedValue, not_negative, one_of, positive};
