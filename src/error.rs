@@ -9,6 +9,7 @@ use crate::text::grouped;
 
 /// What can go wrong in the library.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// Columns that make no cloud, or a cloud whose frame is not known to stand upright.
     #[error(transparent)]

@@ -7,7 +7,7 @@ use divmerge::annotate::{
     AnnotateConfig, Annotated, FrameTimes, MessageTypes, Semantics, annotate_message,
 };
 use divmerge::frames::EncodedCloud;
-use divmerge::messages::clouds::{CloudFormat, Datatype, PackedCloud, PointField};
+use divmerge::messages::clouds::{CloudFormat, CloudMessage, Datatype, PointField};
 use divmerge::pipeline::Config;
 
 use super::{best_ms, print_head, verdict};
@@ -78,7 +78,7 @@ fn message(cloud: &PointCloud) -> Vec<u8> {
         datatype,
         count: 1,
     };
-    let wire = PackedCloud {
+    let wire = CloudMessage {
         frame_id: "lidar".into(),
         width: cloud.len() as u32,
         fields: fields.map(field).collect(),
@@ -86,7 +86,7 @@ fn message(cloud: &PointCloud) -> Vec<u8> {
         row_step: 18 * cloud.len() as u32,
         data: data.as_slice().into(),
         is_dense: true,
-        ..PackedCloud::default()
+        ..CloudMessage::default()
     };
     let mut message = Vec::new();
     wire.encode(&mut message).expect("sizes that agree");

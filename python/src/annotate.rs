@@ -72,12 +72,12 @@ pub fn run<'py>(
     parameters: Option<&Bound<'py, PyDict>>,
     slice: Option<Slice>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let mut asked = Asked::default();
+    let mut asked = AnnotateArguments::default();
     let parameters =
         Parameters::take(function, &[ALL, OBJECTS, OWN], parameters, |name, value| {
             asked.set(name, value)
         })?;
-    let Asked { objects, mut options, from, to, progress, in_place } = asked;
+    let AnnotateArguments { objects, mut options, from, to, progress, in_place } = asked;
     options.slice = slice;
     if options.form == Form::Only && in_place {
         return Err(wrong("in_place", "not together with only"));
@@ -144,7 +144,7 @@ const OWN: &[&str] = &[
 
 /// Arguments of `annotate` beside those of the method.
 #[derive(Default)]
-struct Asked {
+struct AnnotateArguments {
     objects: Objects,
     options: Options,
     in_place: bool,
@@ -153,7 +153,7 @@ struct Asked {
     progress: Option<Py<PyAny>>,
 }
 
-impl Asked {
+impl AnnotateArguments {
     fn set(&mut self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
         let options = &mut self.options;
         match name {

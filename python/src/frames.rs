@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use divmerge::PointCloud;
 use divmerge::annotate::{AnnotateConfig, Decoded, Objects as ObjectsOf};
 use divmerge::frames::{EncodedClouds, choose_topics};
-use divmerge::messages::clouds::PackedCloud;
+use divmerge::messages::clouds::CloudMessage;
 use divmerge::recording::Overview;
 use divmerge::semantics::MaskSource;
 use numpy::PyArray1;
@@ -255,7 +255,7 @@ impl Frames {
     }
 }
 
-fn field(wire: &PackedCloud, name: &str) -> divmerge::Result<Field> {
+fn field(wire: &CloudMessage, name: &str) -> divmerge::Result<Field> {
     match wire.field(name).is_some_and(|field| field.datatype.is_integer()) {
         true => wire.column_i64(name).map(Field::Whole),
         false => wire.column_f64(name).map(Field::Real),

@@ -34,25 +34,25 @@ pub struct ClusterResult {
 }
 
 /// An array that is made when it is asked for.
-struct Made(PyOnceLock<Py<PyAny>>);
+struct LazyArray(PyOnceLock<Py<PyAny>>);
 
-impl Default for Made {
+impl Default for LazyArray {
     fn default() -> Self {
-        Made(PyOnceLock::new())
+        LazyArray(PyOnceLock::new())
     }
 }
 
 /// What is made when it is asked for.
 #[derive(Default)]
 struct Lazy {
-    reason: Made,
-    range_image: Made,
-    point_of_pixel: Made,
-    pixel_of_point: Made,
-    votes: Made,
-    merges: Made,
-    joins: Made,
-    instances: Made,
+    reason: LazyArray,
+    range_image: LazyArray,
+    point_of_pixel: LazyArray,
+    pixel_of_point: LazyArray,
+    votes: LazyArray,
+    merges: LazyArray,
+    joins: LazyArray,
+    instances: LazyArray,
 }
 
 impl ClusterResult {
@@ -279,7 +279,7 @@ pub fn rotation<'py>(py: Python<'py>, cloud: &PointCloud) -> PyResult<Bound<'py,
 
 fn lazily<'py>(
     py: Python<'py>,
-    made: &Made,
+    made: &LazyArray,
     make: impl FnOnce() -> PyResult<Bound<'py, PyAny>>,
 ) -> PyResult<Py<PyAny>> {
     made.0.get_or_try_init(py, || make().map(Bound::unbind)).map(|array| array.clone_ref(py))

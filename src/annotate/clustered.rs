@@ -11,7 +11,7 @@ use crate::cloud::taxonomy::Taxonomy;
 use crate::error::{Error, Result};
 use crate::frames::CloudKey;
 use crate::frames::FrameDetections;
-use crate::messages::clouds::PackedCloud;
+use crate::messages::clouds::CloudMessage;
 use crate::pipeline::{self, Stages};
 use divmerge_recording::stopwatch::ms_since;
 
@@ -40,12 +40,12 @@ pub struct Clustered {
 ///
 /// # Errors
 /// Those of [`AnnotateConfig::decode`] and [`FrameBoxes::of`].
-pub fn cluster(wire: &PackedCloud, key: &CloudKey, method: &AnnotateConfig) -> Result<Clustered> {
+pub fn cluster(wire: &CloudMessage, key: &CloudKey, method: &AnnotateConfig) -> Result<Clustered> {
     cluster_decoded(wire, key, method, method.decode(wire, key)?)
 }
 
 pub(super) fn cluster_decoded(
-    wire: &PackedCloud,
+    wire: &CloudMessage,
     key: &CloudKey,
     method: &AnnotateConfig,
     decoded: Decoded,
@@ -73,7 +73,7 @@ pub(super) fn cluster_decoded(
 
 /// Boxes are in the cloud's coordinate frame; they are not taken to points that have a pose of
 /// their own in it.
-fn refuse_moved_boxes(wire: &PackedCloud, method: &AnnotateConfig) -> Result<()> {
+fn refuse_moved_boxes(wire: &CloudMessage, method: &AnnotateConfig) -> Result<()> {
     if method.boxes.describe().is_none() || wire.isometry() == Isometry3::identity() {
         return Ok(());
     }

@@ -11,7 +11,7 @@ use crate::cloud::taxonomy::Taxonomy;
 use crate::error::Result;
 use crate::frames::CloudKey;
 use crate::frames::{FrameBoxes, FrameClasses, LabelledFrame};
-use crate::messages::clouds::PackedCloud;
+use crate::messages::clouds::CloudMessage;
 use crate::network::Network;
 use crate::pipeline::Config;
 use crate::semantics::{GroundParams, MaskSource};
@@ -158,9 +158,9 @@ impl AnnotateConfig {
     /// The cloud in a message, upright, and where its object mask comes from.
     ///
     /// # Errors
-    /// Those of [`PackedCloud::to_cloud`], [`SensorFrame::turn`] and [`classify`](Self::classify);
+    /// Those of [`CloudMessage::to_cloud`], [`SensorFrame::turn`] and [`classify`](Self::classify);
     /// [`crate::Error::MissingField`] if the field that should hold the classes is not there.
-    pub fn decode(&self, wire: &PackedCloud, key: &CloudKey) -> Result<Decoded<'_>> {
+    pub fn decode(&self, wire: &CloudMessage, key: &CloudKey) -> Result<Decoded<'_>> {
         let started = Instant::now();
         let (mut cloud, field) = self.unclassified(wire)?;
         let semantics = self.semantics.describe(field);
@@ -176,7 +176,7 @@ impl AnnotateConfig {
     /// and their field.
     pub(super) fn unclassified<'w>(
         &'w self,
-        wire: &'w PackedCloud,
+        wire: &'w CloudMessage,
     ) -> Result<(PointCloud, Option<&'w str>)> {
         let field = match &self.semantics {
             Semantics::Auto => wire.semantic_field(),

@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::frames::CloudKey;
 use crate::frames::EncodedCloud;
 use crate::messages::annotation::{Certainty, PointAnnotation, annotated_cloud};
-use crate::messages::clouds::PackedCloud;
+use crate::messages::clouds::CloudMessage;
 use crate::network::Network;
 use divmerge_recording::stopwatch::ms_since;
 
@@ -36,7 +36,7 @@ pub struct Annotated {
 /// `annotated`, whose memory is used again.
 ///
 /// # Errors
-/// Those of [`CloudFormat::decode`], [`PackedCloud::reformatted`], [`MessageTypes::objects`] and
+/// Those of [`CloudFormat::decode`], [`CloudMessage::reformatted`], [`MessageTypes::objects`] and
 /// [`cluster`].
 pub fn annotate_message(
     encoded: &EncodedCloud,
@@ -70,7 +70,7 @@ pub(super) fn annotate_messages(
         let (cloud, _) = method.unclassified(&wire)?;
         Ok((wire, cloud))
     });
-    let opened: Vec<Result<(PackedCloud, PointCloud)>> = opened.collect();
+    let opened: Vec<Result<(CloudMessage, PointCloud)>> = opened.collect();
     let decode_ms = ms_since(started) / messages.len() as f64;
 
     let started = Instant::now();
@@ -78,7 +78,7 @@ pub(super) fn annotate_messages(
     let mut classes = network.classes_of(&readable, &method.config.projection)?.into_iter();
     let semantics_ms = ms_since(started) / messages.len() as f64;
 
-    let annotate = |(encoded, opened): (&EncodedCloud, Result<(PackedCloud, PointCloud)>)| {
+    let annotate = |(encoded, opened): (&EncodedCloud, Result<(CloudMessage, PointCloud)>)| {
         let (wire, cloud) = opened?;
         let cloud = cloud.with_classes(classes.next().unwrap_or_default())?;
         let mut annotated = Annotated::default();
@@ -93,7 +93,7 @@ pub(super) fn annotate_messages(
 }
 
 fn annotate_decoded(
-    (wire, key): (&PackedCloud, &CloudKey),
+    (wire, key): (&CloudMessage, &CloudKey),
     method: &AnnotateConfig,
     types: &MessageTypes,
     decoded: Decoded,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::form::Form;
 use crate::cloud::Instance;
 use crate::error::{Error, Result};
-use crate::messages::clouds::{CloudFormat, PackedCloud};
+use crate::messages::clouds::{CloudFormat, CloudMessage};
 use crate::messages::definitions::MessageSchema;
 use crate::messages::objects::{ObjectBox, ObjectEncoding, ObjectKind};
 use crate::messages::ros::{ByteOrder, Layout};
@@ -56,7 +56,7 @@ impl MessageTypes {
     /// Those of [`MessageTypes::objects`].
     pub(super) fn write_objects(
         &self,
-        cloud: &PackedCloud,
+        cloud: &CloudMessage,
         (instances, turned): (&[Instance], &UnitQuaternion<f64>),
         out: &mut Vec<u8>,
     ) -> Result<()> {

@@ -8,7 +8,7 @@ use divmerge_recording::WriteOptions;
 
 use super::cloud_recording::{CloudRecording, Transform};
 use crate::error::{Error, Result};
-use crate::messages::clouds::{CloudFormat, Datatype, PackedCloud, PointField};
+use crate::messages::clouds::{CloudFormat, CloudMessage, Datatype, PointField};
 use crate::messages::stamp::stamp;
 use crate::simulate::{Drive, Frame};
 
@@ -82,7 +82,7 @@ const DELAY_NS: u64 = 100_000_000;
 /// A frame as a PointCloud2 message of ROS 2, replacing what is in `out`.
 ///
 /// # Errors
-/// Those of [`PackedCloud::encode`].
+/// Those of [`CloudMessage::encode`].
 pub fn cloud_message(frame: &Frame, out: &mut Vec<u8>) -> Result<()> {
     cloud_message_in(CloudFormat::Ros2, frame, out)
 }
@@ -90,7 +90,7 @@ pub fn cloud_message(frame: &Frame, out: &mut Vec<u8>) -> Result<()> {
 /// A frame as a message of a format, replacing what is in `out`.
 ///
 /// # Errors
-/// Those of [`PackedCloud::encode`].
+/// Those of [`CloudMessage::encode`].
 pub fn cloud_message_in(format: CloudFormat, frame: &Frame, out: &mut Vec<u8>) -> Result<()> {
     let cloud = &frame.cloud;
     let mut data = Vec::with_capacity(cloud.len() * POINT_STEP as usize);
@@ -113,7 +113,7 @@ pub fn cloud_message_in(format: CloudFormat, frame: &Frame, out: &mut Vec<u8>) -
     });
     let is_there = |field: &PointField| field.name != "ring" || cloud.ring.is_some();
     let (stamp_sec, stamp_nanosec) = stamp(frame.stamp_ns);
-    let message = PackedCloud {
+    let message = CloudMessage {
         format,
         stamp_sec: stamp_sec.into(),
         stamp_nanosec,
@@ -126,7 +126,7 @@ pub fn cloud_message_in(format: CloudFormat, frame: &Frame, out: &mut Vec<u8>) -
         row_step: POINT_STEP * cloud.width as u32,
         data: Cow::Borrowed(&data),
         is_dense: true,
-        ..PackedCloud::default()
+        ..CloudMessage::default()
     };
     message.encode(out)
 }

@@ -11,7 +11,7 @@ use super::selection::Selection;
 use super::topics::{CloudTopic, message_count, single_topic};
 use super::walk::{Step, Walk, describe_position};
 use crate::error::{Error, Result};
-use crate::messages::clouds::{CloudFormat, PackedCloud};
+use crate::messages::clouds::{CloudFormat, CloudMessage};
 use divmerge_recording::window_around;
 use divmerge_recording::{MessageHeader, Overview, Position, Record, SharedBytes};
 
@@ -61,12 +61,12 @@ impl EncodedCloud {
     ///
     /// # Errors
     /// Those of [`CloudFormat::decode`].
-    pub fn decode(&self) -> Result<PackedCloud<'_>> {
+    pub fn decode(&self) -> Result<CloudMessage<'_>> {
         self.format.decode(&self.data)
     }
 
     /// What identifies it, with what its decoded header says.
-    pub fn key<'a>(&'a self, cloud: &'a PackedCloud) -> CloudKey<'a> {
+    pub fn key<'a>(&'a self, cloud: &'a CloudMessage) -> CloudKey<'a> {
         CloudKey::new(&self.topic, self.number, cloud)
     }
 

@@ -1,6 +1,6 @@
 //! What identifies a cloud of a recording.
 
-use crate::messages::clouds::PackedCloud;
+use crate::messages::clouds::CloudMessage;
 
 /// What identifies a cloud of a recording: boxes and classes are found by it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,7 +17,7 @@ pub struct CloudKey<'a> {
 
 impl<'a> CloudKey<'a> {
     /// The key of a decoded cloud message.
-    pub fn new(topic: &'a str, number: u64, cloud: &'a PackedCloud) -> Self {
+    pub fn new(topic: &'a str, number: u64, cloud: &'a CloudMessage) -> Self {
         CloudKey { topic, number, stamp_ns: cloud.stamp_ns(), frame_id: &cloud.frame_id }
     }
 }

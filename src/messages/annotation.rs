@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use divmerge_core::CloudError;
 
-use super::clouds::{CloudFormat, Datatype, PackedCloud, PointField};
+use super::clouds::{CloudFormat, CloudMessage, Datatype, PointField};
 use super::ros::ByteOrder;
 use crate::error::Result;
 use crate::messages::palette::{INSTANCE_COLOURS, instance_colour, reason_colour};
@@ -97,7 +97,7 @@ pub struct Certainty<'a> {
 /// [`Error::Malformed`] if the result would not fit the message's 32-bit sizes,
 /// [`Error::Unsupported`] if the format cannot hold the cloud.
 pub fn annotated_cloud(
-    cloud: &PackedCloud,
+    cloud: &CloudMessage,
     annotation: &PointAnnotation,
     out: &mut Vec<u8>,
 ) -> Result<()> {
@@ -105,7 +105,7 @@ pub fn annotated_cloud(
     let more = annotation_len(cloud.format)
         + if annotation.certainty.is_some() { CERTAINTY_LEN } else { 0 };
     let (point_step, row_step, length) = sizes(cloud, more)?;
-    let annotated = PackedCloud {
+    let annotated = CloudMessage {
         fields: fields(cloud, annotation),
         point_step,
         row_step,
@@ -116,7 +116,7 @@ pub fn annotated_cloud(
     annotated.encode_with(length, out, |out| append_all(cloud, annotation, out))
 }
 
-fn append_all(cloud: &PackedCloud, annotation: &PointAnnotation, out: &mut Vec<u8>) {
+fn append_all(cloud: &CloudMessage, annotation: &PointAnnotation, out: &mut Vec<u8>) {
     const ROS: usize = ANNOTATION_LEN as usize;
     const FOXGLOVE: usize = FOXGLOVE_ANNOTATION_LEN as usize;
     const MORE: usize = CERTAINTY_LEN as usize;
@@ -145,7 +145,7 @@ fn annotation_len(format: CloudFormat) -> u32 {
 /// Appends the points and their tails, some hundred at a time: they are put together in a buffer
 /// that stays in the nearest cache. N bytes are appended to each, C of them its colour.
 fn append_points<const N: usize, const C: usize>(
-    cloud: &PackedCloud,
+    cloud: &CloudMessage,
     annotation: &PointAnnotation,
     colours: &Colours<C>,
     out: &mut Vec<u8>,
@@ -276,7 +276,7 @@ fn colour_fields(order: ByteOrder, [red, green, blue]: [u8; 3]) -> [u8; 8] {
     fields
 }
 
-fn check(cloud: &PackedCloud, annotation: &PointAnnotation) -> Result<()> {
+fn check(cloud: &CloudMessage, annotation: &PointAnnotation) -> Result<()> {
     let expected = cloud.point_count();
     let columns = [
         ("instance", annotation.instance.len()),
@@ -294,7 +294,7 @@ fn check(cloud: &PackedCloud, annotation: &PointAnnotation) -> Result<()> {
 }
 
 /// Point step, row step and data length of the result, whose points are so many bytes longer.
-fn sizes(cloud: &PackedCloud, more: u32) -> Result<(u32, u32, usize)> {
+fn sizes(cloud: &CloudMessage, more: u32) -> Result<(u32, u32, usize)> {
     let fit = || {
         let point_step = cloud.point_step.checked_add(more)?;
         let row_step = cloud.width.checked_mul(point_step)?;
@@ -309,7 +309,7 @@ fn sizes(cloud: &PackedCloud, more: u32) -> Result<(u32, u32, usize)> {
     })
 }
 
-fn fields(cloud: &PackedCloud, annotation: &PointAnnotation) -> Vec<PointField> {
+fn fields(cloud: &CloudMessage, annotation: &PointAnnotation) -> Vec<PointField> {
     let mut fields = cloud.fields.clone();
     let labels =
         LABELS.into_iter().filter(|field| annotation.ground.is_some() || field.0 != GROUND);
@@ -350,8 +350,14 @@ mod tests {
         (0..2 * (2 * 13 + 3)).map(|i| i as u8 ^ 0x5a).collect()
     }
 
-    fn input(data: &[u8]) -> PackedCloud<'_> {
-        PackedCloud { height: 2, width: 2, row_step: 29, is_dense: false, ..cloud(xyz(), 13, data) }
+    fn input(data: &[u8]) -> CloudMessage<'_> {
+        CloudMessage {
+            height: 2,
+            width: 2,
+            row_step: 29,
+            is_dense: false,
+            ..cloud(xyz(), 13, data)
+        }
     }
 
     #[test]
@@ -359,7 +365,7 @@ mod tests {
         let data = data();
         let certainty = Certainty { confidence: &[255, 128, 0, 7], entropy: &[0, 40, 255, 9] };
         for format in [CloudFormat::Ros2, CloudFormat::FoxgloveProtobuf] {
-            let input = PackedCloud { format, ..input(&data) };
+            let input = CloudMessage { format, ..input(&data) };
             let known = PointAnnotation { certainty: Some(certainty), ..ANNOTATION };
             let decoded = |annotation| {
                 let mut message = Vec::new();
@@ -390,13 +396,13 @@ mod tests {
             (ByteOrder::Big, false),
             (ByteOrder::Big, true),
         ] {
-            let input = PackedCloud { byte_order: order, is_bigendian, ..input(&data) };
+            let input = CloudMessage { byte_order: order, is_bigendian, ..input(&data) };
             let mut cdr = Vec::new();
             annotated_cloud(&input, &ANNOTATION, &mut cdr).unwrap();
             let output = CloudFormat::Ros2.decode(&cdr).unwrap();
             assert_eq!((output.point_step, output.row_step), (33, 66));
             assert_eq!(&output.fields[..3], &input.fields[..]);
-            let head = |cloud: &PackedCloud| {
+            let head = |cloud: &CloudMessage| {
                 let shape = (cloud.height, cloud.width, cloud.is_bigendian, cloud.is_dense);
                 (cloud.byte_order, cloud.stamp_ns(), cloud.frame_id.clone(), shape)
             };

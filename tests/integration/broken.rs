@@ -11,7 +11,7 @@ use divmerge::annotate::{
     annotate_message,
 };
 use divmerge::frames::EncodedCloud;
-use divmerge::messages::clouds::{CloudFormat, Datatype, PackedCloud, PointField};
+use divmerge::messages::clouds::{CloudFormat, CloudMessage, Datatype, PointField};
 use divmerge::messages::definitions::POINT_CLOUD2;
 use divmerge::pipeline::{self, Config};
 use divmerge::recording::{
@@ -27,14 +27,14 @@ use crate::recordings::assert_passed_through;
 const BINARY: &str = env!("CARGO_BIN_EXE_divmerge");
 
 /// Two points of x, y, z as FLOAT32, to be made wrong.
-fn two_points(data: &[u8]) -> PackedCloud<'_> {
+fn two_points(data: &[u8]) -> CloudMessage<'_> {
     let field = |name: &str, offset: u32| PointField {
         name: name.into(),
         offset,
         datatype: Datatype::Float32,
         count: 1,
     };
-    PackedCloud {
+    CloudMessage {
         stamp_sec: 1,
         stamp_nanosec: 2,
         frame_id: "lidar".into(),
@@ -46,11 +46,11 @@ fn two_points(data: &[u8]) -> PackedCloud<'_> {
         row_step: 24,
         data: data.into(),
         is_dense: true,
-        ..PackedCloud::default()
+        ..CloudMessage::default()
     }
 }
 
-fn encoded(cloud: &PackedCloud) -> Vec<u8> {
+fn encoded(cloud: &CloudMessage) -> Vec<u8> {
     let mut message = Vec::new();
     cloud.encode(&mut message).expect("sizes that agree");
     message

@@ -10,7 +10,7 @@ use divmerge::datasets::drive::{CLOUD_TOPIC, SENSOR_FRAME};
 use divmerge::datasets::semantic_kitti::write_labels;
 use divmerge::frames::CloudKey;
 use divmerge::frames::{ClassSource, EncodedCloud, EncodedClouds, FrameClasses, TOLERANCE_NS};
-use divmerge::messages::clouds::{CloudFormat, Datatype, PackedCloud, PointField};
+use divmerge::messages::clouds::{CloudFormat, CloudMessage, Datatype, PointField};
 use divmerge::recording::{
     MessageHeader, Overview, Record, RecordingReader, RecordingWriter, WriteOptions,
 };
@@ -37,7 +37,7 @@ fn prediction(classes: &[u32], stamp_ns: i64, frame_id: &str) -> Vec<u8> {
     let data: Vec<u8> = classes.iter().flat_map(|&class| (class as u16).to_le_bytes()).collect();
     let field =
         PointField { name: "label".into(), offset: 0, datatype: Datatype::UInt16, count: 1 };
-    let cloud = PackedCloud {
+    let cloud = CloudMessage {
         stamp_sec: stamp_ns.div_euclid(1_000_000_000),
         stamp_nanosec: stamp_ns.rem_euclid(1_000_000_000) as u32,
         frame_id: frame_id.into(),
@@ -47,7 +47,7 @@ fn prediction(classes: &[u32], stamp_ns: i64, frame_id: &str) -> Vec<u8> {
         point_step: 2,
         row_step: 2 * classes.len() as u32,
         data: Cow::Borrowed(&data),
-        ..PackedCloud::default()
+        ..CloudMessage::default()
     };
     let mut out = Vec::new();
     cloud.encode(&mut out).unwrap();

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use divmerge_core::CloudError;
 
 use crate::error::{Error, Result};
-use crate::messages::clouds::{Datatype, PackedCloud, PointField};
+use crate::messages::clouds::{CloudMessage, Datatype, PointField};
 use crate::messages::ros::ByteOrder;
 use crate::messages::stamp::stamp;
 
@@ -77,9 +77,9 @@ impl Scan {
     ///
     /// # Errors
     /// [`Error::MissingField`] without x, y and z.
-    pub fn message(&self, stamp_ns: u64, frame_id: &str) -> Result<PackedCloud<'_>> {
+    pub fn message(&self, stamp_ns: u64, frame_id: &str) -> Result<CloudMessage<'_>> {
         let (stamp_sec, stamp_nanosec) = stamp(stamp_ns);
-        let mut message = PackedCloud {
+        let mut message = CloudMessage {
             stamp_sec: stamp_sec.into(),
             stamp_nanosec,
             frame_id: frame_id.to_owned(),
@@ -91,7 +91,7 @@ impl Scan {
             row_step: self.point_step * self.width,
             data: Cow::Borrowed(&self.data),
             is_dense: true,
-            ..PackedCloud::default()
+            ..CloudMessage::default()
         };
         let cloud = message.to_cloud(None)?;
         let columns = [&cloud.x, &cloud.y, &cloud.z];

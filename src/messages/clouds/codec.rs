@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::fields::{CloudPose, Datatype};
 use super::format::CloudFormat;
-use super::message::PackedCloud;
+use super::message::CloudMessage;
 use super::{foxglove_cdr, json, point_cloud2, protobuf};
 use crate::error::{Error, Result};
 use crate::messages::ros::ByteOrder;
@@ -16,7 +16,7 @@ impl CloudFormat {
     /// # Errors
     /// [`Error::Malformed`] if the message ends early or its sizes disagree, [`Error::Unsupported`]
     /// if it is CDR other than the plain one.
-    pub fn decode(self, message: &[u8]) -> Result<PackedCloud<'_>> {
+    pub fn decode(self, message: &[u8]) -> Result<CloudMessage<'_>> {
         let cloud = match self {
             CloudFormat::Ros2 | CloudFormat::Ros1 => point_cloud2::decode(self, message),
             CloudFormat::FoxgloveRos2 => foxglove_cdr::decode(message),
@@ -43,7 +43,7 @@ impl CloudFormat {
     }
 }
 
-impl PackedCloud<'_> {
+impl CloudMessage<'_> {
     /// Writes the message, replacing what is in `out`.
     ///
     /// # Errors
@@ -82,8 +82,8 @@ impl PackedCloud<'_> {
     ///
     /// # Errors
     /// [`Error::Unsupported`] if the format cannot hold the cloud.
-    pub fn reformatted(&self, format: CloudFormat) -> Result<PackedCloud<'_>> {
-        let mut cloud = PackedCloud {
+    pub fn reformatted(&self, format: CloudFormat) -> Result<CloudMessage<'_>> {
+        let mut cloud = CloudMessage {
             format,
             byte_order: ByteOrder::Little,
             data: Cow::Borrowed(&self.data),

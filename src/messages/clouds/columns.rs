@@ -1,7 +1,7 @@
 //! The numbers of a cloud's columns: as a [`PointCloud`], or one column by its name.
 
 use super::fields::{Datatype, PointField};
-use super::message::PackedCloud;
+use super::message::CloudMessage;
 use crate::cloud::{PointClasses, PointCloud, PointColumns};
 use crate::error::{Error, Result};
 
@@ -21,7 +21,7 @@ const SOURCE_FIELDS: [&str; 11] = [
     "scanner_id",
 ];
 
-impl PackedCloud<'_> {
+impl CloudMessage<'_> {
     /// Name of the first of `label`, `semantic`, `class_id` and `class_ids` that the cloud has as
     /// integers.
     pub fn semantic_field(&self) -> Option<&str> {

@@ -9,11 +9,11 @@ const FOXGLOVE: [CloudFormat; 3] =
     [CloudFormat::FoxgloveRos2, CloudFormat::FoxgloveProtobuf, CloudFormat::FoxgloveJson];
 
 /// Three points of 14 bytes: x, y, z, and a class; moved where the format knows of it.
-fn cloud(format: CloudFormat, data: &[u8]) -> PackedCloud<'_> {
+fn cloud(format: CloudFormat, data: &[u8]) -> CloudMessage<'_> {
     let mut fields = tests::xyz();
     fields.push(tests::field("label", 12, Datatype::UInt16));
     let pose = CloudPose { position: [1.0, -2.0, 0.5], orientation: [0.0, 0.0, 0.6, 0.8] };
-    PackedCloud {
+    CloudMessage {
         format,
         stamp_sec: 1_700_000_000,
         stamp_nanosec: 5,
@@ -24,7 +24,7 @@ fn cloud(format: CloudFormat, data: &[u8]) -> PackedCloud<'_> {
         point_step: 14,
         row_step: 42,
         data: Cow::Borrowed(data),
-        ..PackedCloud::default()
+        ..CloudMessage::default()
     }
 }
 
@@ -37,7 +37,7 @@ fn data() -> Vec<u8> {
     [point(1), point(2), point(3)].concat()
 }
 
-fn encoded(cloud: &PackedCloud) -> Vec<u8> {
+fn encoded(cloud: &CloudMessage) -> Vec<u8> {
     let mut message = Vec::new();
     cloud.encode(&mut message).unwrap();
     message
@@ -86,14 +86,14 @@ fn a_cloud_keeps_its_points_in_any_other_format() {
 #[test]
 fn what_a_format_has_no_words_for_is_refused() {
     let data = data();
-    let big = PackedCloud { is_bigendian: true, ..cloud(CloudFormat::Ros2, &data) };
+    let big = CloudMessage { is_bigendian: true, ..cloud(CloudFormat::Ros2, &data) };
     assert!(big.reformatted(CloudFormat::Ros1).is_ok());
     for format in FOXGLOVE {
         let error = big.reformatted(format).unwrap_err();
         assert!(matches!(error, Error::Unsupported { .. }), "{error}");
         let moved = cloud(format, &data);
         assert!(moved.reformatted(CloudFormat::Ros2).is_err());
-        let still = PackedCloud { pose: Some(CloudPose::default()), ..moved };
+        let still = CloudMessage { pose: Some(CloudPose::default()), ..moved };
         assert!(still.reformatted(CloudFormat::Ros2).is_ok());
     }
 }
@@ -120,7 +120,7 @@ fn sizes_that_do_not_agree_are_told_with_their_numbers() {
     for format in FOXGLOVE {
         let problem = |stride: u32, length: usize| {
             // What does not agree cannot be encoded either: so from its parts.
-            let wrong = PackedCloud { point_step: stride, ..cloud(format, &data) };
+            let wrong = CloudMessage { point_step: stride, ..cloud(format, &data) };
             let mut message = Vec::new();
             let fill = |out: &mut Vec<u8>| out.extend_from_slice(&data[..length]);
             wrong.encode_with(length, &mut message, fill).unwrap();
@@ -152,7 +152,7 @@ fn of_fields_with_one_name_the_first_is_read() {
 fn more_fields_than_any_sensor_has_are_refused() {
     for format in CloudFormat::ALL {
         let fields = vec![tests::field("", 0, Datatype::UInt8); fields::MOST_FIELDS + 1];
-        let many = PackedCloud { format, fields, ..PackedCloud::default() };
+        let many = CloudMessage { format, fields, ..CloudMessage::default() };
         let error = format.decode(&encoded(&many)).unwrap_err().to_string();
         assert!(error.contains("fields"), "{error}");
     }
@@ -167,7 +167,7 @@ fn poses_are_isometries_whatever_they_hold() {
         let pose = CloudPose { position: [f64::NAN, 0.0, 0.0], orientation };
         assert_eq!(pose.isometry(), nalgebra::Isometry3::identity(), "{orientation:?}");
     }
-    assert_eq!(PackedCloud::default().isometry(), nalgebra::Isometry3::identity());
+    assert_eq!(CloudMessage::default().isometry(), nalgebra::Isometry3::identity());
 }
 
 #[test]

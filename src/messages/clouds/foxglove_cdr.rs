@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::fields::{CloudPose, Datatype, MOST_FIELDS, PointField};
 use super::format::CloudFormat;
-use super::message::PackedCloud;
+use super::message::CloudMessage;
 use super::point_cloud2::read_fields;
 use crate::error::Result;
 use crate::messages::ros::{RosReader, RosWriter};
@@ -48,7 +48,7 @@ pub(super) fn unorganised<'a>(
     stride: u32,
     fields: Vec<PointField>,
     data: Cow<'a, [u8]>,
-) -> Result<PackedCloud<'a>> {
+) -> Result<CloudMessage<'a>> {
     if fields.len() > MOST_FIELDS {
         let count = fields.len();
         return Err(format.malformed(format!("{count} fields, more than {MOST_FIELDS}")));
@@ -65,19 +65,19 @@ pub(super) fn unorganised<'a>(
     let Some((width, row_step)) = sizes.zip(u32::try_from(length).ok()) else {
         return Err(format.malformed(format!("{length} bytes of data, more than 32 bits count")));
     };
-    Ok(PackedCloud {
+    Ok(CloudMessage {
         format,
         width,
         fields,
         point_step: stride,
         row_step,
         data,
-        ..PackedCloud::default()
+        ..CloudMessage::default()
     })
 }
 
 /// Reads a message of [`CloudFormat::FoxgloveRos2`]. The data stays where it is.
-pub(super) fn decode(message: &[u8]) -> Result<PackedCloud<'_>> {
+pub(super) fn decode(message: &[u8]) -> Result<CloudMessage<'_>> {
     let format = CloudFormat::FoxgloveRos2;
     let mut reader = format.ros_reader(message)?;
     let (stamp_sec, stamp_nanosec, frame_id) = reader.header()?;
@@ -88,7 +88,7 @@ pub(super) fn decode(message: &[u8]) -> Result<PackedCloud<'_>> {
     let data = Cow::Borrowed(reader.data()?);
     let byte_order = reader.layout().byte_order();
     let cloud = unorganised(format, stride, fields, data)?;
-    Ok(PackedCloud { byte_order, stamp_sec, stamp_nanosec, frame_id, pose: Some(pose), ..cloud })
+    Ok(CloudMessage { byte_order, stamp_sec, stamp_nanosec, frame_id, pose: Some(pose), ..cloud })
 }
 
 fn read_field(reader: &mut RosReader) -> Result<PointField> {
@@ -102,7 +102,7 @@ fn read_field(reader: &mut RosReader) -> Result<PointField> {
 
 /// Appends the message with data that `fill` appends.
 pub(super) fn encode(
-    cloud: &PackedCloud,
+    cloud: &CloudMessage,
     length: usize,
     out: &mut Vec<u8>,
     fill: impl FnOnce(&mut Vec<u8>),

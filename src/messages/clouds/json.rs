@@ -12,7 +12,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use super::fields::{CloudPose, Datatype, MOST_FIELDS, PointField};
 use super::format::CloudFormat;
 use super::foxglove_cdr::{code, datatype, datatype_of_name, unorganised};
-use super::message::PackedCloud;
+use super::message::CloudMessage;
 use crate::error::{Error, Result};
 use crate::messages::stamp::{self as time, parse_rfc3339};
 
@@ -127,7 +127,7 @@ enum Kind<'a> {
 }
 
 /// Reads a message. The data is copied out of its text.
-pub(super) fn decode(message: &[u8]) -> Result<PackedCloud<'_>> {
+pub(super) fn decode(message: &[u8]) -> Result<CloudMessage<'_>> {
     let message: Message = parse(message)?;
     let (stamp_sec, stamp_nanosec) = stamp(message.timestamp)?;
     let fields = message.fields.into_iter().map(field).collect::<Result<_>>()?;
@@ -137,7 +137,7 @@ pub(super) fn decode(message: &[u8]) -> Result<PackedCloud<'_>> {
     let format = CloudFormat::FoxgloveJson;
     let cloud = unorganised(format, message.point_stride, fields, Cow::Owned(data))?;
     let (frame_id, pose) = (message.frame_id, message.pose.map(|pose| pose.read()));
-    Ok(PackedCloud { stamp_sec, stamp_nanosec, frame_id, pose, ..cloud })
+    Ok(CloudMessage { stamp_sec, stamp_nanosec, frame_id, pose, ..cloud })
 }
 
 /// Stamp of a message in nanoseconds.
@@ -232,7 +232,7 @@ pub(super) fn data_len(format: CloudFormat, length: usize) -> usize {
 
 /// Appends the message with data that `fill` appends.
 pub(super) fn encode(
-    cloud: &PackedCloud,
+    cloud: &CloudMessage,
     length: usize,
     out: &mut Vec<u8>,
     fill: impl FnOnce(&mut Vec<u8>),

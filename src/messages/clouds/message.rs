@@ -14,7 +14,7 @@ use crate::messages::stamp::stamp_ns;
 
 /// A cloud as it lies in a message. [`CloudFormat::decode`] has checked that the sizes agree.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PackedCloud<'a> {
+pub struct CloudMessage<'a> {
     /// Format of the message.
     pub format: CloudFormat,
     /// Order of the bytes of the message's own numbers, where its format leaves that open: CDR (the
@@ -39,7 +39,7 @@ pub struct PackedCloud<'a> {
     pub is_bigendian: bool,
     /// Bytes from point to point.
     pub point_step: u32,
-    /// Bytes from row to row as declared; see [`PackedCloud::row_stride`].
+    /// Bytes from row to row as declared; see [`CloudMessage::row_stride`].
     pub row_step: u32,
     /// The points.
     pub data: Cow<'a, [u8]>,
@@ -47,9 +47,9 @@ pub struct PackedCloud<'a> {
     pub is_dense: bool,
 }
 
-impl Default for PackedCloud<'_> {
+impl Default for CloudMessage<'_> {
     fn default() -> Self {
-        PackedCloud {
+        CloudMessage {
             format: CloudFormat::Ros2,
             byte_order: ByteOrder::Little,
             stamp_sec: 0,
@@ -68,7 +68,7 @@ impl Default for PackedCloud<'_> {
     }
 }
 
-impl PackedCloud<'_> {
+impl CloudMessage<'_> {
     /// Number of points.
     pub fn point_count(&self) -> usize {
         self.height as usize * self.width as usize

@@ -1,5 +1,5 @@
 //! Clouds in messages of every format that is read and written, a file a format; all become one
-//! [`PackedCloud`].
+//! [`CloudMessage`].
 //!
 //! | [`CloudFormat`] | type | message encoding |
 //! | --- | --- | --- |
@@ -31,4 +31,4 @@ pub(crate) mod tests;
 pub use channel::{CloudChannel, Unreadable};
 pub use fields::{CloudPose, Datatype, PointField};
 pub use format::CloudFormat;
-pub use message::PackedCloud;
+pub use message::CloudMessage;

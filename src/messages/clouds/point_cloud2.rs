@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::fields::{Datatype, MOST_FIELDS, PointField};
 use super::format::CloudFormat;
-use super::message::PackedCloud;
+use super::message::CloudMessage;
 use crate::error::Result;
 use crate::messages::ros::{ByteOrder, Layout, RosReader, RosWriter};
 
@@ -16,10 +16,10 @@ impl CloudFormat {
 }
 
 /// Reads a message of [`CloudFormat::Ros2`] or [`CloudFormat::Ros1`]. The data stays where it is.
-pub(super) fn decode(format: CloudFormat, message: &[u8]) -> Result<PackedCloud<'_>> {
+pub(super) fn decode(format: CloudFormat, message: &[u8]) -> Result<CloudMessage<'_>> {
     let mut reader = format.ros_reader(message)?;
     let (stamp_sec, stamp_nanosec, frame_id) = reader.header()?;
-    Ok(PackedCloud {
+    Ok(CloudMessage {
         format,
         byte_order: reader.layout().byte_order(),
         stamp_sec,
@@ -39,7 +39,7 @@ pub(super) fn decode(format: CloudFormat, message: &[u8]) -> Result<PackedCloud<
 
 /// Appends the message with data that `fill` appends. What is before the data is aligned to it.
 pub(super) fn encode(
-    cloud: &PackedCloud,
+    cloud: &CloudMessage,
     length: usize,
     out: &mut Vec<u8>,
     fill: impl FnOnce(&mut Vec<u8>),
@@ -66,7 +66,7 @@ pub(super) fn encode(
     RosWriter::resume(layout, out).bool(cloud.is_dense);
 }
 
-impl PackedCloud<'_> {
+impl CloudMessage<'_> {
     /// How the message lies in bytes, of one of the ROS formats.
     pub(super) fn ros_layout(&self) -> Layout {
         self.layout().unwrap_or(Layout::Cdr(ByteOrder::Little))
@@ -126,7 +126,7 @@ mod tests {
     #[test]
     fn ros1_known_bytes() {
         let data = 1.5_f32.to_le_bytes();
-        let cloud = PackedCloud {
+        let cloud = CloudMessage {
             format: CloudFormat::Ros1,
             stamp_sec: 3_000_000_000,
             stamp_nanosec: 5,
@@ -137,7 +137,7 @@ mod tests {
             row_step: 4,
             data: Cow::Borrowed(&data),
             is_dense: true,
-            ..PackedCloud::default()
+            ..CloudMessage::default()
         };
         let expected = [
             [0, 0, 0, 0].as_slice(), // seq

@@ -12,7 +12,7 @@ use foxglove::{Decode, Encode};
 use super::fields::{CloudPose, MOST_FIELDS, PointField};
 use super::format::CloudFormat;
 use super::foxglove_cdr as shared;
-use super::message::PackedCloud;
+use super::message::CloudMessage;
 use super::wire_format::{Value, put_bytes, put_integer, put_length, values};
 use crate::error::Result;
 use crate::messages::stamp;
@@ -22,7 +22,7 @@ const DATA: u64 = 6;
 
 /// Reads a message; the data stays where it is. Of a value that comes twice the last counts, as in
 /// protobuf.
-pub(super) fn decode(message: &[u8]) -> Result<PackedCloud<'_>> {
+pub(super) fn decode(message: &[u8]) -> Result<CloudMessage<'_>> {
     parse(message).map_err(malformed)?
 }
 
@@ -44,7 +44,7 @@ fn malformed(problem: String) -> crate::error::Error {
 /// A value, or what is wrong.
 type Parsed<T> = std::result::Result<T, String>;
 
-fn parse(message: &[u8]) -> Parsed<Result<PackedCloud<'_>>> {
+fn parse(message: &[u8]) -> Parsed<Result<CloudMessage<'_>>> {
     let (mut stamp, mut frame_id, mut pose) = ((0, 0), String::new(), None);
     let (mut stride, mut fields, mut data) = (0, Vec::new(), &[][..]);
     for value in values(message) {
@@ -65,7 +65,7 @@ fn parse(message: &[u8]) -> Parsed<Result<PackedCloud<'_>>> {
     let (stamp_sec, stamp_nanosec) = stamp;
     let cloud =
         shared::unorganised(CloudFormat::FoxgloveProtobuf, stride, fields, Cow::Borrowed(data));
-    Ok(cloud.map(|cloud| PackedCloud { stamp_sec, stamp_nanosec, frame_id, pose, ..cloud }))
+    Ok(cloud.map(|cloud| CloudMessage { stamp_sec, stamp_nanosec, frame_id, pose, ..cloud }))
 }
 
 fn wrong_kind(number: u64, value: Value) -> String {
@@ -121,7 +121,7 @@ where
 
 /// Appends the message with data that `fill` appends.
 pub(super) fn encode(
-    cloud: &PackedCloud,
+    cloud: &CloudMessage,
     length: usize,
     out: &mut Vec<u8>,
     fill: impl FnOnce(&mut Vec<u8>),
@@ -144,7 +144,7 @@ fn put_timestamp(sec: i64, nanosec: u32, out: &mut Vec<u8>) {
 }
 
 /// The message without its stamp and its data.
-fn head(cloud: &PackedCloud) -> PointCloud {
+fn head(cloud: &CloudMessage) -> PointCloud {
     PointCloud {
         timestamp: None,
         frame_id: cloud.frame_id.clone(),

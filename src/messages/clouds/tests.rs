@@ -15,8 +15,8 @@ pub(crate) fn cloud<'a>(
     fields: Vec<PointField>,
     point_step: u32,
     data: &'a [u8],
-) -> PackedCloud<'a> {
-    PackedCloud {
+) -> CloudMessage<'a> {
+    CloudMessage {
         stamp_sec: 1_700_000_000,
         stamp_nanosec: 5,
         frame_id: "lidar".to_owned(),
@@ -28,7 +28,7 @@ pub(crate) fn cloud<'a>(
         row_step: data.len() as u32,
         data: Cow::Borrowed(data),
         is_dense: true,
-        ..PackedCloud::default()
+        ..CloudMessage::default()
     }
 }
 
@@ -40,13 +40,13 @@ pub(crate) fn xyz() -> Vec<PointField> {
         .collect()
 }
 
-fn encoded(cloud: &PackedCloud) -> Vec<u8> {
+fn encoded(cloud: &CloudMessage) -> Vec<u8> {
     let mut cdr = Vec::new();
     cloud.encode(&mut cdr).unwrap();
     cdr
 }
 
-fn problem(cloud: &PackedCloud) -> String {
+fn problem(cloud: &CloudMessage) -> String {
     cloud.check().unwrap_err().to_string()
 }
 
@@ -180,9 +180,9 @@ fn packed_rows_whatever_the_row_step_says() {
 #[test]
 fn sizes_that_lie_are_told_with_their_numbers() {
     let data = padded_rows();
-    let honest = PackedCloud { height: 2, width: 3, row_step: 44, ..cloud(xyz(), 13, &data) };
+    let honest = CloudMessage { height: 2, width: 3, row_step: 44, ..cloud(xyz(), 13, &data) };
     assert!(honest.check().is_ok());
-    let lies: [fn(&mut PackedCloud); 7] = [
+    let lies: [fn(&mut CloudMessage); 7] = [
         |cloud| cloud.height = 3,
         |cloud| cloud.width = 4,
         |cloud| cloud.width = u32::MAX,

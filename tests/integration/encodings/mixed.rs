@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use divmerge::annotate::Flavor;
-use divmerge::messages::clouds::{CloudFormat, Datatype, PackedCloud, PointField};
+use divmerge::messages::clouds::{CloudFormat, CloudMessage, Datatype, PointField};
 use divmerge::recording::Overview;
 
 use super::{channel, encoded, labels, messages, recording, run, simulated, with};
@@ -52,14 +52,14 @@ fn what_foxglove_cannot_say_is_passed_through_and_named() {
         datatype: Datatype::Float32,
         count: 1,
     });
-    let cloud = PackedCloud {
+    let cloud = CloudMessage {
         width: 1,
         fields: fields.collect(),
         is_bigendian: true,
         point_step: 12,
         row_step: 12,
         data: Cow::Borrowed(&data),
-        ..PackedCloud::default()
+        ..CloudMessage::default()
     };
     let topics = [("/points", CloudFormat::Ros2, vec![encoded(&cloud)])];
     let (_folder, input) = recording("", &topics);

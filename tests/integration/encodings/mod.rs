@@ -13,7 +13,7 @@ use divmerge::annotate::{
 };
 use divmerge::datasets::drive::{CLOUD_TOPIC, cloud_message, cloud_message_in, write_drive_in};
 use divmerge::frames::{EncodedCloud, EncodedClouds};
-use divmerge::messages::clouds::{CloudFormat, CloudPose, PackedCloud};
+use divmerge::messages::clouds::{CloudFormat, CloudMessage, CloudPose};
 use divmerge::recording::{Channel, MessageHeader, Overview, RecordingWriter, WriteOptions};
 use divmerge::simulate::{Drive, Scene, Sensor};
 use tempfile::TempDir;
@@ -57,7 +57,7 @@ fn channel<'a>(overview: &'a Overview, topic: &str) -> &'a Channel {
 }
 
 /// Instance, component, class and reason of every point.
-fn labels(cloud: &PackedCloud) -> [Vec<u32>; 4] {
+fn labels(cloud: &CloudMessage) -> [Vec<u32>; 4] {
     ["instance", "component", "semantic", "reason"].map(|name| cloud.column_u32(name).expect(name))
 }
 
@@ -87,7 +87,7 @@ fn recording(profile: &str, topics: &[(&str, CloudFormat, Vec<Vec<u8>>)]) -> (Te
     (folder, path)
 }
 
-fn encoded(cloud: &PackedCloud) -> Vec<u8> {
+fn encoded(cloud: &CloudMessage) -> Vec<u8> {
     let mut message = Vec::new();
     cloud.encode(&mut message).expect("sizes that agree");
     message
@@ -160,7 +160,7 @@ fn check_points(
     labels
 }
 
-fn check_colours(annotated: &PackedCloud, [instances, .., reasons]: &[Vec<u32>; 4]) {
+fn check_colours(annotated: &CloudMessage, [instances, .., reasons]: &[Vec<u32>; 4]) {
     let column = |name: &str| annotated.column_u32(name).expect(name);
     let colours: Vec<u32> = match annotated.format.is_foxglove() {
         false => column("colors"),
