@@ -1,138 +1,78 @@
-//! Where the bytes of a recording come from: a file, a stream, or an object in a store.
+//! What a recording is read from.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
 use std::ops::Range;
-use std::path::Path;
 
-use crate::address::{STANDARD_STREAM, is_remote, open_part};
-use crate::error::{Error, Result};
-use crate::fetched::Fetched;
-#[cfg(feature = "remote")]
-use crate::remote::RemoteFile;
+use serde::Serialize;
 
-/// The bytes of an input. A read fills its buffer unless the bytes end.
-pub(crate) enum Input {
-    File(File),
-    Stdin(io::Stdin),
-    #[cfg(feature = "remote")]
-    Remote(RemoteFile),
-}
-
-impl Input {
-    /// Opens a file, a stream, or the object at an address.
-    ///
-    /// # Errors
-    /// [`Error::Io`]; [`Error::NoRemote`] if addresses cannot be read here.
-    pub(crate) fn open(path: &Path) -> Result<Self> {
-        if is_remote(path) {
-            return open_remote(path);
-        }
-        match path == STANDARD_STREAM {
-            true => Ok(Input::Stdin(io::stdin())),
-            false => File::open(path).map(Input::File).map_err(|source| at(path, source)),
-        }
-    }
-
+/// A file, a stream, or a remote object. A read fills its buffer unless the bytes end.
+pub(crate) trait Input: Read + Seek + Send {
     /// Bytes of the input; an error for a stream.
-    pub(crate) fn size(&self) -> io::Result<u64> {
-        match self {
-            Input::File(file) => Ok(file.metadata()?.len()),
-            Input::Stdin(_) => Err(ErrorKind::NotSeekable.into()),
-            #[cfg(feature = "remote")]
-            Input::Remote(file) => Ok(file.size()),
-        }
-    }
+    fn size(&self) -> io::Result<u64>;
 
     /// Whether it is a folder.
-    pub(crate) fn is_folder(&self) -> io::Result<bool> {
-        match self {
-            Input::File(file) => Ok(file.metadata()?.is_dir()),
-            _ => Ok(false),
-        }
+    fn is_folder(&self) -> io::Result<bool> {
+        Ok(false)
     }
 
     /// Tells which stretches will be read, in order, so that a remote object is fetched in pieces
-    /// of fitting sizes.
-    pub(crate) fn expect(&mut self, stretches: Vec<Range<u64>>) {
-        match self {
-            #[cfg(feature = "remote")]
-            Input::Remote(file) => file.expect(stretches),
-            _ => drop(stretches),
-        }
-    }
+    /// of fitting sizes. Anything else can be read, too.
+    fn expect(&mut self, _stretches: Vec<Range<u64>>) {}
 
     /// Tells that everything from here to the end will be read more than once, so that it is kept
     /// of a remote object.
-    pub(crate) fn keep_end(&mut self, from: u64) -> io::Result<()> {
-        match self {
-            #[cfg(feature = "remote")]
-            Input::Remote(file) => file.keep_end(from),
-            _ => {
-                let _ = from;
-                Ok(())
-            }
-        }
+    fn keep_end(&mut self, _from: u64) -> io::Result<()> {
+        Ok(())
     }
 
     /// A number for one state of a remote object, unique in this process.
-    pub(crate) fn object_id(&self) -> Option<u64> {
-        match self {
-            #[cfg(feature = "remote")]
-            Input::Remote(file) => Some(file.object_id()),
-            _ => None,
-        }
+    fn object_id(&self) -> Option<u64> {
+        None
     }
 
     /// What was fetched over the network.
-    pub(crate) fn fetched(&self) -> Option<Fetched> {
-        match self {
-            #[cfg(feature = "remote")]
-            Input::Remote(file) => Some(file.fetched()),
-            _ => None,
-        }
+    fn fetched(&self) -> Option<Fetched> {
+        None
     }
 }
 
-impl Read for Input {
+/// What was fetched of an object over the network since this process first opened it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Fetched {
+    /// Requests for it, repeated ones included.
+    pub requests: u64,
+    /// Bytes of it that were received and used.
+    pub bytes: u64,
+}
+
+impl Input for File {
+    fn size(&self) -> io::Result<u64> {
+        Ok(self.metadata()?.len())
+    }
+
+    fn is_folder(&self) -> io::Result<bool> {
+        Ok(self.metadata()?.is_dir())
+    }
+}
+
+/// Standard input.
+pub(crate) struct Stream(pub(crate) io::Stdin);
+
+impl Input for Stream {
+    fn size(&self) -> io::Result<u64> {
+        Err(ErrorKind::NotSeekable.into())
+    }
+}
+
+impl Read for Stream {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
-        match self {
-            Input::File(file) => file.read(into),
-            Input::Stdin(input) => input.read(into),
-            #[cfg(feature = "remote")]
-            Input::Remote(file) => file.read(into),
-        }
+        self.0.read(into)
     }
 }
 
-impl Seek for Input {
-    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        match self {
-            Input::File(file) => file.seek(to),
-            Input::Stdin(_) => Err(ErrorKind::NotSeekable.into()),
-            #[cfg(feature = "remote")]
-            Input::Remote(file) => file.seek(to),
-        }
+impl Seek for Stream {
+    fn seek(&mut self, _to: SeekFrom) -> io::Result<u64> {
+        Err(ErrorKind::NotSeekable.into())
     }
-}
-
-#[cfg(feature = "remote")]
-fn open_remote(address: &Path) -> Result<Input> {
-    let opened = RemoteFile::open(address);
-    opened.map(Input::Remote).map_err(|source| at(address, source))
-}
-
-#[cfg(not(feature = "remote"))]
-fn open_remote(address: &Path) -> Result<Input> {
-    let shown = open_part(&address.to_string_lossy());
-    Err(Error::NoRemote { path: shown.into() })
-}
-
-/// Names the input, without the secrets of its address.
-fn at(path: &Path, source: io::Error) -> Error {
-    let path = match is_remote(path) {
-        true => open_part(&path.to_string_lossy()).into(),
-        false => path.to_owned(),
-    };
-    Error::Io { path, source }
 }

@@ -9,9 +9,9 @@ use sha2::{Digest, Sha256};
 use crate::address::is_stream;
 use crate::damage::Damage;
 use crate::error::{Error, Result};
-use crate::fetched::Fetched;
 use crate::file_kind::not_a_recording;
-use crate::input::Input;
+use crate::input::{Fetched, Input};
+use crate::open::open;
 
 /// Bytes read at a time.
 const PIECE: usize = 1 << 20;
@@ -30,7 +30,7 @@ pub(crate) struct Source {
 
 /// Where bytes come from, and how many were read.
 struct Counted {
-    from: Input,
+    from: Box<dyn Input>,
     bytes: u64,
 }
 
@@ -52,7 +52,7 @@ impl Source {
     /// Opens a recording and reads the magic that it starts with.
     pub(crate) fn open(path: &Path, hash: bool) -> Result<Self> {
         let at = |source| Error::Io { path: path.to_owned(), source };
-        let mut from = Input::open(path)?;
+        let mut from = open(path)?;
         let (size, is_complete) = match is_stream(path) {
             true => (None, false),
             false => {
@@ -60,7 +60,7 @@ impl Source {
                     return Err(a_folder(path));
                 }
                 let size = from.size().map_err(at)?;
-                let is_complete = ends_with_magic(&mut from, size).map_err(at)?;
+                let is_complete = ends_with_magic(&mut *from, size).map_err(at)?;
                 from.seek(SeekFrom::Start(0)).map_err(at)?;
                 (Some(size), is_complete)
             }
@@ -167,7 +167,7 @@ impl Source {
     }
 }
 
-fn ends_with_magic(file: &mut Input, size: u64) -> io::Result<bool> {
+fn ends_with_magic(file: &mut dyn Input, size: u64) -> io::Result<bool> {
     let length = mcap::MAGIC.len() as u64;
     if size < 2 * length {
         return Ok(false);

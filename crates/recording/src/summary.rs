@@ -7,7 +7,7 @@ use std::path::Path;
 use mcap::records::{self, op};
 
 use crate::fields::{HEAD_LEN, split_head};
-use crate::input::Input;
+use crate::open::open;
 use crate::parse::parse_record;
 
 /// The footer record: head, two offsets and a checksum.
@@ -28,7 +28,7 @@ pub(crate) fn visit_summary(
     size: u64,
     mut visit: impl FnMut(records::Record),
 ) -> Option<Seen> {
-    let mut file = Input::open(path).ok()?;
+    let mut file = open(path).ok()?;
     let end = size.checked_sub(FOOTER_LEN + mcap::MAGIC.len() as u64)?;
     let mut footer = [0; FOOTER_LEN as usize + 8];
     file.seek(SeekFrom::Start(end)).ok()?;

@@ -27,13 +27,6 @@ pub(super) struct Batch {
     pub(super) is_copyable: bool,
 }
 
-/// A record of the batch; messages and private records stay there.
-pub(super) enum Found {
-    Owned(Record<'static>),
-    Message(MessageHeader, Range<usize>, Position),
-    Private(u8, Range<usize>),
-}
-
 impl Batch {
     /// A batch of the records in `bytes`, which lie at `offset` in the file and are whole.
     pub(super) fn new(offset: u64, in_chunk: bool, bytes: Vec<u8>) -> Self {
@@ -45,13 +38,12 @@ impl Batch {
         self.next < self.bytes.len()
     }
 
-    /// Takes the next record. `None` for a definition that is repeated; what is wrong if something
-    /// is.
+    /// Takes the next record; `None` for a definition that is repeated.
     pub(super) fn take_next(
         &mut self,
         definitions: &mut Definitions,
         counts: &mut Counts,
-    ) -> Result<Option<Found>, Damage> {
+    ) -> Result<Option<Item>, Damage> {
         let (opcode, length) = split_head(&self.bytes[self.next..]).unwrap_or_default();
         let start = self.next + HEAD_LEN;
         let place = start..start + length as usize;
@@ -65,19 +57,22 @@ impl Batch {
             op::SCHEMA | op::CHANNEL => definition(opcode, body, definitions),
             op::ATTACHMENT if !self.in_chunk => {
                 counts.attachments += 1;
-                attachment(body).map(|record| Some(Found::Owned(record)))
+                attachment(body).map(|record| Some(Item::Record(record)))
             }
             op::METADATA if !self.in_chunk => {
                 counts.metadata += 1;
                 match parse_record(opcode, body)? {
                     records::Record::Metadata(metadata) => {
-                        Ok(Some(Found::Owned(Record::Metadata(metadata))))
+                        Ok(Some(Item::Record(Record::Metadata(metadata))))
                     }
                     _ => Err(unreadable(opcode)),
                 }
             }
-            0x80.. => Ok(Some(Found::Private(opcode, place))),
-            0x10.. => Ok(Some(Found::Owned(Record::Damaged {
+            0x80.. => {
+                let (data, in_chunk) = (Cow::Owned(body.to_vec()), self.in_chunk);
+                Ok(Some(Item::Record(Record::Private { opcode, data, in_chunk })))
+            }
+            0x10.. => Ok(Some(Item::Record(Record::Damaged {
                 offset: self.offset,
                 damage: Damage::UnknownRecord { opcode, length },
             }))),
@@ -94,7 +89,7 @@ impl Batch {
         place: Range<usize>,
         definitions: &Definitions,
         counts: &mut Counts,
-    ) -> Result<Found, Damage> {
+    ) -> Result<Item, Damage> {
         if !definitions.channels.contains_key(&header.channel_id) {
             let MessageHeader { channel_id: channel, sequence, log_time, .. } = header;
             return Err(Damage::UndefinedChannel { channel, sequence, log_time });
@@ -102,32 +97,8 @@ impl Batch {
         let position = Position { chunk_offset: self.offset, index_in_chunk: self.messages };
         self.messages += 1;
         counts.messages += 1;
-        Ok(Found::Message(header, place.start + MESSAGE_HEADER_LEN..place.end, position))
-    }
-
-    /// What was found as a record that borrows from the batch.
-    pub(super) fn record(&self, found: Found) -> Record<'_> {
-        match found {
-            Found::Owned(record) => record,
-            Found::Message(header, place, position) => {
-                Record::Message { header, data: Cow::Borrowed(&self.bytes[place]), position }
-            }
-            Found::Private(opcode, place) => Record::Private {
-                opcode,
-                data: Cow::Borrowed(&self.bytes[place]),
-                in_chunk: self.in_chunk,
-            },
-        }
-    }
-
-    /// What was found as a record to keep.
-    pub(super) fn item(&self, found: Found) -> Item {
-        match found {
-            Found::Message(header, place, position) => {
-                Item::Message { header, data: SharedBytes::new(&self.bytes, place), position }
-            }
-            found => Item::Record(self.record(found).into_owned()),
-        }
+        let place = place.start + MESSAGE_HEADER_LEN..place.end;
+        Ok(Item::Message { header, data: SharedBytes::new(&self.bytes, place), position })
     }
 }
 
@@ -136,7 +107,7 @@ fn definition(
     opcode: u8,
     body: &[u8],
     definitions: &mut Definitions,
-) -> Result<Option<Found>, Damage> {
+) -> Result<Option<Item>, Damage> {
     match parse_record(opcode, body)? {
         records::Record::Schema { header, data } => {
             let schema = Schema::new(header, &data);
@@ -144,7 +115,7 @@ fn definition(
                 return Ok(None);
             }
             definitions.schemas.insert(schema.id, schema.clone());
-            Ok(Some(Found::Owned(Record::Schema(schema))))
+            Ok(Some(Item::Record(Record::Schema(schema))))
         }
         records::Record::Channel(channel) => {
             if !definitions.is_new_channel(&channel)? {
@@ -152,7 +123,7 @@ fn definition(
             }
             definitions.require_schema_of(&channel)?;
             definitions.channels.insert(channel.id, channel.clone());
-            Ok(Some(Found::Owned(Record::Channel(channel))))
+            Ok(Some(Item::Record(Record::Channel(channel))))
         }
         _ => Err(unreadable(opcode)),
     }

@@ -8,20 +8,20 @@ mod sections;
 mod summary;
 mod times;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use self::ahead::Ahead;
-use self::batch::Found;
 use self::counts::Counts;
 use self::definitions::Definitions;
 use self::sections::{Section, Sections};
 pub use self::times::ReadTimes;
 use crate::error::Result;
-use crate::fetched::Fetched;
 use crate::filter::ReadFilter;
+use crate::input::Fetched;
 use crate::overview::Overview;
-use crate::part::{Item, Part, SourceChunk};
+use crate::part::{Item, Part, SharedBytes, SourceChunk};
 use crate::plan::Plan;
 use crate::record::Record;
 use crate::source::Source;
@@ -35,6 +35,8 @@ use crate::workers::Workers;
 /// or, where threads unpack them, a few for each thread.
 pub struct RecordingReader {
     sections: Sections,
+    /// The message that was given last.
+    message: Option<SharedBytes>,
     /// Bytes that were read of the index beforehand.
     index_bytes: u64,
 }
@@ -93,7 +95,7 @@ impl RecordingReader {
         let source = Source::open(path, hash)?;
         let index_bytes = plan.bytes_read;
         let sections = Sections::new(Ahead::new(source, workers, plan));
-        Ok(RecordingReader { sections, index_bytes })
+        Ok(RecordingReader { sections, message: None, index_bytes })
     }
 
     fn source(&self) -> &Source {
@@ -153,8 +155,15 @@ impl RecordingReader {
     /// [`Error::Damaged`](crate::Error::Damaged) with the place and what is wrong there,
     /// [`Error::Io`](crate::Error::Io). Nothing is given after an error.
     pub fn next_record(&mut self) -> Result<Option<Record<'_>>> {
-        let found = self.find().inspect_err(|_| self.sections.end())?;
-        Ok(found.map(|found| self.sections.batch.record(found)))
+        self.message = None;
+        Ok(match self.find().inspect_err(|_| self.sections.end())? {
+            Some(Item::Message { header, data, position }) => {
+                let data = Cow::Borrowed(&**self.message.insert(data));
+                Some(Record::Message { header, data, position })
+            }
+            Some(Item::Record(record)) => Some(record),
+            None => None,
+        })
     }
 
     /// The next chunk, or the next record outside of chunks, or `None` at the end; as
@@ -176,7 +185,7 @@ impl RecordingReader {
         self.sections.source.source.finish()
     }
 
-    fn find(&mut self) -> Result<Option<Found>> {
+    fn find(&mut self) -> Result<Option<Item>> {
         let sections = &mut self.sections;
         loop {
             if sections.batch.has_next() {
@@ -187,7 +196,7 @@ impl RecordingReader {
                 sections.counts.messages -= chunk.message_count();
                 sections.open_chunk(offset, chunk.body())?;
             } else if let Some(record) = sections.pending.pop_front() {
-                return Ok(Some(Found::Owned(record)));
+                return Ok(Some(Item::Record(record)));
             } else if sections.section == Section::End {
                 return Ok(None);
             } else {
@@ -218,8 +227,7 @@ impl RecordingReader {
         let is_chunk = sections.batch.is_copyable && sections.batch.next == 0;
         let mut items = Vec::new();
         while sections.batch.has_next() {
-            let found = sections.next_of_batch()?;
-            items.extend(found.map(|found| sections.batch.item(found)));
+            items.extend(sections.next_of_batch()?);
         }
         Ok(match is_chunk {
             true => SourceChunk::new(&sections.body, items).map_or_else(Part::Items, Part::Chunk),

@@ -7,7 +7,7 @@ use std::time::Instant;
 use mcap::records::{self, op};
 
 use super::ahead::{Ahead, Next, Raw, Records};
-use super::batch::{Batch, Found};
+use super::batch::Batch;
 use super::counts::Counts;
 use super::definitions::Definitions;
 use super::summary::Summary;
@@ -18,7 +18,7 @@ use crate::error::{Error, Result};
 use crate::fields::MAX_RECORD;
 use crate::names::record_name;
 use crate::parse::parse_record;
-use crate::part::SourceChunk;
+use crate::part::{Item, SourceChunk};
 use crate::record::Record;
 use crate::summary::topics_of_chunk;
 
@@ -95,7 +95,7 @@ impl Sections {
     }
 
     /// Takes the next record of the batch; `None` for a definition that is repeated.
-    pub(super) fn next_of_batch(&mut self) -> Result<Option<Found>> {
+    pub(super) fn next_of_batch(&mut self) -> Result<Option<Item>> {
         let found = self.batch.take_next(&mut self.definitions, &mut self.counts);
         found.map_err(|damage| self.damage(self.batch.offset, damage))
     }

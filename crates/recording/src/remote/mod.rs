@@ -12,7 +12,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use self::object::{Bytes, Object, UnderWay};
-use crate::fetched::Fetched;
+use crate::input::{Fetched, Input};
 
 /// Bytes of a piece: at a gigabit a second, the delay of a request is a small part of its time.
 const PIECE: u64 = 8 << 20;
@@ -59,38 +59,6 @@ impl RemoteFile {
             length: FIRST,
             run: 0,
         }
-    }
-
-    pub(crate) fn size(&self) -> u64 {
-        self.object.size
-    }
-
-    /// A number that no other object, and no other state of this one, has in this process.
-    pub(crate) fn object_id(&self) -> u64 {
-        self.object.id
-    }
-
-    pub(crate) fn fetched(&self) -> Fetched {
-        self.object.fetched()
-    }
-
-    /// Tells which stretches will be read, in order; anything else can be read, too.
-    pub(crate) fn expect(&mut self, stretches: Vec<Range<u64>>) {
-        let mut joined: Vec<Range<u64>> = Vec::new();
-        for stretch in stretches.into_iter().filter(|stretch| !stretch.is_empty()) {
-            match joined.last_mut() {
-                Some(last) if stretch.start.saturating_sub(last.end) < SMALL_GAP => {
-                    last.end = last.end.max(stretch.end);
-                }
-                _ => joined.push(stretch),
-            }
-        }
-        self.stretches = Some(joined);
-    }
-
-    /// Fetches the end of the object at once and keeps it, if it is not too large.
-    pub(crate) fn keep_end(&mut self, from: u64) -> io::Result<()> {
-        self.object.keep_end(from)
     }
 
     /// Copies bytes that have been fetched; returns how many.
@@ -184,10 +152,41 @@ impl RemoteFile {
     }
 }
 
+impl Input for RemoteFile {
+    fn size(&self) -> io::Result<u64> {
+        Ok(self.object.size)
+    }
+
+    fn expect(&mut self, stretches: Vec<Range<u64>>) {
+        let mut joined: Vec<Range<u64>> = Vec::new();
+        for stretch in stretches.into_iter().filter(|stretch| !stretch.is_empty()) {
+            match joined.last_mut() {
+                Some(last) if stretch.start.saturating_sub(last.end) < SMALL_GAP => {
+                    last.end = last.end.max(stretch.end);
+                }
+                _ => joined.push(stretch),
+            }
+        }
+        self.stretches = Some(joined);
+    }
+
+    fn keep_end(&mut self, from: u64) -> io::Result<()> {
+        self.object.keep_end(from)
+    }
+
+    fn object_id(&self) -> Option<u64> {
+        Some(self.object.id)
+    }
+
+    fn fetched(&self) -> Option<Fetched> {
+        Some(self.object.fetched())
+    }
+}
+
 impl Read for RemoteFile {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
         let mut read = 0;
-        while read < into.len() && self.position < self.size() {
+        while read < into.len() && self.position < self.object.size {
             match self.at_hand(&mut into[read..])? {
                 0 => self.fetch()?,
                 length => read += length,
@@ -201,7 +200,7 @@ impl Seek for RemoteFile {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         let (from, by) = match to {
             SeekFrom::Start(position) => (position, 0),
-            SeekFrom::End(by) => (self.size(), by),
+            SeekFrom::End(by) => (self.object.size, by),
             SeekFrom::Current(by) => (self.position, by),
         };
         let position = from.checked_add_signed(by).ok_or(ErrorKind::InvalidInput)?;

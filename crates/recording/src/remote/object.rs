@@ -13,7 +13,7 @@ use tokio::runtime::{Builder, Handle};
 use tokio::task::AbortHandle;
 
 use super::store::{Place, changed, gives_no_part, is_empty_object, words};
-use crate::fetched::Fetched;
+use crate::input::Fetched;
 
 /// Bytes fetched of the end when an object is opened: the summary of a usual recording.
 const END: u64 = 256 << 10;

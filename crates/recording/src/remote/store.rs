@@ -126,8 +126,7 @@ fn web_server(address: &str) -> io::Result<Place> {
     use_ring();
     if open_part(address) != address && whole(address) == address {
         return Err(wrong(
-            "has a query or a password, which `divmerge::io::address::put_secrets_aside` is to put \
-             aside first",
+            "has a query or a password, which `address::put_secrets_aside` is to put aside first",
         ));
     }
     let exact = Exact::of(&whole(address));
