@@ -26,7 +26,7 @@ pub struct Clustered {
     pub semantics: String,
     /// Why the source of boxes says nothing about the cloud, where that is so.
     pub missing_boxes: Option<String>,
-    /// Whether a network asked for remission, and the message has none.
+    /// Whether a network needs remission and the message has none.
     pub lacks_remission: bool,
     /// A name that several fields of the message have, of key the first was read.
     pub repeated_field: Option<String>,

@@ -74,7 +74,8 @@ pub struct AnnotateConfig {
 /// A cloud as the method sees it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decoded<'a> {
-    /// The cloud, with classes if they are asked for, turned so that z is up ([`SensorFrame`]).
+    /// The cloud, with its classes if the semantics have some, rotated so that z is up
+    /// ([`SensorFrame`]).
     pub cloud: PointCloud,
     /// Where its object mask comes from.
     pub mask: MaskSource<'a>,
@@ -125,7 +126,7 @@ impl AnnotateConfig {
         Ok(cloud.with_classes(classes)?)
     }
 
-    /// What a detector found in a cloud with truth, if that is asked for.
+    /// What a detector found in a cloud with truth, if there are boxes.
     ///
     /// # Errors
     /// Those of [`FrameBoxes::of`].
@@ -133,7 +134,7 @@ impl AnnotateConfig {
         Ok(self.boxes.of(&frame.key())?.detections)
     }
 
-    /// Turns a cloud with truth as its frame stands, and gives it the classes that are asked for.
+    /// Rotates a cloud with truth upright, and gives it the classes of the semantics.
     ///
     /// # Errors
     /// Those of [`turn`](Self::turn) and [`classify`](Self::classify).
@@ -144,7 +145,7 @@ impl AnnotateConfig {
         Ok(())
     }
 
-    /// Turns a cloud as its frame stands, unless boxes in that frame are asked for.
+    /// Rotates a cloud upright, unless there are boxes in its frame.
     ///
     /// # Errors
     /// Those of [`SensorFrame::turn`].

@@ -47,6 +47,6 @@ pub struct Options {
     pub threads: usize,
 }
 
-/// Most threads that are started unasked: eight all but reach what the one that reads and writes
-/// can do alone, and stay below 400 MB with a large sensor (docs/performance.md).
+/// Most threads that are started by default. Eight nearly keep the reading and writing thread busy,
+/// and stay below 400 MB with a large sensor (docs/performance.md).
 pub const USUAL_THREADS: usize = 8;

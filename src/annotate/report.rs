@@ -25,7 +25,7 @@ pub struct AnnotationReport {
     pub output_bytes: u64,
     /// Bytes of the input.
     pub input_bytes: u64,
-    /// Bytes that were read of it; fewer than it has if a window was asked for and its index says
+    /// Bytes that were read of it; fewer than it has if there is a window and its index says
     /// where that lies.
     pub input_bytes_read: u64,
     /// What came over the network of an input at an address, looks at it beforehand included.
@@ -35,9 +35,9 @@ pub struct AnnotationReport {
     pub input_sha256: Option<String>,
     /// What the output holds, in words.
     pub form: &'static str,
-    /// Earliest log time in nanoseconds, if that was asked for.
+    /// Earliest log time in nanoseconds, if there is one.
     pub from_ns: Option<u64>,
-    /// Log time in nanoseconds from which on messages were left out, if that was asked for.
+    /// Log time in nanoseconds from which on messages were left out, if there is one.
     pub to_ns: Option<u64>,
     /// Messages copied.
     pub messages: u64,

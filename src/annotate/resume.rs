@@ -1,12 +1,12 @@
 //! A run that was cut off, done again without clustering again what it had clustered.
 //!
-//! Beside the half written output lies a journal: what was asked for, and a line for each annotated
-//! cloud, with checksums of the cloud and of the two messages made of it, and with what the report
-//! needs. A run that continues goes through the input from its beginning and writes an output of
-//! its own, so that its bytes are those of a run that was never cut off; but where the journal has
-//! the next cloud, and its messages are found in the half written output, those are taken instead
-//! of being made again. Nothing of the old output is believed that its checksums do not cover, so
-//! it may be cut off anywhere.
+//! Beside the half written output lies a journal: the run's parameters, and a line for each
+//! annotated cloud, with checksums of the cloud and of the two messages made of it, and with what
+//! the report needs. A run that continues goes through the input from its beginning and writes an
+//! output of its own, so that its bytes are those of a run that was never cut off; but where the
+//! journal has the next cloud, and its messages are found in the half written output, those are
+//! taken instead of being made again. Nothing of the old output is believed that its checksums do
+//! not cover, so it may be cut off anywhere.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Write};

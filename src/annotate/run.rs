@@ -22,19 +22,19 @@ use divmerge_recording::{Overview, RecordingReader, is_stream};
 /// Everything in the input is copied unchanged; to each cloud message come one on `T/instances` and
 /// one on `T/objects` (other [`Form`]s of the output are described there). A chunk that can stay as
 /// it is stays as it is, byte for byte, and what is added to its clouds follows in chunks of its
-/// own; that is every chunk of the asked-for compression whose messages are all kept. Otherwise
-/// each cloud message is followed by those added to it. The output is the same however many threads
-/// there are. Of a recording whose index can be relied on, chunks outside of the times asked for
-/// are not read. A cloud that cannot be read is passed through, warned of and counted. The output
+/// own; that is every chunk of the output's compression whose messages are all kept. Otherwise each
+/// cloud message is followed by those added to it. The output is the same however many threads
+/// there are. Of a recording whose index can be relied on, chunks outside of the time window are
+/// not read. A cloud that cannot be read is passed through, warned of and counted. The output
 /// appears under its name when it is complete, or not at all. Memory does not grow with the length
-/// of the recording, but for the boxes of a topic where those are asked for.
+/// of the recording, except by the boxes of a topic.
 ///
 /// # Errors
 /// [`Error::Conflict`] if a run is to be resumed that was of other parameters or another input;
 /// [`Error::Recording`] if the input is damaged (a cut-off input is none: it is annotated as far as
 /// it goes), [`Error::NoCloud`], [`Error::Conflict`] if the input already has an output's topic, is
-/// the output, or is of another flavor than is asked for, [`Error::Io`]; [`Error::Boxes`] if boxes
-/// do not fit a cloud; [`Error::Interrupted`] or, where something is left, [`Error::Left`] if
+/// the output, or is of another flavor than the options say, [`Error::Io`]; [`Error::Boxes`] if
+/// boxes do not fit a cloud; [`Error::Interrupted`] or, where something is left, [`Error::Left`] if
 /// `on_event` breaks off at a progress event.
 pub fn annotate(
     input: &Path,
@@ -73,7 +73,7 @@ pub fn annotate(
     Ok(report)
 }
 
-/// So many threads; 0: as many as are started unasked.
+/// Starts so many threads; 0: the default.
 pub(super) fn usual_workers(threads: usize) -> Workers {
     Workers::start(match threads {
         0 => Workers::per_core().min(USUAL_THREADS),

@@ -8,7 +8,7 @@ use crate::frames::{CloudAt, choose_topics, encoded_cloud_at};
 use crate::messages::stamp::parse_rfc3339;
 use divmerge_recording::{Overview, is_stream};
 
-/// What is said where a moment cannot be read.
+/// The error message of a time that cannot be read.
 const FORMS: &str = "use seconds from the start (12.5), a time since 1970 (@1317384506.4), a date \
                      (2011-09-30T12:28:26Z) or a frame (frame:100)";
 
@@ -70,7 +70,7 @@ fn first_topic(overview: &Overview, topics: &[String]) -> Result<String> {
     Ok(clouds.into_values().next().map(|cloud| cloud.topic.to_string()).unwrap_or_default())
 }
 
-/// The log times in nanoseconds that two moments of a recording stand for; the topics are those
+/// The log times in nanoseconds of two times of a recording; the topics are those
 /// whose clouds are looked at, none for all.
 ///
 /// # Errors
@@ -99,7 +99,7 @@ pub fn window(
     Ok((from, to))
 }
 
-/// The log times of moments that need no recording to be known, as of a stream.
+/// The log times of times that need no recording, for a stream.
 fn absolute(
     (from, to): (Option<TimeSpec>, Option<TimeSpec>),
 ) -> Result<(Option<u64>, Option<u64>)> {

@@ -43,7 +43,7 @@ impl MessageTypes {
     /// The type of the boxes beside annotated clouds of a format.
     ///
     /// # Errors
-    /// [`Error::Unsupported`] if the type that is asked for does not exist beside such clouds.
+    /// [`Error::Unsupported`] if the type of the boxes does not exist beside such clouds.
     pub fn objects(&self, clouds: CloudFormat) -> Result<MessageSchema> {
         let encoding = encoding(clouds, ByteOrder::Little);
         self.object_kind(encoding).schema(encoding)
@@ -79,7 +79,7 @@ impl MessageTypes {
     /// Whether a recording may have such messages beside these clouds.
     ///
     /// # Errors
-    /// [`Error::Conflict`] where other messages than ROS's are asked for in a recording of ROS,
+    /// [`Error::Conflict`] where messages of a recording of ROS would not be ROS's,
     /// others than the clouds' own in their place, or boxes of a type that does not exist beside
     /// them.
     pub(super) fn check(

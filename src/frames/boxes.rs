@@ -25,10 +25,10 @@ pub enum BoxSource {
     },
 }
 
-/// Boxes that can be asked for, cloud by cloud.
+/// The boxes of a recording, looked up by cloud.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum FrameBoxes {
-    /// None are asked for.
+    /// No boxes.
     #[default]
     Nothing,
     /// Those of a topic.

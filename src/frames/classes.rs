@@ -19,7 +19,7 @@ pub enum ClassSource {
     Topic(String),
 }
 
-/// Classes that can be asked for, cloud by cloud.
+/// The classes of a recording, looked up by cloud.
 #[derive(Debug, PartialEq)]
 pub enum FrameClasses {
     /// Those of files.

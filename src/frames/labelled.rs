@@ -100,9 +100,9 @@ pub enum SeenClasses {
 /// What is read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LabelledOptions {
-    /// Topic of the clouds; none means the first with clouds. Not asked of folders.
+    /// Topic of the clouds; none means the first with clouds. Ignored for folders.
     pub topic: Option<String>,
-    /// Sequences; none means all. Not asked of recordings.
+    /// Sequences; none means all. Ignored for recordings.
     pub sequences: Vec<String>,
     /// Numbers of the clouds.
     pub frames: MessageRange,
@@ -143,7 +143,7 @@ impl LabelledFrames {
     /// Opens a recording, or a folder that holds `sequences/NN/{velodyne,labels}`.
     ///
     /// # Errors
-    /// [`Error::NoCloud`] if there is nothing of what is asked for; those of
+    /// [`Error::NoCloud`] if nothing matches the options; those of
     /// [`EncodedClouds::open`] and [`labelled_scans`].
     pub fn open(path: &Path, options: LabelledOptions) -> Result<Self> {
         let source = if path.is_dir() {
@@ -245,7 +245,7 @@ impl Iterator for LabelledFrames {
     }
 }
 
-/// The scans that are asked for, with their numbers in their sequences.
+/// The selected scans, with their numbers in their sequences.
 fn scans(root: &Path, options: &LabelledOptions) -> Result<Vec<(u64, LabelledScan)>> {
     let is_asked = |scan: &LabelledScan| {
         options.sequences.is_empty() || options.sequences.contains(&scan.sequence)

@@ -17,16 +17,16 @@ use divmerge_recording::{Overview, Record, is_stream};
 /// drive begins, and a recorder that joins later gets them first.
 const FAR_ENOUGH: u64 = 64 << 20;
 
-/// What a recording says of how its frames stand, as far as that is asked.
+/// The static transforms that a sensor frame needs of a recording.
 ///
 /// # Errors
-/// [`Error::Parameter`] if it is asked of a stream; those of [`static_transforms`] where the
-/// recorded ones are asked for by name. Otherwise what is wrong with the file is said by whoever
-/// reads its clouds.
-pub fn recorded_transforms(asked: &SensorFrame, recording: &Path) -> Result<Transforms> {
-    match asked {
+/// For [`SensorFrame::Recorded`]: [`Error::Parameter`] if the recording is a stream, and those of
+/// [`static_transforms`]. For [`SensorFrame::Auto`] a file that cannot be read has no transforms;
+/// whoever reads its clouds reports the error.
+pub fn recorded_transforms(frame: &SensorFrame, recording: &Path) -> Result<Transforms> {
+    match frame {
         SensorFrame::AsIs | SensorFrame::Turned(_) => Ok(Transforms::default()),
-        // What is said in a stream is known when it has gone by.
+        // The transforms of a stream are known only at its end.
         SensorFrame::Auto if is_stream(recording) => Ok(Transforms::default()),
         SensorFrame::Recorded if is_stream(recording) => Err(Error::Parameter {
             name: "sensor_frame",

@@ -1,9 +1,9 @@
 //! Classes on a topic beside the clouds, and which of them are of which cloud.
 //!
-//! To a cloud belongs the message in its coordinate frame whose stamp is nearest, if that is within
-//! the tolerance; of two that are equally near the earlier. Messages are read as clouds ask for
-//! them, and only some around the last that asked are kept: the stamps on the topic have to ascend.
-//! Whoever asks for a cloud far before the last makes the reading begin again.
+//! A cloud gets the message in its coordinate frame whose stamp is nearest, if that is within the
+//! tolerance; of two that are equally near the earlier. Messages are read when a cloud needs them,
+//! and only some around the last cloud are kept, so the stamps on the topic have to ascend. A cloud
+//! far before the last one makes the reading begin again.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
@@ -19,13 +19,13 @@ use crate::messages::classes::{ClassFormat, ClassMessage};
 use crate::messages::stamp::seconds;
 use divmerge_recording::{Channel, Overview, Record};
 
-/// How far the stamp of classes may be from their cloud's unless something else is asked for,
-/// nanoseconds: they are those of the very same points, so only clocks and rounding lie between,
-/// and 10 ms are less than half the period of any sensor.
+/// Default of the largest difference between the stamps of classes and of their cloud, nanoseconds.
+/// Both are of the same points, so only clocks and rounding differ, and 10 ms are less than half
+/// the period of any sensor.
 pub const TOLERANCE_NS: u64 = 10_000_000;
 
-/// Messages that are kept behind the last cloud that asked: clouds are clustered by several
-/// threads, so not quite in their order.
+/// Messages that are kept behind the last cloud: several threads cluster clouds, so not quite in
+/// their order.
 const KEPT: usize = 32;
 
 /// Messages that may lie within the tolerance of one stamp.

@@ -45,7 +45,7 @@ impl Job<'_> {
         refuse_annotated(&self.overview, self.clouds.values().map(|cloud| &cloud.topic))
     }
 
-    /// Of a stream, where no compression was asked for, that of the first chunk is taken.
+    /// Of a stream, without a compression in the options, that of the first chunk is taken.
     pub(super) fn learn_compression(&mut self, chunk: &SourceChunk) {
         let is_first = std::mem::take(&mut self.awaits_compression);
         let found = Compression::of_name(chunk.compression()).filter(|_| is_first);
