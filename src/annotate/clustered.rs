@@ -39,7 +39,7 @@ pub struct Clustered {
 /// Clusters the cloud in a message.
 ///
 /// # Errors
-/// Those of [`AnnotateConfig::decode`] and [`FrameBoxes::of`].
+/// Those of [`AnnotateConfig::decode`] and `FrameBoxes::of`.
 pub fn cluster(wire: &CloudMessage, key: &CloudKey, method: &AnnotateConfig) -> Result<Clustered> {
     cluster_decoded(wire, key, method, method.decode(wire, key)?)
 }

@@ -36,8 +36,8 @@ pub struct Annotated {
 /// `annotated`, whose memory is used again.
 ///
 /// # Errors
-/// Those of [`CloudFormat::decode`], [`CloudMessage::reformatted`], [`MessageTypes::objects`] and
-/// [`cluster`].
+/// Those of `CloudFormat::decode`, [`CloudMessage::reformatted`], [`MessageTypes::objects`] and
+/// `cluster`.
 pub fn annotate_message(
     encoded: &EncodedCloud,
     method: &AnnotateConfig,

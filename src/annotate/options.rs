@@ -24,7 +24,7 @@ pub struct Options {
     /// Compression of the output. Default: that of most of the input's chunks, so that those stay
     /// as they are.
     pub compression: Option<Compression>,
-    /// The part of the input that is annotated; the output is what [`join`] takes. Default: all of
+    /// The part of the input that is annotated; the output is what `join` takes. Default: all of
     /// it.
     pub slice: Option<Slice>,
     /// Whether chunks that by the input's index hold nothing that is annotated are taken over

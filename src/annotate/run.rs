@@ -20,14 +20,14 @@ use divmerge_recording::{Overview, RecordingReader, is_stream};
 /// standard one ([`divmerge_recording::STANDARD_STREAM`]), which gets the recording as it is made.
 ///
 /// Everything in the input is copied unchanged; to each cloud message come one on `T/instances` and
-/// one on `T/objects` (other [`Form`]s of the output are described there). A chunk that can stay as
-/// it is stays as it is, byte for byte, and what is added to its clouds follows in chunks of its
-/// own; that is every chunk of the output's compression whose messages are all kept. Otherwise each
-/// cloud message is followed by those added to it. The output is the same however many threads
-/// there are. Of a recording whose index can be relied on, chunks outside of the time window are
-/// not read. A cloud that cannot be read is passed through, warned of and counted. The output
-/// appears under its name when it is complete, or not at all. Memory does not grow with the length
-/// of the recording, except by the boxes of a topic.
+/// one on `T/objects` (other [`Form`](super::form::Form)s of the output are described there). A
+/// chunk that can stay as it is stays as it is, byte for byte, and what is added to its clouds
+/// follows in chunks of its own; that is every chunk of the output's compression whose messages are
+/// all kept. Otherwise each cloud message is followed by those added to it. The output is the same
+/// however many threads there are. Of a recording whose index can be relied on, chunks outside of
+/// the time window are not read. A cloud that cannot be read is passed through, warned of and
+/// counted. The output appears under its name when it is complete, or not at all. Memory does not
+/// grow with the length of the recording, except by the boxes of a topic.
 ///
 /// # Errors
 /// [`Error::Conflict`] if a run is to be resumed that was of other parameters or another input;

@@ -1,6 +1,6 @@
 //! The clouds of a recording, one after the other, and what the recording holds beside them.
 //!
-//! [`Walk`](walk::Walk) is the one loop over a recording's records: it counts the clouds of each
+//! `Walk` is the one loop over a recording's records: it counts the clouds of each
 //! topic and reads only the chunks that a [`Selection`] needs. [`EncodedClouds`] iterates over the
 //! selected clouds, [`LabelledFrames`] over clouds with their truth. [`FrameBoxes`],
 //! [`FrameClasses`] and [`recorded_transforms`] find what belongs to a cloud.

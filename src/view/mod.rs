@@ -1,7 +1,7 @@
 //! Pictures of a clustered cloud: figures as PNG or SVG, pages of triage cases, and the stream to
 //! the Rerun viewer (`rerun_stream`, with the feature `rerun`). Viewing changes no result.
 //!
-//! A [`Scene`] is what is shown. [`figure`](figure()), [`step_figure`] and
+//! A [`Scene`] is what is shown. [`figure`](figure()), [`step_figure`](step_figure()) and
 //! [`explanation`](explanation()) lay it out on a [`Canvas`]; [`png`](png()) and [`svg`](svg())
 //! draw that. No display and no font of the system is needed: the same input gives the same bytes.
 

@@ -35,7 +35,7 @@ pub struct PointColumns {
     /// Sensor per point of a cloud merged of several, as the recording numbers them.
     pub source: Option<Vec<u16>>,
     /// By what the points were turned from the recording's frame to one with z up; the identity
-    /// unless [`turn`](Self::turn) was called.
+    /// unless [`turn`](PointCloud::turn) was called.
     pub turned: UnitQuaternion<f64>,
     /// Rows of an organised cloud, else 1.
     pub height: usize,

@@ -7,7 +7,7 @@ use crate::cloud::taxonomy::{ClassSize, Taxonomy};
 /// How objects are told from the rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MaskSource<'a> {
-    /// Points whose class ([`PointCloud::class`]) is a thing of the taxonomy.
+    /// Points whose class (`PointColumns::class`) is a thing of the taxonomy.
     Classes(&'a Taxonomy),
     /// Returns that are not ground, by geometry alone.
     NotGround(&'a GroundParams),
@@ -48,8 +48,9 @@ pub struct ObjectMask {
     pub lookalikes: Vec<u8>,
     /// Points whose class was corrected, ascending, with the raw ids they have now.
     pub corrected: Vec<(u32, u16)>,
-    /// N: how likely the point is ground, 0 to 1 ([`ground::Ground::confidence`]); `None` where the
-    /// mask does not come from ground removal.
+    /// N: how likely the point is ground, 0 to 1
+    /// ([`Ground::confidence`](super::ground::Ground::confidence)); `None` where the mask does not
+    /// come from ground removal.
     pub ground: Option<Vec<f32>>,
     /// Whether ground removal found the ground above the sensor.
     pub ground_is_overhead: bool,
