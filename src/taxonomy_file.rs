@@ -5,8 +5,8 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::cloud::taxonomy::{Class, Taxonomy};
 use crate::error::{Error, Result};
+use divmerge_core::cloud::taxonomy::{Class, Taxonomy};
 
 /// The parts of semantic-kitti-api's file that are used here.
 #[derive(Deserialize)]

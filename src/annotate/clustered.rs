@@ -5,14 +5,15 @@ use std::time::Instant;
 use nalgebra::Isometry3;
 
 use super::config::{AnnotateConfig, Decoded};
-use crate::cloud::PointCloud;
-use crate::cloud::Reason;
-use crate::cloud::taxonomy::Taxonomy;
 use crate::error::{Error, Result};
 use crate::frames::CloudKey;
 use crate::frames::FrameDetections;
 use crate::messages::clouds::CloudMessage;
-use crate::pipeline::{self, Stages};
+use divmerge_core::cloud::PointCloud;
+use divmerge_core::cloud::Reason;
+use divmerge_core::cloud::taxonomy::Taxonomy;
+use divmerge_core::pipeline;
+use divmerge_core::pipeline::Stages;
 use divmerge_recording::stopwatch::ms_since;
 
 /// A cloud out of a message, clustered.

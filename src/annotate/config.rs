@@ -4,17 +4,17 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::cloud::Detection;
-use crate::cloud::PointCloud;
-use crate::cloud::sensor_frame::{SensorFrame, Transforms};
-use crate::cloud::taxonomy::Taxonomy;
 use crate::error::Result;
 use crate::frames::CloudKey;
 use crate::frames::{FrameBoxes, FrameClasses, LabelledFrame};
 use crate::messages::clouds::CloudMessage;
 use crate::network::Network;
-use crate::pipeline::Config;
-use crate::semantics::{GroundParams, MaskSource};
+use divmerge_core::cloud::Detection;
+use divmerge_core::cloud::PointCloud;
+use divmerge_core::cloud::sensor_frame::{SensorFrame, Transforms};
+use divmerge_core::cloud::taxonomy::Taxonomy;
+use divmerge_core::pipeline::Config;
+use divmerge_core::semantics::{GroundParams, MaskSource};
 use divmerge_recording::stopwatch::ms_since;
 
 /// Where the object mask of a recording's clouds comes from.
@@ -160,7 +160,8 @@ impl AnnotateConfig {
     ///
     /// # Errors
     /// Those of [`CloudMessage::to_cloud`], [`SensorFrame::turn`] and [`classify`](Self::classify);
-    /// [`crate::Error::MissingField`] if the field that should hold the classes is not there.
+    /// [`crate::error::Error::MissingField`] if the field that should hold the classes is not
+    /// there.
     pub fn decode(&self, wire: &CloudMessage, key: &CloudKey) -> Result<Decoded<'_>> {
         let started = Instant::now();
         let (mut cloud, field) = self.unclassified(wire)?;

@@ -1,8 +1,8 @@
 //! What happens while a recording is annotated.
 
-use crate::cloud::PointCloud;
 use crate::frames::CloudKey;
-use crate::pipeline::Stages;
+use divmerge_core::cloud::PointCloud;
+use divmerge_core::pipeline::Stages;
 
 /// What happened on the way, as it happens.
 #[derive(Debug, Clone, Copy, PartialEq)]

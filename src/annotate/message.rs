@@ -6,13 +6,13 @@ use super::clustered::{Clustered, cluster_decoded};
 use super::config::{AnnotateConfig, Decoded};
 use super::times::FrameTimes;
 use super::types::MessageTypes;
-use crate::cloud::PointCloud;
 use crate::error::Result;
 use crate::frames::CloudKey;
 use crate::frames::EncodedCloud;
 use crate::messages::annotation::{Certainty, PointAnnotation, annotated_cloud};
 use crate::messages::clouds::CloudMessage;
 use crate::network::Network;
+use divmerge_core::cloud::PointCloud;
 use divmerge_recording::stopwatch::ms_since;
 
 /// One annotated cloud.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::config::{AnnotateConfig, Semantics};
 use super::report::AnnotationReport;
-use crate::cloud::sensor_frame::SensorFrame;
+use divmerge_core::cloud::sensor_frame::SensorFrame;
 
 /// Name of the metadata record that says how a recording was annotated.
 pub const METADATA_NAME: &str = "divmerge";

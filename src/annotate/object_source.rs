@@ -6,10 +6,10 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use super::config::{AnnotateConfig, Semantics};
-use crate::cloud::taxonomy::Taxonomy;
 use crate::error::{Error, Result};
 use crate::frames::{ClassSource, FrameClasses, TOLERANCE_NS};
 use crate::network::{Network, NetworkOptions};
+use divmerge_core::cloud::taxonomy::Taxonomy;
 use divmerge_recording::is_stream;
 
 /// Where objects come from, before anything is opened.

@@ -8,10 +8,10 @@ use serde::{Deserialize, Serialize};
 use super::clustered::{Clustered, remarks};
 use super::profile::Profile;
 use super::times::FrameTimes;
-use crate::cloud::Reason;
-use crate::cloud::taxonomy::Taxonomy;
 use crate::messages::clouds::CloudFormat;
-use crate::pipeline::Stages;
+use divmerge_core::cloud::Reason;
+use divmerge_core::cloud::taxonomy::Taxonomy;
+use divmerge_core::pipeline::Stages;
 use divmerge_recording::Fetched;
 
 /// What was done.

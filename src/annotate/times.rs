@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::pipeline::StageTimes;
+use divmerge_core::pipeline::StageTimes;
 
 /// Mean milliseconds per frame, message bytes to message bytes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]

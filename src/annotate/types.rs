@@ -4,12 +4,12 @@ use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
 
 use super::form::Form;
-use crate::cloud::Instance;
 use crate::error::{Error, Result};
 use crate::messages::clouds::{CloudFormat, CloudMessage};
 use crate::messages::definitions::MessageSchema;
 use crate::messages::objects::{ObjectBox, ObjectEncoding, ObjectKind};
 use crate::messages::ros::{ByteOrder, Layout};
+use divmerge_core::cloud::Instance;
 use divmerge_recording::Overview;
 
 /// Types of the messages that are added.

@@ -3,13 +3,13 @@
 use serde::{Deserialize, Serialize};
 
 use crate::annotate::AnnotateConfig;
-use crate::cloud::taxonomy::Taxonomy;
 use crate::error::{Error, Result};
 use crate::evaluate::entropy::{self, LEFT_OUT, TOLERANCE, entropies, true_objects};
 use crate::evaluate::panoptic::{ClassQuality, MIN_POINTS, Panoptic, PanopticQuality};
 use crate::frames::{LabelledFrame, Truth};
-use crate::geometry::statistics::{mean_and_deviation, median};
-use crate::pipeline;
+use divmerge_core::cloud::taxonomy::Taxonomy;
+use divmerge_core::geometry::statistics::{mean_and_deviation, median};
+use divmerge_core::pipeline;
 
 /// How well and how fast a method segments some clouds. Scores are from 0 to 1.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -199,8 +199,8 @@ fn new_entry(template: Option<&Value>, topic: &str, type_name: &str, count: u64)
 mod tests {
     use super::*;
     use crate::datasets::drive::{CLOUD_TOPIC, write_drive};
-    use crate::simulate::{Drive, Scene, Sensor};
     use divmerge_recording::WriteOptions;
+    use divmerge_simulate::{Drive, Scene, Sensor};
 
     const SIX: &str = r#"rosbag2_bagfile_information:
   version: 6

@@ -10,11 +10,11 @@ use std::sync::OnceLock;
 
 use super::files::{file_name, read, read_labels};
 use super::scans::npy::{Numbers, numbers};
-use crate::cloud::PointClasses;
-use crate::cloud::taxonomy::Taxonomy;
 use crate::error::{Error, Result};
 use crate::messages::stamp::seconds;
 use crate::network::distributions;
+use divmerge_core::cloud::PointClasses;
+use divmerge_core::cloud::taxonomy::Taxonomy;
 
 /// Digits from which on a number is a stamp: microseconds of 2001 have fewer.
 const STAMP_DIGITS: usize = 15;

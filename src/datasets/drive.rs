@@ -10,7 +10,7 @@ use super::cloud_recording::{CloudRecording, Transform};
 use crate::error::{Error, Result};
 use crate::messages::clouds::{CloudFormat, CloudMessage, Datatype, PointField};
 use crate::messages::stamp::stamp;
-use crate::simulate::{Drive, Frame};
+use divmerge_simulate::{Drive, Frame};
 
 /// Topic of the clouds: x y z intensity t ring label true_instance.
 pub const CLOUD_TOPIC: &str = "/lidar/points";

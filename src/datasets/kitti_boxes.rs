@@ -15,9 +15,9 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::cloud::taxonomy::Taxonomy;
-use crate::cloud::{Detection, UprightBox};
 use crate::error::{Error, Result};
+use divmerge_core::cloud::taxonomy::Taxonomy;
+use divmerge_core::cloud::{Detection, UprightBox};
 
 /// KITTI's types and the names of the class that a taxonomy may have for them; SemanticKITTI labels
 /// vans as cars.

@@ -3,7 +3,7 @@
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 
-use crate::geometry::disjoint_sets::DisjointSets;
+use divmerge_core::geometry::disjoint_sets::DisjointSets;
 
 /// How instances of two runs differ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]

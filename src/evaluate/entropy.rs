@@ -31,9 +31,9 @@
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 
-use crate::cloud::PointCloud;
-use crate::cloud::taxonomy::Taxonomy;
-use crate::geometry::disjoint_sets::DisjointSets;
+use divmerge_core::cloud::PointCloud;
+use divmerge_core::cloud::taxonomy::Taxonomy;
+use divmerge_core::geometry::disjoint_sets::DisjointSets;
 
 /// Points of one class no farther apart than this, metres, belong to one true object.
 pub const TOLERANCE: f64 = 0.5;

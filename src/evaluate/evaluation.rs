@@ -7,9 +7,9 @@ use super::entropy::{Entropies, MIN_POINTS, TOLERANCE, entropies, point_roles, t
 use super::over_time::{Lstq, OverTime};
 use super::panoptic::Panoptic;
 use super::report::PanopticReport;
-use crate::cloud::PointCloud;
-use crate::cloud::taxonomy::Taxonomy;
 use crate::error::{Error, Result};
+use divmerge_core::cloud::PointCloud;
+use divmerge_core::cloud::taxonomy::Taxonomy;
 
 /// Which metrics are computed, and over which classes.
 #[derive(Debug, Clone, Copy)]

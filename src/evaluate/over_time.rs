@@ -24,7 +24,7 @@ use rustc_hash::FxHashMap;
 use serde::Serialize;
 
 use super::panoptic::Panoptic;
-use crate::cloud::taxonomy::Taxonomy;
+use divmerge_core::cloud::taxonomy::Taxonomy;
 
 /// Sums over any number of sequences.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,7 +4,7 @@
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
-use crate::cloud::taxonomy::Taxonomy;
+use divmerge_core::cloud::taxonomy::Taxonomy;
 
 /// An unmatched segment counts as false from this many points on; a match counts whatever its size.
 pub const MIN_POINTS: u64 = 50;

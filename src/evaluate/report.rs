@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use super::panoptic::{ClassQuality, Panoptic, PanopticQuality, pairwise_sum};
-use crate::cloud::taxonomy::Taxonomy;
+use divmerge_core::cloud::taxonomy::Taxonomy;
 
 /// The panoptic figures of a set of frames, from 0 to 1.
 #[derive(Debug, Clone, PartialEq, Serialize)]

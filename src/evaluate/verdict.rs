@@ -29,8 +29,8 @@
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 
-use crate::cloud::taxonomy::Taxonomy;
-use crate::cloud::{PointCloud, wide};
+use divmerge_core::cloud::taxonomy::Taxonomy;
+use divmerge_core::cloud::{PointCloud, wide};
 
 /// Class number and id of an object. Where classes are not compared, a found object has class 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use super::key::CloudKey;
 use super::topic_boxes::{FrameDetections, TopicBoxes};
-use crate::cloud::taxonomy::Taxonomy;
 use crate::datasets::kitti_boxes::KittiBoxes;
 use crate::error::Result;
+use divmerge_core::cloud::taxonomy::Taxonomy;
 
 /// Where boxes are.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -42,8 +42,8 @@ impl FrameBoxes {
     /// recording is kept but its median cloud periods; files are read when their cloud comes.
     ///
     /// # Errors
-    /// [`crate::Error::Boxes`] if there is no such topic or file, or a message cannot be read;
-    /// those of [`RecordingReader`](divmerge_recording::RecordingReader).
+    /// [`crate::error::Error::Boxes`] if there is no such topic or file, or a message cannot be
+    /// read; those of [`RecordingReader`](divmerge_recording::RecordingReader).
     pub fn open(source: &BoxSource, recording: &Path, taxonomy: &Taxonomy) -> Result<Self> {
         match source {
             BoxSource::Topic(topic) => {
@@ -58,8 +58,8 @@ impl FrameBoxes {
     /// The boxes of a cloud.
     ///
     /// # Errors
-    /// [`crate::Error::Boxes`] if its boxes are of another coordinate frame or its files cannot be
-    /// used. Every other cloud is then likely to meet the same.
+    /// [`crate::error::Error::Boxes`] if its boxes are of another coordinate frame or its files
+    /// cannot be used. Every other cloud is then likely to meet the same.
     pub fn of(&self, cloud: &CloudKey) -> Result<FrameDetections<'_>> {
         match self {
             FrameBoxes::Nothing => Ok(FrameDetections::default()),

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use super::key::CloudKey;
 use super::topic_classes::ClassTopic;
-use crate::cloud::PointClasses;
-use crate::cloud::taxonomy::Taxonomy;
 use crate::datasets::class_files::ClassFiles;
 use crate::error::Result;
+use divmerge_core::cloud::PointClasses;
+use divmerge_core::cloud::taxonomy::Taxonomy;
 
 /// Where classes are.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -33,7 +33,7 @@ impl FrameClasses {
     /// stamp is not of that cloud.
     ///
     /// # Errors
-    /// [`crate::Error::Io`], and [`crate::Error::Classes`] if there are none.
+    /// [`crate::error::Error::Io`], and [`crate::error::Error::Classes`] if there are none.
     pub fn open(
         source: &ClassSource,
         recording: &Path,
@@ -54,9 +54,9 @@ impl FrameClasses {
     /// The classes of a cloud of so many rows and columns.
     ///
     /// # Errors
-    /// [`crate::Error::NoClasses`] if there are none for it; [`crate::Error::Classes`] if there are
-    /// more or fewer than it has points, or they cannot be read, so that every other cloud is
-    /// likely to meet the same.
+    /// [`crate::error::Error::NoClasses`] if there are none for it;
+    /// [`crate::error::Error::Classes`] if there are more or fewer than it has points, or they
+    /// cannot be read, so that every other cloud is likely to meet the same.
     pub fn of(&self, cloud: &CloudKey, shape: [usize; 2]) -> Result<PointClasses> {
         match self {
             FrameClasses::Files(files) => {

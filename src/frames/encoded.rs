@@ -256,8 +256,8 @@ fn no_cloud(path: &Path, problem: String) -> Error {
 mod tests {
     use super::*;
     use crate::datasets::drive::{CLOUD_TOPIC, write_drive};
-    use crate::simulate::{Drive, Scene, Sensor};
     use divmerge_recording::WriteOptions;
+    use divmerge_simulate::{Drive, Scene, Sensor};
 
     #[test]
     fn by_number_and_by_time() {

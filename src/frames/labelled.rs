@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use super::encoded::{EncodedCloud, EncodedClouds};
 use super::key::CloudKey;
 use super::selection::Selection;
-use crate::cloud::PointCloud;
 use crate::datasets::semantic_kitti::{
     LabelledScan, labelled_scans, read_labels, read_scan, read_scan_with_remission,
 };
 use crate::error::{Error, Result};
 use crate::evaluate::evaluation::segments;
+use divmerge_core::cloud::PointCloud;
 use divmerge_recording::MessageRange;
 
 /// A cloud of N points and what is true of it.
@@ -278,8 +278,8 @@ mod tests {
     use super::*;
     use crate::datasets::drive::write_drive;
     use crate::datasets::semantic_kitti::write_labels;
-    use crate::simulate::{Drive, Scene, Sensor};
     use divmerge_recording::WriteOptions;
+    use divmerge_simulate::{Drive, Scene, Sensor};
 
     #[test]
     fn a_recording_with_fields_and_with_files() {

@@ -8,9 +8,9 @@ use nalgebra::{Quaternion, UnitQuaternion};
 use super::selection::Selection;
 use super::topics::{message_count, type_name};
 use super::walk::Walk;
-use crate::cloud::sensor_frame::{SensorFrame, Transforms};
 use crate::error::{Error, Result};
 use crate::messages::ros::RosReader;
+use divmerge_core::cloud::sensor_frame::{SensorFrame, Transforms};
 use divmerge_recording::{Overview, Record, is_stream};
 
 /// How far into a recording static transforms are looked for, bytes: they are published when a
@@ -72,7 +72,7 @@ pub fn static_transforms(recording: &Path) -> Result<Transforms> {
 /// Takes in the transforms of a message.
 ///
 /// # Errors
-/// [`crate::Error::Malformed`] where it ends too early; those read before are taken in.
+/// [`crate::error::Error::Malformed`] where it ends too early; those read before are taken in.
 fn read(message: &[u8], is_ros1: bool, transforms: &mut Transforms) -> Result<()> {
     const NAME: &str = "tf2_msgs/msg/TFMessage";
     const SMALLEST: usize = 76;

@@ -13,13 +13,13 @@ use super::key::CloudKey;
 use super::selection::Selection;
 use super::topics::{CloudTopic, TopicWords, channels_beside, type_name};
 use super::walk::Walk;
-use crate::cloud::Detection;
-use crate::cloud::taxonomy::Taxonomy;
 use crate::error::{Error, Result};
-use crate::geometry::statistics::median_by;
 use crate::messages::boxes::{
     BoxMessage, DETECTION_ARRAY, MARKER_ARRAY, detection_boxes, marker_boxes,
 };
+use divmerge_core::cloud::Detection;
+use divmerge_core::cloud::taxonomy::Taxonomy;
+use divmerge_core::geometry::statistics::median_by;
 use divmerge_recording::{Channel, Overview, Record};
 
 /// The boxes of one cloud.
@@ -203,7 +203,7 @@ fn problem(topic: &str, problem: String) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cloud::UprightBox;
+    use divmerge_core::cloud::UprightBox;
 
     const MS: i64 = 1_000_000;
 

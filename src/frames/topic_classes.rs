@@ -13,10 +13,10 @@ use super::key::CloudKey;
 use super::selection::Selection;
 use super::topics::{TopicWords, channels_beside, schema_name};
 use super::walk::Walk;
-use crate::cloud::PointClasses;
 use crate::error::{Error, Result};
 use crate::messages::classes::{ClassFormat, ClassMessage};
 use crate::messages::stamp::seconds;
+use divmerge_core::cloud::PointClasses;
 use divmerge_recording::{Channel, Overview, Record};
 
 /// Default of the largest difference between the stamps of classes and of their cloud, nanoseconds.

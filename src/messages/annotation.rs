@@ -94,8 +94,9 @@ pub struct Certainty<'a> {
 ///
 /// # Errors
 /// [`CloudError::ColumnLength`] if a column does not have one value for each point,
-/// [`Error::Malformed`](crate::Error::Malformed) if the result would not fit the message's 32-bit
-/// sizes, [`Error::Unsupported`](crate::Error::Unsupported) if the format cannot hold the cloud.
+/// [`Error::Malformed`](crate::error::Error::Malformed) if the result would not fit the message's
+/// 32-bit sizes, [`Error::Unsupported`](crate::error::Error::Unsupported) if the format cannot hold
+/// the cloud.
 pub fn annotated_cloud(
     cloud: &CloudMessage,
     annotation: &PointAnnotation,

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 
 use super::ros::RosReader;
 use super::stamp::stamp_ns;
-use crate::cloud::taxonomy::Taxonomy;
-use crate::cloud::{Detection, UprightBox};
 use crate::error::Result;
+use divmerge_core::cloud::taxonomy::Taxonomy;
+use divmerge_core::cloud::{Detection, UprightBox};
 
 /// Name of the type of marker arrays.
 pub const MARKER_ARRAY: &str = "MarkerArray";
@@ -45,8 +45,8 @@ type Header = (i64, String);
 /// which has no stamp.
 ///
 /// # Errors
-/// [`crate::Error::Malformed`] if it ends early or late, its cubes have several frames, or a size
-/// or a place is no number; [`crate::Error::Unsupported`] if it is not plain CDR.
+/// [`crate::error::Error::Malformed`] if it ends early or late, its cubes have several frames, or a
+/// size or a place is no number; [`crate::error::Error::Unsupported`] if it is not plain CDR.
 pub fn marker_boxes(
     cdr: &[u8],
     has_textures: bool,

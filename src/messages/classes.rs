@@ -4,8 +4,8 @@
 use super::clouds::{CloudChannel, CloudFormat};
 use super::ros::{ByteOrder, RosReader};
 use super::stamp::stamp_ns;
-use crate::cloud::PointClasses;
 use crate::error::{Error, Result};
+use divmerge_core::cloud::PointClasses;
 
 /// Name of the type of images.
 const IMAGE: &str = "Image";

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::knn_params::KnnParams;
-use crate::cloud::taxonomy::Taxonomy;
 use crate::error::{Error, Result};
+use divmerge_core::cloud::taxonomy::Taxonomy;
 
 /// Names of the files that are looked for in a folder.
 const FILES: [&str; 2] = ["arch_cfg.yaml", "data_cfg.yaml"];

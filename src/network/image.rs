@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use super::config::{ChannelStatistics, InputChannel, SphericalImage};
-use crate::cloud::PointCloud;
-use crate::range_image::{NOWHERE, RangeImage};
+use divmerge_core::cloud::PointCloud;
+use divmerge_core::range_image::{NOWHERE, RangeImage};
 
 /// N points in an image of H x W.
 #[derive(Debug, Clone, PartialEq)]
@@ -112,7 +112,7 @@ impl InputImage {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::range_image::ProjectionParams;
+    use divmerge_core::range_image::ProjectionParams;
 
     fn cloud(points: &[[f32; 3]]) -> PointCloud {
         let axis = |axis: usize| points.iter().map(|point| point[axis]).collect();

@@ -10,10 +10,10 @@ use super::model::Model;
 use super::options::{NetworkImage, NetworkOptions};
 use super::runtime::Tensor;
 use super::scores::PixelScores;
-use crate::cloud::taxonomy::Taxonomy;
-use crate::cloud::{PointClasses, PointCloud};
 use crate::error::{Error, Result};
-use crate::range_image::{BandView, NOWHERE, ProjectionParams, RangeImage};
+use divmerge_core::cloud::taxonomy::Taxonomy;
+use divmerge_core::cloud::{PointClasses, PointCloud};
+use divmerge_core::range_image::{BandView, NOWHERE, ProjectionParams, RangeImage};
 
 /// Rows and columns are multiples of this where the clustering's image is taken, so that they can
 /// be halved five times.

@@ -11,8 +11,8 @@
 use super::image::InputImage;
 use super::knn_params::KnnParams;
 use super::scores::{PixelScores, entropy};
-use crate::geometry::statistics::most_voted;
-use crate::range_image::NOWHERE;
+use divmerge_core::geometry::statistics::most_voted;
+use divmerge_core::range_image::NOWHERE;
 
 /// The class of a point.
 #[derive(Debug, Clone, Copy, PartialEq)]

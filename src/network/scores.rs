@@ -1,7 +1,7 @@
 //! The output of a network: a distribution over its classes for each pixel of an image.
 
-use crate::cloud::PointClasses;
-use crate::geometry::statistics::most_voted;
+use divmerge_core::cloud::PointClasses;
+use divmerge_core::geometry::statistics::most_voted;
 
 /// Probabilities of C classes in H x W pixels.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -1,6 +1,6 @@
 //! Colours that stay with an object from frame to frame.
 
-use crate::cloud::Instance;
+use divmerge_core::cloud::Instance;
 
 /// Gives each instance the colour number of the same object one frame before, which is the nearest
 /// box of its class. Only the last frame is kept.
@@ -61,7 +61,7 @@ fn reach(a: &Instance, b: &Instance) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cloud::UprightBox;
+    use divmerge_core::cloud::UprightBox;
 
     fn instance(id: u32, semantic: u16, x: f64) -> Instance {
         Instance {

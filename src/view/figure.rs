@@ -12,10 +12,10 @@ use super::range_panel;
 use super::scene::{Scene, Window};
 use super::theme;
 use super::vote_graph::{self, Decision};
-use crate::cloud::Reason;
 use crate::error::{Error, Result};
 use crate::messages::palette::reason_colour;
 use crate::text::grouped;
+use divmerge_core::cloud::Reason;
 
 /// A higher range-image panel becomes narrower instead.
 const MAX_HEIGHT: f64 = 460.0;

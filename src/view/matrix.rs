@@ -6,8 +6,8 @@
 use super::canvas::{Anchor, Area, Canvas, Colour, Stroke, between, opaque};
 use super::font::{self, Weight};
 use super::theme;
-use crate::cluster::{Merge, MergeStep, Votes};
 use crate::messages::palette::instance_colour;
+use divmerge_core::cluster::{Merge, MergeStep, Votes};
 
 /// A move of the merge: a component opens an instance, or joins one.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -216,7 +216,7 @@ fn chips(canvas: &mut Canvas, [x, y]: [f64; 2], assigned: &[u32]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cluster::{ClusterParams, Vote, merge};
+    use divmerge_core::cluster::{ClusterParams, Vote, merge};
 
     #[test]
     fn moves_come_in_order_and_votes_are_handed_on() {

@@ -5,7 +5,7 @@ use super::numbers::{extent, quantile, round_steps};
 use super::range_panel::backdrop;
 use super::scene::{Scene, Window};
 use super::theme;
-use crate::geometry::footprint::Rectangle;
+use divmerge_core::geometry::footprint::Rectangle;
 
 /// A part of the plane in metres, sensor frame.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,9 +6,9 @@ use super::plane::{LabelSpots, Plane};
 use super::scene::Scene;
 use super::theme;
 use super::vote_graph;
-use crate::cloud::Instance;
-use crate::geometry::footprint::Rectangle;
 use crate::messages::palette::reason_colour;
+use divmerge_core::cloud::Instance;
+use divmerge_core::geometry::footprint::Rectangle;
 
 /// Size of the instances' numbers.
 const NUMBER: f64 = 8.5;

@@ -4,8 +4,8 @@ use super::canvas::{Raster, between};
 use super::ramp;
 use super::scene::{Scene, Window, row_from_top};
 use super::theme;
-use crate::cloud::Reason;
 use crate::messages::palette::{instance_colour, reason_colour};
+use divmerge_core::cloud::Reason;
 
 /// Colours a part of the range image by `colour(pixel, point)` of each pixel with a return.
 pub fn raster(

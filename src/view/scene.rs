@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use crate::cloud::PointCloud;
-use crate::cloud::taxonomy::Class;
 use crate::error::{Error, Result};
 use crate::messages::palette::instance_colour;
-use crate::pipeline::Stages;
-use crate::range_image::RangeImage;
+use divmerge_core::cloud::PointCloud;
+use divmerge_core::cloud::taxonomy::Class;
+use divmerge_core::pipeline::Stages;
+use divmerge_core::range_image::RangeImage;
 
 /// One clustered cloud and what is written about it.
 #[derive(Debug, Clone)]

@@ -12,8 +12,8 @@ use super::scene::{Scene, Window, instance_of_component};
 use super::steps::{Role, Step, kept_apart, roles};
 use super::theme;
 use super::vote_graph::{self, Decision};
-use crate::cluster::{MergeStep, Vote};
 use crate::text::{counted, grouped};
+use divmerge_core::cluster::{MergeStep, Vote};
 
 const PICTURE: f64 = 210.0;
 const LOWER: f64 = 340.0;

@@ -3,8 +3,8 @@
 
 use super::options::FigureOptions;
 use super::scene::Scene;
-use crate::cluster::{MergeStep, Vote};
 use crate::error::Result;
+use divmerge_core::cluster::{MergeStep, Vote};
 
 /// A state of the merge while an instance is gathered.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -24,7 +24,7 @@ pub struct Step {
 /// for each instance.
 ///
 /// # Errors
-/// [`Error::Figure`](crate::Error::Figure) if the crop lies outside of the range image.
+/// [`Error::Figure`](crate::error::Error::Figure) if the crop lies outside of the range image.
 pub fn steps(scene: &Scene, options: &FigureOptions, by_decision: bool) -> Result<Vec<Step>> {
     let merge = &scene.stages.merge;
     let image = &scene.stages.image;

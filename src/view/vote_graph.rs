@@ -4,7 +4,7 @@ use super::canvas::{Canvas, Stroke, opaque};
 use super::plane::Plane;
 use super::scene::{Scene, component_centroids, instance_of_component};
 use super::theme;
-use crate::cluster::Vote;
+use divmerge_core::cluster::Vote;
 
 /// Share of votes about the threshold within which a decision counts as thin.
 const THIN: f64 = 0.1;

@@ -60,8 +60,8 @@ impl<'a> Job<'a> {
     /// Begins the output.
     ///
     /// # Errors
-    /// [`crate::Error::Conflict`] if the input has an output's topic, or a run is to be resumed
-    /// that had other parameters; those of [`RecordingWriter::create`].
+    /// [`crate::error::Error::Conflict`] if the input has an output's topic, or a run is to be
+    /// resumed that had other parameters; those of [`RecordingWriter::create`].
     pub(in crate::annotate) fn new(
         input: JobInput,
         output: &Path,

@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg32;
 use rustc_hash::FxHashMap;
 
-use crate::cloud::PointCloud;
+use divmerge_core::cloud::PointCloud;
 
 /// What a stream of random numbers is drawn for.
 #[derive(Clone, Copy)]

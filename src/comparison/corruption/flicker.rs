@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use rand::RngExt;
 
 use super::draws::{Purpose, stream};
-use crate::cloud::PointCloud;
-use crate::cloud::taxonomy::Taxonomy;
+use divmerge_core::cloud::PointCloud;
+use divmerge_core::cloud::taxonomy::Taxonomy;
 
 /// Classes by name, and what each is easily taken for.
 const SIMILAR: &[(&str, &[&str])] = &[

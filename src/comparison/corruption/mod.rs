@@ -39,8 +39,8 @@ mod surroundings;
 
 use serde::Serialize;
 
-use crate::cloud::PointCloud;
-use crate::cloud::taxonomy::Taxonomy;
+use divmerge_core::cloud::PointCloud;
+use divmerge_core::cloud::taxonomy::Taxonomy;
 use draws::{Purpose, patch_draws, point_draws};
 use flicker::Lookalikes;
 pub use surroundings::Surroundings;

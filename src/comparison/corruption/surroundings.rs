@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::cloud::PointCloud;
-use crate::cloud::taxonomy::Taxonomy;
-use crate::geometry::kd_tree::KdTree;
+use divmerge_core::cloud::PointCloud;
+use divmerge_core::cloud::taxonomy::Taxonomy;
+use divmerge_core::geometry::kd_tree::KdTree;
 
 /// Another class is near within so many metres, ...
 const BORDER: f64 = 0.3;

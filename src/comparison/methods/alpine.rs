@@ -2,11 +2,11 @@
 //! Reaching state-of-the-art LiDAR instance segmentation without training".
 
 use super::shared::per_class;
-use crate::cloud::taxonomy::{ClassSize, Taxonomy};
-use crate::cluster::{Method, MethodInput, Segmentation};
-use crate::geometry::disjoint_sets::DisjointSets;
-use crate::geometry::footprint::{PlanePoint, convex_hull, minimum_area_rectangle};
-use crate::geometry::kd_tree::KdTree;
+use divmerge_core::cloud::taxonomy::{ClassSize, Taxonomy};
+use divmerge_core::cluster::{Method, MethodInput, Segmentation};
+use divmerge_core::geometry::disjoint_sets::DisjointSets;
+use divmerge_core::geometry::footprint::{PlanePoint, convex_hull, minimum_area_rectangle};
+use divmerge_core::geometry::kd_tree::KdTree;
 
 /// The points of a class on the bird's-eye plane, each linked with its k nearest as far as they are
 /// nearer than the class is wide; connected components; components larger than the class's objects

@@ -2,11 +2,11 @@
 //! segmentation and 3-D object detection, made as in Behley, Milioto and Stachniss 2020 (arXiv
 //! 2003.02371).
 
-use crate::cluster::{Method, MethodInput, Segmentation};
+use divmerge_core::cluster::{Method, MethodInput, Segmentation};
 use serde::Serialize;
 
-use crate::cloud::point_cloud::wide;
-use crate::cloud::{Detection, UprightBox};
+use divmerge_core::cloud::point_cloud::wide;
+use divmerge_core::cloud::{Detection, UprightBox};
 
 /// An object point belongs to the detection of its class in whose box it lies, of several to the
 /// one in which it lies deepest by the boxes' sizes, and of those to the surer one. Points in no

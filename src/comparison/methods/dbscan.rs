@@ -1,7 +1,7 @@
 //! Density-based clustering (Ester, Kriegel, Sander and Xu 1996).
 
-use crate::cluster::{Method, MethodInput, Segmentation};
-use crate::geometry::disjoint_sets::DisjointSets;
+use divmerge_core::cluster::{Method, MethodInput, Segmentation};
+use divmerge_core::geometry::disjoint_sets::DisjointSets;
 use rustc_hash::FxHashMap;
 
 use super::shared::per_class;

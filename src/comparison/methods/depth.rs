@@ -1,11 +1,11 @@
 //! Depth clustering (Bogoslavskyi and Stachniss 2016).
 
-use crate::cluster::{Method, MethodInput, Segmentation};
+use divmerge_core::cluster::{Method, MethodInput, Segmentation};
 use serde::Serialize;
 
 use super::shared::{object_pixels, to_points};
-use crate::geometry::disjoint_sets::DisjointSets;
-use crate::range_image::NO_NEIGHBOUR;
+use divmerge_core::geometry::disjoint_sets::DisjointSets;
+use divmerge_core::range_image::NO_NEIGHBOUR;
 
 /// Connected components of the 4-connected range image under the angle condition beta > theta.
 ///

@@ -1,8 +1,8 @@
 //! Euclidean cluster extraction (Rusu 2010).
 
 use super::shared::per_class;
-use crate::cluster::{Method, MethodInput, Segmentation};
-use crate::geometry::kd_tree::KdTree;
+use divmerge_core::cluster::{Method, MethodInput, Segmentation};
+use divmerge_core::geometry::kd_tree::KdTree;
 
 /// From point to point: whatever is near a point of a cluster is in it; class by class.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]

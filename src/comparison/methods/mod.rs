@@ -32,10 +32,10 @@ use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
-use crate::cloud::taxonomy::Taxonomy;
-use crate::cluster::Method;
-use crate::geometry::statistics::most_frequent;
-use crate::semantics::ObjectMask;
+use divmerge_core::cloud::taxonomy::Taxonomy;
+use divmerge_core::cluster::Method;
+use divmerge_core::geometry::statistics::most_frequent;
+use divmerge_core::semantics::ObjectMask;
 
 pub use alpine::Alpine;
 pub use boxes::Boxes;

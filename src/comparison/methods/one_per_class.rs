@@ -1,6 +1,6 @@
 //! No clustering at all: what the classes alone are worth.
 
-use crate::cluster::{Method, MethodInput, Segmentation};
+use divmerge_core::cluster::{Method, MethodInput, Segmentation};
 
 use super::shared::per_class;
 

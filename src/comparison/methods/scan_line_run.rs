@@ -3,9 +3,9 @@
 use serde::Serialize;
 
 use super::shared::{object_pixels, to_points};
-use crate::cluster::{Method, MethodInput, ObjectPixels, Segmentation};
-use crate::geometry::disjoint_sets::DisjointSets;
-use crate::range_image::RangeImage;
+use divmerge_core::cluster::{Method, MethodInput, ObjectPixels, Segmentation};
+use divmerge_core::geometry::disjoint_sets::DisjointSets;
+use divmerge_core::range_image::RangeImage;
 
 /// Each beam is cut into runs of neighbouring points, and a run takes over what its points are near
 /// to in the beam above.

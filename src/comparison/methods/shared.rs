@@ -1,7 +1,7 @@
 //! What several methods have in common.
 
-use crate::cluster::back_projection::label_source;
-use crate::cluster::{ClusterParams, MethodInput, ObjectPixels, Segmentation};
+use divmerge_core::cluster::back_projection::label_source;
+use divmerge_core::cluster::{ClusterParams, MethodInput, ObjectPixels, Segmentation};
 
 /// Clusters the object points class by class. `cluster` gets a class number and n positions in
 /// metres, sensor frame, and returns n cluster numbers from 1, or 0 for what is in none.

@@ -1,7 +1,7 @@
 //! Supervoxels: voxel cloud connectivity segmentation (Papon, Abramov, Schoeler and Woergoetter
 //! 2013).
 
-use crate::cluster::{Method, MethodInput, Segmentation};
+use divmerge_core::cluster::{Method, MethodInput, Segmentation};
 use nalgebra::{Matrix3, Vector3};
 use rustc_hash::FxHashMap;
 use serde::Serialize;

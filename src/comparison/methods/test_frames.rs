@@ -1,10 +1,10 @@
 //! Small clouds on which the methods are tested.
 
-use crate::cloud::taxonomy::Taxonomy;
-use crate::cloud::{Detection, PointCloud};
-use crate::cluster::{ClusterParams, Method, MethodInput, ObjectPixels};
-use crate::range_image::{ProjectionParams, RangeImage};
-use crate::semantics::{MaskSource, ObjectMask, object_mask};
+use divmerge_core::cloud::taxonomy::Taxonomy;
+use divmerge_core::cloud::{Detection, PointCloud};
+use divmerge_core::cluster::{ClusterParams, Method, MethodInput, ObjectPixels};
+use divmerge_core::range_image::{ProjectionParams, RangeImage};
+use divmerge_core::semantics::{MaskSource, ObjectMask, object_mask};
 
 pub(super) const CAR: u16 = 10;
 pub(super) const PERSON: u16 = 30;

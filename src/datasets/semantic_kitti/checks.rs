@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::cloud::taxonomy::Taxonomy;
 use crate::datasets::files::names;
 use crate::datasets::problems::Problems;
 use crate::error::{Error, Result};
+use divmerge_core::cloud::taxonomy::Taxonomy;
 
 /// Bytes of a point: float32 x, y, z and intensity.
 const POINT_BYTES: u64 = 16;

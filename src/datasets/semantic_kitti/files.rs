@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::cloud::PointCloud;
 use crate::datasets::files::{file_name, read, size_problem};
 use crate::error::{Error, Result};
+use divmerge_core::cloud::PointCloud;
 
 /// Reads a `.bin` scan: float32 x, y, z (metres, sensor frame) and intensity per point, little
 /// endian.

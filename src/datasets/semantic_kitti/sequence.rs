@@ -9,7 +9,6 @@ use nalgebra::Isometry3;
 
 use super::checks::{check_classes, check_labels, known, scan_sizes};
 use super::drive_files::{self, Calibration};
-use crate::cloud::taxonomy::Taxonomy;
 use crate::datasets::cloud_recording::{CloudRecording, Transform};
 use crate::datasets::files::{file_name, names, read};
 use crate::datasets::problems::Problems;
@@ -21,6 +20,7 @@ use crate::error::{Error, Result};
 use crate::messages::camera_info::camera_info;
 use crate::messages::clouds::CloudFormat;
 use crate::messages::definitions::CAMERA_INFO;
+use divmerge_core::cloud::taxonomy::Taxonomy;
 
 /// Topic of the clouds.
 pub const CLOUD_TOPIC: &str = "/velodyne_points";

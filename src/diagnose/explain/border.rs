@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::frame::Frame;
 use super::places::{Place, distance, place_of_object};
-use crate::cluster::params::Rays;
-use crate::range_image::NO_NEIGHBOUR;
+use divmerge_core::cluster::params::Rays;
+use divmerge_core::range_image::NO_NEIGHBOUR;
 
 /// A pair of neighbouring object pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

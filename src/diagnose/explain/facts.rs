@@ -5,10 +5,10 @@ use serde::Serialize;
 use super::border::{BorderPair, pair};
 use super::frame::Frame;
 use super::places::{Place, place_of_object};
-use crate::cloud::Reason;
-use crate::cluster::back_projection::label_source;
-use crate::pipeline::Stages;
-use crate::range_image::{NEIGHBOURS, NO_NEIGHBOUR};
+use divmerge_core::cloud::Reason;
+use divmerge_core::cluster::back_projection::label_source;
+use divmerge_core::pipeline::Stages;
+use divmerge_core::range_image::{NEIGHBOURS, NO_NEIGHBOUR};
 
 /// A component of the divide step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

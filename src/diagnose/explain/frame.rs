@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use crate::cloud::PointCloud;
-use crate::pipeline::{Config, Stages};
-use crate::semantics::MaskSource;
+use divmerge_core::cloud::PointCloud;
+use divmerge_core::pipeline::{Config, Stages};
+use divmerge_core::semantics::MaskSource;
 
 /// One run of the pipeline with what went into it.
 #[derive(Debug, Clone, Copy)]

@@ -27,7 +27,7 @@
 //! assert_eq!(explanation.answer == Answer::OneInstance, a == b && a != 0);
 //! ```
 //!
-//! [`PointLabels`]: crate::cloud::PointLabels
+//! [`PointLabels`]: divmerge_core::cloud::PointLabels
 
 pub mod border;
 pub mod facts;
@@ -43,10 +43,10 @@ mod tests;
 
 use serde::Serialize;
 
-use crate::cloud::Reason;
+use divmerge_core::cloud::Reason;
 
-pub use crate::cluster::SizeTest;
 pub use border::{BorderPair, Rule};
+pub use divmerge_core::cluster::SizeTest;
 pub use facts::{ComponentFacts, GroupFacts, PointFacts};
 pub use frame::{Answer, Frame, Subject, answer};
 pub use places::{Place, nearest_points, return_at};
@@ -142,7 +142,7 @@ pub fn explain(frame: &Frame, subject: Subject) -> Explanation {
         points,
         angle_degrees: params.condition.angle.to_degrees(),
         merge_ratio: params.merge_ratio,
-        pixels_change_hands: params.seeding == crate::cluster::params::Seeding::AtPop,
+        pixels_change_hands: params.seeding == divmerge_core::cluster::params::Seeding::AtPop,
     }
 }
 

@@ -3,9 +3,9 @@
 use serde::Serialize;
 
 use super::frame::Frame;
-use crate::cloud::PointCloud;
 use crate::error::{Error, Result};
-use crate::pipeline::Stages;
+use divmerge_core::cloud::PointCloud;
+use divmerge_core::pipeline::Stages;
 
 /// A pixel of the range image and the point seen in it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

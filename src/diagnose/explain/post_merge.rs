@@ -2,9 +2,9 @@
 //! size, back-projection.
 //!
 //! Joins, outlines, regions and sizes are those that the run kept when it decided
-//! ([`PostMerge`](crate::cluster::PostMerge)). Measured here are the distances between regions or
-//! outlines of a pair that the merge had no need to compare, and the nearest pixels of two
-//! instances without a class.
+//! ([`PostMerge`](divmerge_core::cluster::PostMerge)). Measured here are the distances between
+//! regions or outlines of a pair that the merge had no need to compare, and the nearest pixels of
+//! two instances without a class.
 
 use std::collections::{BTreeSet, VecDeque};
 
@@ -13,9 +13,9 @@ use serde::Serialize;
 use super::facts::{GroupFacts, PointFacts, group};
 use super::frame::Frame;
 use super::places::{self, Place};
-use crate::cloud::Reason;
-use crate::cluster::params::{BirdsEye, FragmentMerge, GapMerge, Region};
-use crate::cluster::{InstanceRegion, Join, SizeTest, regions};
+use divmerge_core::cloud::Reason;
+use divmerge_core::cluster::params::{BirdsEye, FragmentMerge, GapMerge, Region};
+use divmerge_core::cluster::{InstanceRegion, Join, SizeTest, regions};
 
 /// Something that a stage after the vote merge did, or left undone.
 #[derive(Debug, Clone, PartialEq, Serialize)]

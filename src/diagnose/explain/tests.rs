@@ -6,11 +6,11 @@
 //! favour). A voxel is as large as the world: a seed for each side of the axes.
 
 use super::*;
-use crate::cloud::taxonomy::Taxonomy;
-use crate::cluster::params::ClusterParams;
-use crate::pipeline::{Config, Stages};
-use crate::semantics::MaskSource;
-use crate::{PointCloud, PointColumns};
+use divmerge_core::cloud::taxonomy::Taxonomy;
+use divmerge_core::cloud::{PointCloud, PointColumns};
+use divmerge_core::cluster::params::ClusterParams;
+use divmerge_core::pipeline::{Config, Stages};
+use divmerge_core::semantics::MaskSource;
 
 struct Scene {
     cloud: PointCloud,
@@ -49,7 +49,7 @@ impl Scene {
         let cloud = cloud.checked().unwrap();
         let taxonomy = Taxonomy::semantic_kitti();
         let mut config = Config::paper();
-        config.projection.wrap = crate::range_image::Wrap::Never;
+        config.projection.wrap = divmerge_core::range_image::Wrap::Never;
         config.cluster.voxel = 100.0;
         change(&mut config.cluster);
         let stages = pipeline(&cloud, &taxonomy, &config);
@@ -75,7 +75,7 @@ impl Scene {
 }
 
 fn pipeline(cloud: &PointCloud, taxonomy: &Taxonomy, config: &Config) -> Stages {
-    crate::pipeline::run(cloud, MaskSource::Classes(taxonomy), config)
+    divmerge_core::pipeline::run(cloud, MaskSource::Classes(taxonomy), config)
 }
 
 fn no_plane(params: &mut ClusterParams) {

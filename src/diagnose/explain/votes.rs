@@ -14,8 +14,8 @@ use super::border::{BorderPair, border};
 use super::facts::{GroupFacts, PointFacts, group, group_of, pixels_of_group};
 use super::frame::Frame;
 use super::places::{Place, nearest_pair, place_of_object};
-use crate::cluster::params::Accumulation;
-use crate::pipeline::Stages;
+use divmerge_core::cluster::params::Accumulation;
+use divmerge_core::pipeline::Stages;
 
 /// Votes that a component had inherited from another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

@@ -11,8 +11,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use serde::Serialize;
 
 use super::frame::{Answer, Frame, Subject, answer};
-use crate::cluster::params::{BirdsEye, ClusterParams, Region};
-use crate::pipeline::{self, Config};
+use divmerge_core::cluster::params::{BirdsEye, ClusterParams, Region};
+use divmerge_core::pipeline;
+use divmerge_core::pipeline::Config;
 
 /// One parameter, and what it takes to get the other answer.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use crate::cloud::Detection;
-use crate::cloud::taxonomy::Taxonomy;
 use crate::diagnose::explain::Frame;
 use crate::evaluate::verdict::{JudgedObject, Labelling, MatchRules, Verdicts, verdicts};
+use divmerge_core::cloud::Detection;
+use divmerge_core::cloud::taxonomy::Taxonomy;
 
 /// A clustered frame with its truth.
 #[derive(Debug, Clone, Copy)]

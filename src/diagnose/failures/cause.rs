@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::cluster::Join;
 use crate::diagnose::explain::{Link, PostMergeStage};
+use divmerge_core::cluster::Join;
 
 /// The step that lost an object, with its numbers.
 #[derive(Debug, Clone, PartialEq, Serialize)]

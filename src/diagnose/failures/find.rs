@@ -7,7 +7,7 @@ use super::cause::Cause;
 use super::oracles::Oracles;
 use super::search;
 use crate::evaluate::verdict::{JudgedObject, Labelling, Segment, Verdict, Verdicts};
-use crate::pipeline::Stages;
+use divmerge_core::pipeline::Stages;
 
 /// An object that was not found, or an instance that should not be.
 #[derive(Debug, Clone, PartialEq, Serialize)]

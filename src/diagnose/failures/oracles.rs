@@ -4,9 +4,10 @@ use rustc_hash::FxHashMap;
 
 use super::case::{LabelledRun, Side, Target};
 use crate::evaluate::verdict::{Labelling, Segment, Verdict, Verdicts};
-use crate::geometry::statistics::most_frequent;
-use crate::pipeline::{self, Stages};
-use crate::semantics::MaskSource;
+use divmerge_core::geometry::statistics::most_frequent;
+use divmerge_core::pipeline;
+use divmerge_core::pipeline::Stages;
+use divmerge_core::semantics::MaskSource;
 
 /// What an oracle found, and the verdicts on it.
 pub(super) struct OracleVerdicts {

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::find::Failures;
-use crate::cloud::taxonomy::Taxonomy;
 use crate::error::{Error, Result};
 use crate::evaluate::JudgedObject;
+use divmerge_core::cloud::taxonomy::Taxonomy;
 
 /// Objects with one verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]

@@ -6,15 +6,16 @@
 //! large as the world, a seed on each side of straight ahead.
 
 use super::*;
-use crate::cloud::taxonomy::Taxonomy;
-use crate::cloud::{PointCloud, PointColumns};
-use crate::cluster::Evidence;
-use crate::cluster::params::{BirdsEye, ClusterParams, Leftovers, Region};
 use crate::diagnose::explain::{Frame, PostMergeStage};
 use crate::evaluate::verdict::Verdict;
-use crate::pipeline::{self, Config};
-use crate::range_image::Wrap;
-use crate::semantics::MaskSource;
+use divmerge_core::cloud::taxonomy::Taxonomy;
+use divmerge_core::cloud::{PointCloud, PointColumns};
+use divmerge_core::cluster::Evidence;
+use divmerge_core::cluster::params::{BirdsEye, ClusterParams, Leftovers, Region};
+use divmerge_core::pipeline;
+use divmerge_core::pipeline::Config;
+use divmerge_core::range_image::Wrap;
+use divmerge_core::semantics::MaskSource;
 
 struct Scene {
     cloud: PointCloud,

@@ -1,8 +1,8 @@
 //! Causes in words.
 
 use super::cause::{Cause, DivideCause, MergeCause, PostMergeCause};
-use crate::cluster::{Evidence, Join};
 use crate::diagnose::explain::PostMergeStage;
+use divmerge_core::cluster::{Evidence, Join};
 
 impl Cause {
     /// A sentence that describes the cause, with its numbers.

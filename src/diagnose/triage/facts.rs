@@ -1,12 +1,12 @@
 //! The facts that triage uses of every instance of a frame, gathered once.
 
 use super::suspect::{Concern, Params, Suspect, SuspectKind, ramp};
-use crate::cloud::Instance;
-use crate::cloud::taxonomy::ClassSize;
-use crate::cluster::params::{ClusterParams, FragmentMerge};
 use crate::diagnose::explain::Frame;
-use crate::geometry::footprint::{PlanePoint, convex_hull};
-use crate::geometry::statistics::most_frequent;
+use divmerge_core::cloud::Instance;
+use divmerge_core::cloud::taxonomy::ClassSize;
+use divmerge_core::cluster::params::{ClusterParams, FragmentMerge};
+use divmerge_core::geometry::footprint::{PlanePoint, convex_hull};
+use divmerge_core::geometry::statistics::most_frequent;
 
 /// An instance with its pixels and its outline.
 #[derive(Debug, Clone, PartialEq)]

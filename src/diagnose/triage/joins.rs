@@ -4,8 +4,8 @@ use super::between::between;
 use super::facts::{FrameFacts, InstanceFacts};
 use super::sizes::gap_evidence;
 use super::suspect::{Suspect, SuspectKind, ramp};
-use crate::cluster::{Evidence, Join};
-use crate::geometry::disjoint_sets::DisjointSets;
+use divmerge_core::cluster::{Evidence, Join};
+use divmerge_core::geometry::disjoint_sets::DisjointSets;
 
 /// Joins of two substantial parts across a gap. Joins by size have the evidence of
 /// [`gap_evidence`]; without classes it grows from half the join distance on.

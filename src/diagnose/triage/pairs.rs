@@ -2,7 +2,7 @@
 
 use super::facts::{FrameFacts, InstanceFacts};
 use super::suspect::{Suspect, SuspectKind, ramp};
-use crate::geometry::footprint::{convex_hull, distance, minimum_area_rectangle};
+use divmerge_core::geometry::footprint::{convex_hull, distance, minimum_area_rectangle};
 
 /// A pair of instances of one family near each other.
 struct Pair<'a> {

@@ -1,8 +1,8 @@
 //! The local components of an instance and the gaps between them.
 
 use super::facts::FrameFacts;
-use crate::geometry::disjoint_sets::DisjointSets;
-use crate::geometry::footprint::PlanePoint;
+use divmerge_core::geometry::disjoint_sets::DisjointSets;
+use divmerge_core::geometry::footprint::PlanePoint;
 
 /// The pixels of a local component (of the divide step) within one instance, and the box around
 /// them.

@@ -2,10 +2,10 @@
 
 use super::facts::{FrameFacts, InstanceFacts};
 use super::suspect::{Concern, Suspect, SuspectKind, ramp};
-use crate::cloud::Reason;
-use crate::geometry::disjoint_sets::DisjointSets;
-use crate::geometry::footprint::distance;
 use crate::text::counted;
+use divmerge_core::cloud::Reason;
+use divmerge_core::geometry::disjoint_sets::DisjointSets;
+use divmerge_core::geometry::footprint::distance;
 
 /// Instances with pixels of other classes than their own, or of corrected classes; full if these
 /// are half of the pixels.

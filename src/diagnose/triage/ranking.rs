@@ -3,7 +3,7 @@
 use super::score::{Case, Triage};
 use super::suspect::Suspect;
 use crate::annotate::ClusteredFrame;
-use crate::cloud::PointCloud;
+use divmerge_core::cloud::PointCloud;
 
 /// The most suspect cases of a recording so far, the most suspect first.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,8 +5,8 @@ use super::between::between;
 use super::facts::{FrameFacts, InstanceFacts};
 use super::parts::{ComponentBox, best_split, components};
 use super::suspect::{Suspect, SuspectKind, ramp};
-use crate::cloud::taxonomy::ClassSize;
 use crate::text::counted;
+use divmerge_core::cloud::taxonomy::ClassSize;
 
 /// Instances longer or wider than objects of their class.
 ///

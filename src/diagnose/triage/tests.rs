@@ -1,12 +1,13 @@
 //! Scenes drawn from blocks of points, where what is suspect is known by hand.
 
 use super::*;
-use crate::cloud::taxonomy::Taxonomy;
-use crate::cloud::{PointCloud, PointColumns};
 use crate::diagnose::explain::Frame;
-use crate::pipeline::{self, Config, Stages};
-use crate::range_image::Wrap;
-use crate::semantics::MaskSource;
+use divmerge_core::cloud::taxonomy::Taxonomy;
+use divmerge_core::cloud::{PointCloud, PointColumns};
+use divmerge_core::pipeline;
+use divmerge_core::pipeline::{Config, Stages};
+use divmerge_core::range_image::Wrap;
+use divmerge_core::semantics::MaskSource;
 
 const CAR: u16 = 10;
 const TRUCK: u16 = 18;
@@ -239,7 +240,7 @@ fn borders_that_all_but_voted_to_join() {
     let (a, b) = (labels[0].min(labels[other]), labels[0].max(labels[other]));
     assert_eq!(scene.of(SuspectKind::RefusedVotes), []);
     let mut vote = |positive, negative| {
-        let vote = crate::cluster::Vote { a, b, positive, negative };
+        let vote = divmerge_core::cluster::Vote { a, b, positive, negative };
         scene.stages.votes.pairs.push(vote);
         let found = scene.of(SuspectKind::RefusedVotes);
         scene.stages.votes.pairs.pop();

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::facts::{FrameFacts, InstanceFacts};
 use super::suspect::{Suspect, SuspectKind, ramp};
-use crate::cluster::MergeStep;
+use divmerge_core::cluster::MergeStep;
 
 /// A majority is bare if its margin is less than this: below 60 % of the votes where more than 50 %
 /// are required.

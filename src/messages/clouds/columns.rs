@@ -2,8 +2,8 @@
 
 use super::fields::{Datatype, PointField};
 use super::message::CloudMessage;
-use crate::cloud::{PointClasses, PointCloud, PointColumns};
 use crate::error::{Error, Result};
+use divmerge_core::cloud::{PointClasses, PointCloud, PointColumns};
 
 /// Fields that say which sensor measured a point of a merged cloud, as drivers and mergers name
 /// them.

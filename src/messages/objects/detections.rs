@@ -63,9 +63,9 @@ mod tests {
     use super::super::tests::upright;
     use super::super::{ObjectEncoding, ObjectKind};
     use super::*;
-    use crate::cloud::taxonomy::Taxonomy;
     use crate::messages::boxes::detection_boxes;
     use crate::messages::ros::{ByteOrder, RosReader};
+    use divmerge_core::cloud::taxonomy::Taxonomy;
 
     #[test]
     fn boxes_come_back_with_their_classes() {

@@ -122,8 +122,8 @@ impl ObjectEncoding {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::cloud::UprightBox;
     use crate::messages::ros::ByteOrder;
+    use divmerge_core::cloud::UprightBox;
 
     /// A car's box that stands upright.
     pub(crate) fn upright(id: u32, centre: [f64; 3], size: [f64; 3], yaw: f64) -> ObjectBox {

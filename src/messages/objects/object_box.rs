@@ -2,8 +2,8 @@
 
 use nalgebra::Isometry3;
 
-use crate::cloud::{Instance, Shape, ShapeClass};
 use crate::messages::ros::RosWriter;
+use divmerge_core::cloud::{Instance, Shape, ShapeClass};
 
 /// Opacity of a box.
 pub(super) const BOX_ALPHA: f32 = 0.35;

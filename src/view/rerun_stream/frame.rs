@@ -8,11 +8,11 @@ use rerun::{
 
 use super::names::{reason_id, rgb, shown_id};
 use crate::annotate::ClusteredFrame;
-use crate::cloud::{Reason, UprightBox};
 use crate::diagnose::explain::Explanation;
 use crate::messages::palette::instance_colour;
 use crate::view::scene::{component_centroids, instance_of_component, row_from_top};
 use crate::view::theme;
+use divmerge_core::cloud::{Reason, UprightBox};
 
 /// Steps of the range image per metre.
 const RANGE_STEPS: f32 = 200.0;

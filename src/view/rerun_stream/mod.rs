@@ -22,7 +22,7 @@
 //! coordinate frame.
 //!
 //! Colours go through class ids and an annotation context, two bytes a point instead of four. Ids
-//! above 65528 stand for reasons ([`Reason`](crate::cloud::Reason)); component and instance
+//! above 65528 stand for reasons ([`Reason`](divmerge_core::cloud::Reason)); component and instance
 //! numbers above that start again at 1 in the clouds and images, but not in the labels. A `.rrd`
 //! holds random ids and is never the same twice.
 

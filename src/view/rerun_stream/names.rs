@@ -2,9 +2,9 @@
 
 use rerun::{AnnotationInfo, EntityPath, EntityPathPart, Rgba32, components};
 
-use crate::cloud::Reason;
-use crate::cloud::taxonomy::Taxonomy;
 use crate::messages::palette::{instance_colour, reason_colour};
+use divmerge_core::cloud::Reason;
+use divmerge_core::cloud::taxonomy::Taxonomy;
 
 /// Name of the application that a recording and its layout are for.
 pub const APPLICATION: &str = "divmerge";

@@ -100,6 +100,32 @@ fn arrows_point_down_only() {
     fail_on(&complaints);
 }
 
+/// The root of the package re-exports for others. Whoever stands below it names the crate or the room
+/// that has the item.
+#[test]
+fn rooms_take_nothing_through_the_root() {
+    let is_room =
+        |name: &str| HOUSE.modules.iter().any(|module| is_in(&module.file, &format!("src/{name}")));
+    let mut complaints = Vec::new();
+    for module in HOUSE.modules.iter().filter(|module| is_in(&module.file, "src")) {
+        if ["src/bin", "src/lib.rs"].iter().any(|above| is_in(&module.file, above)) {
+            continue;
+        }
+        let imports = module.imports.iter().map(|import| (&import.path, import.line));
+        let mentions = module.mentions.iter().map(|mention| (&mention.path, mention.line));
+        for (path, line) in imports.chain(mentions) {
+            if let [root, name, ..] = &path[..]
+                && root == "crate"
+                && !is_room(name)
+            {
+                let file = &module.file;
+                complaints.push(format!("{file}:{line} takes `{name}` through the root"));
+            }
+        }
+    }
+    fail_on(&complaints);
+}
+
 /// Files and lines where code names a dependency.
 fn namers(dependency: &str) -> Vec<(String, usize)> {
     let mut found = Vec::new();

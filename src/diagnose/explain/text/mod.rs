@@ -18,8 +18,8 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::cloud::Reason;
 use crate::diagnose::explain::{Explanation, PointFacts, WhatIf};
+use divmerge_core::cloud::Reason;
 use words::{condition, counted, instance, pixel, position};
 
 /// An explanation and where it is from; as JSON, everything that is known.

@@ -1,9 +1,9 @@
 //! What the stages after the votes did.
 
 use super::words::{NAMES, counted, pixel};
-use crate::cluster::params::Region;
-use crate::cluster::{Evidence, Join};
 use crate::diagnose::explain::{GapTest, GroupFacts, PostMergeStage, SizeTest};
+use divmerge_core::cluster::params::Region;
+use divmerge_core::cluster::{Evidence, Join};
 
 /// A stage, on one or more lines.
 pub(super) fn text(stage: &PostMergeStage) -> String {

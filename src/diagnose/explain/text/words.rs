@@ -1,8 +1,8 @@
 //! Phrases that several parts of the text use.
 
-use crate::cloud::Reason;
 use crate::diagnose::explain::{BorderPair, Place, PointFacts, Rule};
 pub(super) use crate::text::counted;
+use divmerge_core::cloud::Reason;
 
 /// What the two points are called.
 pub(super) const NAMES: [&str; 2] = ["A", "B"];

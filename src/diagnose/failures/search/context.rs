@@ -1,15 +1,15 @@
 //! What is shared by the searches for a cause.
 
-use crate::cloud::Reason;
-use crate::cloud::wide;
 use crate::diagnose::failures::case::{LabelledRun, Side, Target};
 use crate::diagnose::failures::cause::Cause;
 use crate::diagnose::failures::oracles::Oracles;
 use crate::diagnose::failures::tree::{Part, TreeCut, best_cut};
 use crate::evaluate::verdict::{Segment, Verdict};
-use crate::geometry::kd_tree::KdTree;
-use crate::geometry::statistics::most_frequent;
-use crate::pipeline::Stages;
+use divmerge_core::cloud::Reason;
+use divmerge_core::cloud::wide;
+use divmerge_core::geometry::kd_tree::KdTree;
+use divmerge_core::geometry::statistics::most_frequent;
+use divmerge_core::pipeline::Stages;
 
 /// A cause and the points that show it; no points if it has none of its own.
 pub(super) type Found = Option<(Cause, Vec<usize>)>;

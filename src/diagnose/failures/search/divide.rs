@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::context::{Found, Search};
-use crate::cloud::Reason;
 use crate::diagnose::failures::case::Side;
 use crate::diagnose::failures::cause::{Cause, DivideCause};
+use divmerge_core::cloud::Reason;
 
 impl Search<'_> {
     pub fn divide(&self) -> Found {

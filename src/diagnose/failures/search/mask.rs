@@ -3,7 +3,7 @@
 use super::context::{Found, Search};
 use crate::diagnose::failures::cause::Cause;
 use crate::evaluate::verdict::Verdict;
-use crate::geometry::statistics::most_frequent;
+use divmerge_core::geometry::statistics::most_frequent;
 
 impl Search<'_> {
     pub fn mask(&self) -> Found {

@@ -1,11 +1,11 @@
 //! Losses after the merge step: later merges that joined too much, and the minimum size.
 
 use super::context::{Found, Search, edges, most_frequent_group};
-use crate::cloud::Reason;
-use crate::cluster::Join;
 use crate::diagnose::explain::{PostMergeStage, Subject, explain};
 use crate::diagnose::failures::cause::{Cause, DivideCause, PostMergeCause};
 use crate::evaluate::verdict::Segment;
+use divmerge_core::cloud::Reason;
+use divmerge_core::cluster::Join;
 
 impl Search<'_> {
     /// The minimum size, if most of the object's lost pixels were dropped by it; else the divide
