@@ -95,15 +95,6 @@ impl RangeImage {
         steps
     }
 
-    /// Elevations in radians of the highest and the lowest return seen, if there is any return.
-    pub fn elevation_span(&self, cloud: &PointCloud) -> Option<(f64, f64)> {
-        let seen = self.point_of_pixel.values().iter().filter(|&&point| point != NOWHERE);
-        seen.map(|&point| elevation(cloud, point as usize)).fold(None, |span, e| match span {
-            None => Some((e, e)),
-            Some((high, low)) => Some((e.max(high), e.min(low))),
-        })
-    }
-
     /// Whether the image is that of one sensor at the origin of the cloud's frame.
     pub fn is_plain(&self) -> bool {
         matches!(&self.bands[..], [band] if band.is_at_origin())
