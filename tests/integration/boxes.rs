@@ -1,11 +1,10 @@
 //! Method `boxes`: boxes from a topic and from KITTI's files, through whole recordings.
 
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use divmerge::annotate::{AnnotateConfig, AnnotationReport, Event, Options, annotate};
+use divmerge::annotate::{AnnotateConfig, Options};
 use divmerge::cloud::{Detection, UprightBox};
 use divmerge::comparison::methods::Boxes;
 use divmerge::frames::{BoxSource, CloudKey, FrameBoxes};
@@ -22,7 +21,7 @@ use divmerge::{Result, Taxonomy};
 use nalgebra::Translation3;
 
 use crate::cli::{divmerge, path, text};
-use crate::recordings::drive;
+use crate::recordings::{drive, run};
 
 const BOXES: &str = "/boxes";
 
@@ -37,12 +36,6 @@ fn by_boxes(source: &BoxSource, recording: &Path) -> Result<Options> {
 
 fn of_topic(topic: &str) -> BoxSource {
     BoxSource::Topic(topic.to_owned())
-}
-
-fn run(input: &Path, options: &Options) -> Result<(PathBuf, AnnotationReport)> {
-    let output = input.with_extension("annotated.mcap");
-    let report = annotate(input, &output, options, &mut |_: Event| ControlFlow::Continue(()))?;
-    Ok((output, report))
 }
 
 /// A column of the clouds of a topic, cloud by cloud.

@@ -1,15 +1,15 @@
 //! Classes that someone else found: in files and on topics, through whole recordings.
 
 use std::borrow::Cow;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use divmerge::annotate::{AnnotateConfig, AnnotationReport, Event, Options, Semantics, annotate};
+use divmerge::annotate::{AnnotateConfig, AnnotationReport, Options, Semantics};
 use divmerge::datasets::drive::{CLOUD_TOPIC, SENSOR_FRAME};
 use divmerge::datasets::semantic_kitti::write_labels;
-use divmerge::frames::CloudKey;
-use divmerge::frames::{ClassSource, EncodedCloud, EncodedClouds, FrameClasses, TOLERANCE_NS};
+use divmerge::frames::{
+    ClassSource, CloudKey, EncodedCloud, EncodedClouds, FrameClasses, TOLERANCE_NS,
+};
 use divmerge::messages::clouds::{CloudFormat, CloudMessage, Datatype, PointField};
 use divmerge::recording::{
     MessageHeader, Overview, Record, RecordingReader, RecordingWriter, WriteOptions,
@@ -17,7 +17,7 @@ use divmerge::recording::{
 use divmerge::{Result, Taxonomy};
 
 use crate::cli::{divmerge, path, text};
-use crate::recordings::drive;
+use crate::recordings::{self, drive};
 
 const PREDICTIONS: &str = "/predictions";
 
@@ -99,11 +99,8 @@ fn run(
             Semantics::Given(Arc::new(FrameClasses::open(&source, input, &taxonomy, TOLERANCE_NS)?))
         }
     };
-    let output = input.with_extension("annotated.mcap");
     let method = AnnotateConfig { semantics, ..AnnotateConfig::default() };
-    let options = Options { method, threads, force: true, ..Options::default() };
-    let report = annotate(input, &output, &options, &mut |_: Event| ControlFlow::Continue(()))?;
-    Ok((output, report))
+    recordings::run(input, &Options { method, threads, force: true, ..Options::default() })
 }
 
 fn instances(annotated: &Path) -> Vec<Vec<u8>> {

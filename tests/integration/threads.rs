@@ -12,7 +12,7 @@ use divmerge::recording::{
 use divmerge::simulate::{Drive, Scene, Sensor};
 use tempfile::TempDir;
 
-use crate::recordings::{assert_passed_through, records};
+use crate::recordings::{self, assert_passed_through, records};
 
 /// Frames that fill several chunks.
 const FRAMES: usize = 32;
@@ -33,10 +33,8 @@ fn options(threads: usize) -> Options {
 }
 
 fn run(input: &Path, options: &Options) -> Result<(Vec<u8>, AnnotationReport)> {
-    let output = input.with_extension("annotated.mcap");
-    let go_on = &mut |_: Event| ControlFlow::Continue(());
-    let report = annotate(input, &output, options, go_on)?;
-    Ok((std::fs::read(&output).expect("the output"), report))
+    let (output, report) = recordings::run(input, options)?;
+    Ok((std::fs::read(output).expect("the output"), report))
 }
 
 /// What happened, but for how far the input was read: frames and warnings in their order.

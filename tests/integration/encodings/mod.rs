@@ -7,10 +7,7 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use divmerge::Result;
-use divmerge::annotate::{
-    AnnotateConfig, AnnotationReport, Event, Flavor, MessageTypes, Options, Semantics, annotate,
-};
+use divmerge::annotate::{AnnotateConfig, Flavor, MessageTypes, Options, Semantics};
 use divmerge::datasets::drive::{CLOUD_TOPIC, cloud_message, cloud_message_in, write_drive_in};
 use divmerge::frames::{EncodedCloud, EncodedClouds};
 use divmerge::messages::clouds::{CloudFormat, CloudMessage, CloudPose};
@@ -19,7 +16,7 @@ use divmerge::simulate::{Drive, Scene, Sensor};
 use tempfile::TempDir;
 
 use crate::cli::{divmerge, path as text_of, text};
-use crate::recordings::assert_passed_through;
+use crate::recordings::{assert_passed_through, run};
 
 fn vlp16() -> Drive {
     Drive::new(Sensor::Vlp16, Scene::Parking, 1)
@@ -33,12 +30,6 @@ fn drive(format: CloudFormat) -> (TempDir, PathBuf) {
     write_drive_in(format, &vlp16(), 2, &path, &options, |_| ControlFlow::Continue(()))
         .expect("written");
     (folder, path)
-}
-
-fn run(input: &Path, options: &Options) -> Result<(PathBuf, AnnotationReport)> {
-    let output = input.with_extension("annotated.mcap");
-    let report = annotate(input, &output, options, &mut |_: Event| ControlFlow::Continue(()))?;
-    Ok((output, report))
 }
 
 fn with(flavor: Flavor) -> Options {

@@ -33,7 +33,8 @@ pub fn drive(frames: usize) -> (TempDir, PathBuf) {
     (folder, path)
 }
 
-fn run(input: &Path, options: &Options) -> Result<(PathBuf, AnnotationReport)> {
+/// Annotates a recording; the output stands beside it.
+pub fn run(input: &Path, options: &Options) -> Result<(PathBuf, AnnotationReport)> {
     let output = input.with_extension("annotated.mcap");
     let report = annotate(input, &output, options, &mut |_: Event| ControlFlow::Continue(()))?;
     Ok((output, report))
