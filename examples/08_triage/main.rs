@@ -19,8 +19,7 @@
 //! has more points in it than anywhere else (the second of two cars in one instance, say, where the
 //! first is matched).
 
-use std::collections::BTreeMap;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use anyhow::Result;
 use divmerge::diagnose::explain::Frame;

@@ -6,12 +6,10 @@ use nalgebra::Isometry3;
 
 use super::config::{AnnotateConfig, Decoded};
 use crate::error::{Error, Result};
-use crate::frames::CloudKey;
-use crate::frames::FrameDetections;
+use crate::frames::{CloudKey, FrameDetections};
 use crate::messages::clouds::CloudMessage;
-use divmerge_core::cloud::PointCloud;
-use divmerge_core::cloud::Reason;
 use divmerge_core::cloud::taxonomy::Taxonomy;
+use divmerge_core::cloud::{PointCloud, Reason};
 use divmerge_core::pipeline;
 use divmerge_core::pipeline::Stages;
 use divmerge_recording::stopwatch::ms_since;

@@ -5,14 +5,12 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::error::Result;
-use crate::frames::CloudKey;
-use crate::frames::{FrameBoxes, FrameClasses, LabelledFrame};
+use crate::frames::{CloudKey, FrameBoxes, FrameClasses, LabelledFrame};
 use crate::messages::clouds::CloudMessage;
 use crate::network::Network;
-use divmerge_core::cloud::Detection;
-use divmerge_core::cloud::PointCloud;
 use divmerge_core::cloud::sensor_frame::{SensorFrame, Transforms};
 use divmerge_core::cloud::taxonomy::Taxonomy;
+use divmerge_core::cloud::{Detection, PointCloud};
 use divmerge_core::pipeline::Config;
 use divmerge_core::semantics::{GroundParams, MaskSource};
 use divmerge_recording::stopwatch::ms_since;

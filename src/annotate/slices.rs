@@ -11,8 +11,7 @@ use std::path::{Component, Path, PathBuf};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::datasets::bag::Bag;
-use crate::datasets::bag::METADATA_FILE;
+use crate::datasets::bag::{Bag, METADATA_FILE};
 use crate::error::{Error, Result};
 use crate::frames::choose_topics;
 use divmerge_recording::{ChunkPlace, Overview, is_remote, is_stream};

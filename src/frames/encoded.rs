@@ -12,8 +12,7 @@ use super::topics::{CloudTopic, message_count, single_topic};
 use super::walk::{Step, Walk, describe_position};
 use crate::error::{Error, Result};
 use crate::messages::clouds::{CloudFormat, CloudMessage};
-use divmerge_recording::window_around;
-use divmerge_recording::{MessageHeader, Overview, Position, Record, SharedBytes};
+use divmerge_recording::{MessageHeader, Overview, Position, Record, SharedBytes, window_around};
 
 /// A cloud message, still encoded, and which one of its recording it is.
 #[derive(Debug, Clone)]

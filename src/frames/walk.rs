@@ -8,9 +8,8 @@ use std::sync::Arc;
 use super::counter::CloudCounter;
 use super::selection::Selection;
 use crate::error::Result;
-use divmerge_recording::is_past;
 use divmerge_recording::workers::Workers;
-use divmerge_recording::{Overview, Position, ReadFilter, Record, RecordingReader};
+use divmerge_recording::{Overview, Position, ReadFilter, Record, RecordingReader, is_past};
 
 /// A walk over the records of a recording that numbers the messages of some channels by topic.
 pub(crate) struct Walk {

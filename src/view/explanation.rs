@@ -6,9 +6,8 @@ use super::layout::{self, Caption, GAP, INNER_WIDTH, MARGIN, WIDTH, slot_width};
 use super::legend::Key;
 use super::plane::{Plane, Region};
 use super::plane_panel::birds_eye;
-use super::range_panel;
 use super::scene::{Scene, Window, row_from_top};
-use super::theme;
+use super::{range_panel, theme};
 use crate::diagnose::explain::{BorderPair, Explanation, Place, PointFacts};
 use crate::text::grouped;
 

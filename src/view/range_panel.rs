@@ -1,9 +1,8 @@
 //! Panels of the range image: a pixel of the panel for each row and column.
 
 use super::canvas::{Raster, between};
-use super::ramp;
 use super::scene::{Scene, Window, row_from_top};
-use super::theme;
+use super::{ramp, theme};
 use crate::messages::palette::{instance_colour, reason_colour};
 use divmerge_core::cloud::Reason;
 

@@ -7,11 +7,10 @@ use super::layout::{self, Caption, GAP, HEADING_ROW, INNER_WIDTH, MARGIN, TITLE_
 use super::legend::Key;
 use super::options::FigureOptions;
 use super::plane::{LabelSpots, Plane, Region};
-use super::range_panel;
 use super::scene::{Scene, Window, instance_of_component};
 use super::steps::{Role, Step, kept_apart, roles};
-use super::theme;
 use super::vote_graph::{self, Decision};
+use super::{range_panel, theme};
 use crate::text::{counted, grouped};
 use divmerge_core::cluster::{MergeStep, Vote};
 

@@ -8,8 +8,7 @@ use divmerge::annotate::{
 use divmerge::cloud::sensor_frame::SensorFrame;
 use divmerge::datasets::cloud_recording::{CloudRecording, Transform};
 use divmerge::datasets::drive::cloud_message;
-use divmerge::frames::EncodedCloud;
-use divmerge::frames::static_transforms;
+use divmerge::frames::{EncodedCloud, static_transforms};
 use divmerge::messages::clouds::CloudFormat;
 use divmerge::pipeline::{self, Config};
 use divmerge::range_image::{Geometry, NO_NEIGHBOUR, Projection, ProjectionParams, RangeImage};

@@ -14,8 +14,7 @@ use crate::annotate::message::Annotated;
 use crate::annotate::report::FrameReport;
 use crate::annotate::times::FrameTimes;
 use crate::error::Result;
-use crate::frames::CloudKey;
-use crate::frames::EncodedCloud;
+use crate::frames::{CloudKey, EncodedCloud};
 use divmerge_recording::{MessageHeader, SourceChunk, checksum};
 
 /// A message that annotates a cloud, and the chunk that it lies in if it was made before.

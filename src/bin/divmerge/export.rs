@@ -9,8 +9,7 @@ use divmerge::datasets::scans::SOURCE;
 use divmerge::datasets::semantic_kitti::label_pairs::{label_file, stray_label_files};
 use divmerge::datasets::semantic_kitti::sequence::SEQUENCE_KEY;
 use divmerge::datasets::semantic_kitti::write_labels;
-use divmerge::frames::find_metadata;
-use divmerge::frames::{EncodedCloud, EncodedClouds};
+use divmerge::frames::{EncodedCloud, EncodedClouds, find_metadata};
 use divmerge::recording::{Metadata, Overview};
 
 use crate::annotated::annotated;

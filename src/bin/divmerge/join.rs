@@ -7,8 +7,7 @@ use anyhow::{Result, bail};
 use clap::Args;
 use divmerge::annotate::slices::{Plan, files_of};
 use divmerge::annotate::{AnnotationReport, JoinOptions, SliceFile, by_recording, join};
-use divmerge::datasets::bag::Bag;
-use divmerge::datasets::bag::METADATA_FILE;
+use divmerge::datasets::bag::{Bag, METADATA_FILE};
 use divmerge::recording::STANDARD_STREAM;
 
 use crate::exit::Outcome;

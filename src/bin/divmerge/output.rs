@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use divmerge::datasets::bag::Bag;
-use divmerge::datasets::bag::METADATA_FILE;
+use divmerge::datasets::bag::{Bag, METADATA_FILE};
 use divmerge::recording::address::is_remote;
 use divmerge::recording::{Overview, write_file};
 use divmerge::view::{self, Canvas};

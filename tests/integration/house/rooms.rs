@@ -100,8 +100,8 @@ fn arrows_point_down_only() {
     fail_on(&complaints);
 }
 
-/// The root of the package re-exports for others. Whoever stands below it names the crate or the room
-/// that has the item.
+/// The root of the package re-exports for others. Whoever stands below it names the crate or the
+/// room that has the item.
 #[test]
 fn rooms_take_nothing_through_the_root() {
     let is_room =

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use divmerge::datasets::bag::Bag;
-use divmerge::datasets::bag::METADATA_FILE;
+use divmerge::datasets::bag::{Bag, METADATA_FILE};
 use divmerge::recording::{STANDARD_STREAM, is_stream};
 
 use crate::output::{make_folder, refuse_existing, write_metadata};

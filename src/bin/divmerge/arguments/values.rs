@@ -5,8 +5,7 @@ use std::str::FromStr;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use divmerge::pipeline::overrides::limits;
-use divmerge::recording::Compression;
-use divmerge::recording::MessageRange;
+use divmerge::recording::{Compression, MessageRange};
 
 /// A name, what `--help` says about it, and the value that it stands for.
 pub type NamedValue<T> = (&'static str, &'static str, T);
