@@ -97,7 +97,7 @@ pub use diagnose::triage::{Suspect, Triage};
 pub use divmerge_core::{CloudError, ParameterError};
 pub use divmerge_recording::{Overview, RecordingReader, RecordingWriter};
 pub use divmerge_simulate::{Drive, Frame as SimulatedFrame, Rig, Scene, Sensor};
-pub use error::{Error, Result};
+pub use error::{Error, FrameError, Result};
 pub use evaluate::{Entropies, Panoptic, PanopticQuality};
 pub use frames::{CloudKey, LabelledFrames, Selection};
 pub use network::{Network, NetworkOptions};

@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use divmerge::PointCloud;
 use divmerge::annotate::{AnnotateConfig, Decoded, Objects as ObjectsOf};
 use divmerge::frames::{EncodedClouds, choose_topics};
 use divmerge::messages::clouds::CloudMessage;
 use divmerge::recording::Overview;
 use divmerge::semantics::MaskSource;
+use divmerge::{FrameError, PointCloud};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -237,8 +237,11 @@ impl Frames {
                 MaskSource::Classes(_) => Objects::Classes,
                 _ => Objects::NotGround,
             };
-            let fields =
-                self.fields.iter().map(|name| field(&wire, name)).collect::<Result<_, _>>()?;
+            let fields = self
+                .fields
+                .iter()
+                .map(|name| field(&wire, name))
+                .collect::<Result<_, FrameError>>()?;
             let Decoded { cloud, semantics, .. } = decoded;
             Ok(Read {
                 topic: message.topic.to_string(),
@@ -255,7 +258,7 @@ impl Frames {
     }
 }
 
-fn field(wire: &CloudMessage, name: &str) -> divmerge::Result<Field> {
+fn field(wire: &CloudMessage, name: &str) -> Result<Field, FrameError> {
     match wire.field(name).is_some_and(|field| field.datatype.is_integer()) {
         true => wire.column_i64(name).map(Field::Whole),
         false => wire.column_f64(name).map(Field::Real),

@@ -5,7 +5,7 @@ use std::time::Instant;
 use nalgebra::Isometry3;
 
 use super::config::{AnnotateConfig, Decoded};
-use crate::error::{Error, Result};
+use crate::error::{FrameError, Result, frame};
 use crate::frames::{CloudKey, FrameDetections};
 use crate::messages::clouds::CloudMessage;
 use divmerge_core::cloud::taxonomy::Taxonomy;
@@ -27,7 +27,7 @@ pub struct Clustered {
     pub missing_boxes: Option<String>,
     /// Whether a network needs remission and the message has none.
     pub lacks_remission: bool,
-    /// A name that several fields of the message have, of key the first was read.
+    /// A name that several fields of the message have, of which the first was read.
     pub repeated_field: Option<String>,
     /// Milliseconds from message to cloud, its boxes included.
     pub decode_ms: f64,
@@ -72,13 +72,13 @@ pub(super) fn cluster_decoded(
 
 /// Boxes are in the cloud's coordinate frame; they are not taken to points that have a pose of
 /// their own in it.
-fn refuse_moved_boxes(wire: &CloudMessage, method: &AnnotateConfig) -> Result<()> {
+fn refuse_moved_boxes(wire: &CloudMessage, method: &AnnotateConfig) -> frame::Result<()> {
     if method.boxes.describe().is_none() || wire.isometry() == Isometry3::identity() {
         return Ok(());
     }
     let problem =
-        "its points have a pose in their frame, to key boxes are not transformed".to_owned();
-    Err(Error::Unsupported { message: wire.format.type_name(), problem })
+        "its points have a pose in their frame, to which boxes are not transformed".to_owned();
+    Err(FrameError::Unsupported { message: wire.format.type_name(), problem })
 }
 
 /// What is odd about a cloud that could be read: a word for the kind, and a sentence.

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::error::Result;
+use crate::error::{Result, frame};
 use crate::frames::{CloudKey, FrameBoxes, FrameClasses, LabelledFrame};
 use crate::messages::clouds::CloudMessage;
 use crate::network::Network;
@@ -147,7 +147,7 @@ impl AnnotateConfig {
     ///
     /// # Errors
     /// Those of [`SensorFrame::turn`].
-    pub fn turn(&self, cloud: &mut PointCloud, frame_id: &str) -> Result<()> {
+    pub fn turn(&self, cloud: &mut PointCloud, frame_id: &str) -> frame::Result<()> {
         if self.boxes == FrameBoxes::Nothing {
             cloud.turn(self.sensor_frame.turn(frame_id, &self.transforms)?);
         }
@@ -158,8 +158,8 @@ impl AnnotateConfig {
     ///
     /// # Errors
     /// Those of [`CloudMessage::to_cloud`], [`SensorFrame::turn`] and [`classify`](Self::classify);
-    /// [`crate::error::Error::MissingField`] if the field that should hold the classes is not
-    /// there.
+    /// [`FrameError::MissingField`](crate::error::FrameError::MissingField) if the field that
+    /// should hold the classes is not there.
     pub fn decode(&self, wire: &CloudMessage, key: &CloudKey) -> Result<Decoded<'_>> {
         let started = Instant::now();
         let (mut cloud, field) = self.unclassified(wire)?;
@@ -177,7 +177,7 @@ impl AnnotateConfig {
     pub(super) fn unclassified<'w>(
         &'w self,
         wire: &'w CloudMessage,
-    ) -> Result<(PointCloud, Option<&'w str>)> {
+    ) -> frame::Result<(PointCloud, Option<&'w str>)> {
         let field = match &self.semantics {
             Semantics::Auto => wire.semantic_field(),
             Semantics::Field(name) => Some(name.as_str()),

@@ -109,19 +109,19 @@ impl VisitedFrames {
         config: &AnnotateConfig,
         visitor: &mut dyn FrameVisitor,
     ) -> Result<()> {
-        let wire = encoded.decode();
+        let wire = encoded.decode().map_err(Error::from);
         let clustered = wire.and_then(|wire| {
             let clustered = cluster(&wire, &encoded.key(&wire), config)?;
             Ok((clustered, wire))
         });
         let (clustered, wire) = match clustered {
             Ok(clustered) => clustered,
-            Err(error) if error.ends_the_run() => return Err(error),
-            Err(error) => {
+            Err(Error::Frame(problem)) => {
                 self.unreadable += 1;
-                let warning = format!("{}: {error} ({})", encoded.topic, encoded.place());
+                let warning = format!("{}: {problem} ({})", encoded.topic, encoded.place());
                 return visitor.event(Event::Warning(&warning));
             }
+            Err(error) => return Err(error),
         };
         self.frames += 1;
         let remarks = remarks(&clustered, &config.taxonomy);

@@ -4,7 +4,7 @@ use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
 
 use super::form::Form;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, frame};
 use crate::messages::clouds::{CloudFormat, CloudMessage};
 use crate::messages::definitions::MessageSchema;
 use crate::messages::objects::{ObjectBox, ObjectEncoding, ObjectKind};
@@ -43,8 +43,9 @@ impl MessageTypes {
     /// The type of the boxes beside annotated clouds of a format.
     ///
     /// # Errors
-    /// [`Error::Unsupported`] if the type of the boxes does not exist beside such clouds.
-    pub fn objects(&self, clouds: CloudFormat) -> Result<MessageSchema> {
+    /// [`FrameError::Unsupported`](crate::error::FrameError::Unsupported) if the type of the boxes
+    /// does not exist beside such clouds.
+    pub fn objects(&self, clouds: CloudFormat) -> frame::Result<MessageSchema> {
         let encoding = encoding(clouds, ByteOrder::Little);
         self.object_kind(encoding).schema(encoding)
     }
@@ -59,7 +60,7 @@ impl MessageTypes {
         cloud: &CloudMessage,
         (instances, turned): (&[Instance], &UnitQuaternion<f64>),
         out: &mut Vec<u8>,
-    ) -> Result<()> {
+    ) -> frame::Result<()> {
         // What was found in the cloud turned upright is turned back.
         let frame = cloud.isometry() * turned.inverse();
         let boxes: Vec<ObjectBox> =

@@ -42,7 +42,7 @@ pub struct MethodScores {
 ///
 /// # Errors
 /// Those of the clouds, of [`AnnotateConfig::prepare`] and of [`AnnotateConfig::detections`];
-/// [`Error::Truth`] if a true class is not in the taxonomy.
+/// [`Error::UnknownClass`] if a true class is not in the taxonomy.
 pub fn measure(
     frames: impl IntoIterator<Item = Result<LabelledFrame>>,
     method: &AnnotateConfig,
@@ -125,9 +125,11 @@ impl ScoreSums {
 
 /// True class numbers.
 fn class_numbers(truth: &Truth, taxonomy: &Taxonomy, frame: &LabelledFrame) -> Result<Vec<u16>> {
-    taxonomy.known_class_numbers(&truth.class).map_err(|raw| Error::Truth {
+    taxonomy.known_class_numbers(&truth.class).map_err(|class| Error::UnknownClass {
         at: format!("cloud {} of {}", frame.number, frame.source),
-        problem: format!("true class {raw} is not in taxonomy {}", taxonomy.name),
+        class,
+        points: truth.class.iter().filter(|&&raw| raw == class).count() as u64,
+        taxonomy: taxonomy.name.clone(),
     })
 }
 

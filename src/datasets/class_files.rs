@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 
 use super::files::{file_name, read, read_labels};
 use super::scans::npy::{Numbers, numbers};
-use crate::error::{Error, Result};
+use crate::error::{Error, FrameError, Result};
 use crate::messages::stamp::seconds;
 use crate::network::distributions;
 use divmerge_core::cloud::PointClasses;
@@ -93,8 +93,8 @@ impl ClassFiles {
     /// nanoseconds since 1970.
     ///
     /// # Errors
-    /// [`Error::NoClasses`] if there is no file for it; [`Error::Classes`] if the file cannot be
-    /// read or has classes of more or fewer points, or files were asked for by the clouds of two
+    /// [`FrameError::NoClasses`] if there is no file for it; [`Error::Classes`] if the file cannot
+    /// be read or has classes of more or fewer points, or files were asked for by the clouds of two
     /// topics.
     pub fn of(
         &self,
@@ -111,8 +111,9 @@ impl ClassFiles {
             );
             return Err(self.problem(problem));
         }
-        let path =
-            self.path(number, stamp_ns).map_err(|problem| Error::NoClasses { number, problem })?;
+        let path = self
+            .path(number, stamp_ns)
+            .map_err(|problem| FrameError::NoClasses { number, problem })?;
         let classes = self.read(path)?;
         match classes.class.len() == points {
             true => Ok(classes),
@@ -158,12 +159,14 @@ impl ClassFiles {
     }
 
     fn read(&self, path: &Path) -> Result<PointClasses> {
+        let unusable = |error: Error| self.problem(error.to_string());
         if path.extension().is_some_and(|end| end == "label") {
-            let words = read_labels(path)?;
+            let words = read_labels(path).map_err(unusable)?;
             let class = words.into_iter().map(|word| word as u16).collect();
             return Ok(PointClasses { class, ..PointClasses::default() });
         }
-        let array = numbers(&read(path)?).map_err(|words| problem(path, words))?;
+        let array =
+            numbers(&read(path).map_err(unusable)?).map_err(|words| problem(path, words))?;
         match array {
             (sides, Numbers::Integers(values)) if matches!(sides[..], [_] | [_, 1] | [1, _]) => {
                 // Words have the instance in their upper half.
@@ -269,10 +272,13 @@ mod tests {
         assert_eq!(of(&files, 4, 0, 2).unwrap().class, [30, 70]);
         let counts = of(&files, 3, 0, 7).unwrap_err();
         assert!(counts.to_string().contains("2 classes for the 7 points of cloud 3"), "{counts}");
-        assert!(counts.ends_the_run());
+        assert!(matches!(counts, Error::Classes { .. }));
         let missing = of(&files, 5, 0, 2).unwrap_err();
         assert!(missing.to_string().contains("no file 000005; 2 files, 3 to 4"), "{missing}");
-        assert!(!missing.ends_the_run());
+        assert!(matches!(missing, Error::Frame(FrameError::NoClasses { number: 5, .. })));
+        std::fs::write(folder.path().join("000003.label"), [0; 7]).unwrap();
+        let cut = of(&files, 3, 0, 2).unwrap_err();
+        assert!(matches!(cut, Error::Classes { .. }), "{cut}");
         let other = files.of("/other", 3, 0, 2).unwrap_err().to_string();
         assert!(other.contains("/points") && other.contains("/other"), "{other}");
     }

@@ -128,5 +128,5 @@ pub fn cloud_message_in(format: CloudFormat, frame: &Frame, out: &mut Vec<u8>) -
         is_dense: true,
         ..CloudMessage::default()
     };
-    message.encode(out)
+    Ok(message.encode(out)?)
 }

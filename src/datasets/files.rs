@@ -3,12 +3,12 @@
 
 use std::path::Path;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, FrameError, Result};
 
 /// Reads `.label` words: the class in the low 16 bits, the instance in the high 16.
 ///
 /// # Errors
-/// [`Error::Io`] if it cannot be read, [`Error::Malformed`] if its size is not a whole number of
+/// [`Error::Io`] if it cannot be read, [`Error::Unreadable`] if its size is not a whole number of
 /// words.
 pub fn read_labels(path: &Path) -> Result<Vec<u32>> {
     let bytes = read(path)?;
@@ -59,8 +59,11 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>> {
 }
 
 pub(super) fn size_problem(message: &'static str, path: &Path, bytes: usize, word: usize) -> Error {
-    Error::Malformed {
-        message,
-        problem: format!("{}: {bytes} bytes are no multiple of {word}", path.display()),
-    }
+    let problem = format!("{bytes} bytes are no multiple of {word}");
+    unreadable(path, FrameError::Malformed { message, problem })
+}
+
+/// An error about what a file holds.
+pub(super) fn unreadable(path: &Path, problem: FrameError) -> Error {
+    Error::Unreadable { at: path.display().to_string(), problem }
 }

@@ -54,7 +54,7 @@ impl FrameClasses {
     /// The classes of a cloud of so many rows and columns.
     ///
     /// # Errors
-    /// [`crate::error::Error::NoClasses`] if there are none for it;
+    /// [`FrameError::NoClasses`](crate::error::FrameError::NoClasses) if there are none for it;
     /// [`crate::error::Error::Classes`] if there are more or fewer than it has points, or they
     /// cannot be read, so that every other cloud is likely to meet the same.
     pub fn of(&self, cloud: &CloudKey, shape: [usize; 2]) -> Result<PointClasses> {

@@ -10,7 +10,7 @@ use super::key::CloudKey;
 use super::selection::Selection;
 use super::topics::{CloudTopic, message_count, single_topic};
 use super::walk::{Step, Walk, describe_position};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, frame};
 use crate::messages::clouds::{CloudFormat, CloudMessage};
 use divmerge_recording::{MessageHeader, Overview, Position, Record, SharedBytes, window_around};
 
@@ -60,7 +60,7 @@ impl EncodedCloud {
     ///
     /// # Errors
     /// Those of [`CloudFormat::decode`].
-    pub fn decode(&self) -> Result<CloudMessage<'_>> {
+    pub fn decode(&self) -> frame::Result<CloudMessage<'_>> {
         self.format.decode(&self.data)
     }
 

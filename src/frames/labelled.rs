@@ -10,7 +10,7 @@ use super::selection::Selection;
 use crate::datasets::semantic_kitti::{
     LabelledScan, labelled_scans, read_labels, read_scan, read_scan_with_remission,
 };
-use crate::error::{Error, Result};
+use crate::error::{Error, FrameError, Result};
 use crate::evaluate::evaluation::segments;
 use divmerge_core::cloud::PointCloud;
 use divmerge_recording::MessageRange;
@@ -232,8 +232,8 @@ impl Iterator for LabelledFrames {
                 Some(message.and_then(|message| {
                     let at = place(message.number);
                     self.of_message(&message).map_err(|error| match error {
-                        Error::Truth { .. } | Error::Io { .. } => error,
-                        other => Error::Truth { at, problem: other.to_string() },
+                        Error::Frame(problem) => Error::Unreadable { at, problem },
+                        other => other,
                     })
                 }))
             }
@@ -267,8 +267,8 @@ fn scans(root: &Path, options: &LabelledOptions) -> Result<Vec<(u64, LabelledSca
 fn words(path: &Path, points: usize) -> Result<Truth> {
     let words = read_labels(path)?;
     if words.len() != points {
-        let problem = format!("{} labels for {points} points", words.len());
-        return Err(Error::Truth { at: path.display().to_string(), problem });
+        let problem = FrameError::LabelCount { labels: words.len(), points };
+        return Err(Error::Unreadable { at: path.display().to_string(), problem });
     }
     Ok(Truth::of_words(words))
 }

@@ -8,7 +8,7 @@ use nalgebra::{Quaternion, UnitQuaternion};
 use super::selection::Selection;
 use super::topics::{message_count, type_name};
 use super::walk::Walk;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, frame};
 use crate::messages::ros::RosReader;
 use divmerge_core::cloud::sensor_frame::{SensorFrame, Transforms};
 use divmerge_recording::{Overview, Record, is_stream};
@@ -72,8 +72,9 @@ pub fn static_transforms(recording: &Path) -> Result<Transforms> {
 /// Takes in the transforms of a message.
 ///
 /// # Errors
-/// [`crate::error::Error::Malformed`] where it ends too early; those read before are taken in.
-fn read(message: &[u8], is_ros1: bool, transforms: &mut Transforms) -> Result<()> {
+/// [`FrameError::Malformed`](crate::error::FrameError::Malformed) where it ends too early; those
+/// read before are taken in.
+fn read(message: &[u8], is_ros1: bool, transforms: &mut Transforms) -> frame::Result<()> {
     const NAME: &str = "tf2_msgs/msg/TFMessage";
     const SMALLEST: usize = 76;
     let mut reader =

@@ -13,7 +13,7 @@ use super::key::CloudKey;
 use super::selection::Selection;
 use super::topics::{CloudTopic, TopicWords, channels_beside, type_name};
 use super::walk::Walk;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, frame};
 use crate::messages::boxes::{
     BoxMessage, DETECTION_ARRAY, MARKER_ARRAY, detection_boxes, marker_boxes,
 };
@@ -157,7 +157,7 @@ impl Layout {
         }
     }
 
-    fn read(self, message: &[u8], taxonomy: &Taxonomy) -> Result<Option<BoxMessage>> {
+    fn read(self, message: &[u8], taxonomy: &Taxonomy) -> frame::Result<Option<BoxMessage>> {
         match self {
             Layout::Markers { has_textures } => marker_boxes(message, has_textures, taxonomy),
             Layout::Detections => detection_boxes(message, taxonomy).map(Some),

@@ -13,7 +13,7 @@ use super::key::CloudKey;
 use super::selection::Selection;
 use super::topics::{TopicWords, channels_beside, schema_name};
 use super::walk::Walk;
-use crate::error::{Error, Result};
+use crate::error::{Error, FrameError, Result};
 use crate::messages::classes::{ClassFormat, ClassMessage};
 use crate::messages::stamp::seconds;
 use divmerge_core::cloud::PointClasses;
@@ -112,10 +112,10 @@ impl ClassTopic {
         let nearest = window.found.iter().filter(is_of_frame).min_by_key(away);
         match nearest.filter(|message| away(message) <= self.tolerance_ns) {
             Some(message) => self.fitting(message, cloud, shape),
-            None => Err(Error::NoClasses {
-                number: cloud.number,
-                problem: self.what_is_there(cloud, &window, nearest),
-            }),
+            None => {
+                let (number, problem) = (cloud.number, self.what_is_there(cloud, &window, nearest));
+                Err(FrameError::NoClasses { number, problem }.into())
+            }
         }
     }
 

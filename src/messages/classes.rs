@@ -4,7 +4,7 @@
 use super::clouds::{CloudChannel, CloudFormat};
 use super::ros::{ByteOrder, RosReader};
 use super::stamp::stamp_ns;
-use crate::error::{Error, Result};
+use crate::error::frame::{FrameError, Result};
 use divmerge_core::cloud::PointClasses;
 
 /// Name of the type of images.
@@ -47,8 +47,8 @@ impl ClassFormat {
     /// Reads a message.
     ///
     /// # Errors
-    /// [`Error::Malformed`], [`Error::Unsupported`], and [`Error::MissingField`] of a cloud without
-    /// classes.
+    /// [`FrameError::Malformed`], [`FrameError::Unsupported`], and [`FrameError::MissingField`] of
+    /// a cloud without classes.
     pub fn read(self, message: &[u8]) -> Result<ClassMessage> {
         match self {
             ClassFormat::Cloud(format) => cloud(format, message),
@@ -64,7 +64,7 @@ fn cloud(format: CloudFormat, message: &[u8]) -> Result<ClassMessage> {
         let present =
             wire.fields.iter().map(|field| field.name.as_str()).collect::<Vec<_>>().join(", ");
         let name = "label, semantic, class_id or class_ids".to_owned();
-        return Err(Error::MissingField { name, present });
+        return Err(FrameError::MissingField { name, present });
     };
     Ok(ClassMessage {
         stamp_ns: wire.stamp_ns(),
@@ -77,8 +77,8 @@ fn cloud(format: CloudFormat, message: &[u8]) -> Result<ClassMessage> {
 /// The classes in a `sensor_msgs/Image` of ROS 1 or of ROS 2, a pixel each.
 ///
 /// # Errors
-/// [`Error::Malformed`] if its sizes do not agree, [`Error::Unsupported`] for other encodings than
-/// integers of one channel.
+/// [`FrameError::Malformed`] if its sizes do not agree, [`FrameError::Unsupported`] for other
+/// encodings than integers of one channel.
 pub fn image_classes(message: &[u8], is_ros1: bool) -> Result<ClassMessage> {
     let mut reader = RosReader::new(IMAGE, is_ros1, message)?;
     let (sec, nanosec, frame_id) = reader.header()?;
@@ -94,7 +94,7 @@ pub fn image_classes(message: &[u8], is_ros1: bool) -> Result<ClassMessage> {
         "mono16" | "16UC1" | "16SC1" => 2,
         "32SC1" => 4,
         _ => {
-            return Err(Error::Unsupported {
+            return Err(FrameError::Unsupported {
                 message: IMAGE,
                 problem: format!(
                     "encoding `{encoding}`; classes are read from mono8, 8UC1, mono16, 16UC1 \

@@ -13,7 +13,7 @@ use crate::annotate::form::Form;
 use crate::annotate::message::Annotated;
 use crate::annotate::report::FrameReport;
 use crate::annotate::times::FrameTimes;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::frames::{CloudKey, EncodedCloud};
 use divmerge_recording::{MessageHeader, SourceChunk, checksum};
 
@@ -40,8 +40,8 @@ impl Job<'_> {
             Ok(CloudResult::Completed(CompletedCloud::Unreadable(problem))) => {
                 self.unreadable(&encoded, problem)
             }
-            Err(error) if error.ends_the_run() => Err(error),
-            Err(error) => self.unreadable(&encoded, error.to_string()),
+            Err(Error::Frame(problem)) => self.unreadable(&encoded, problem.to_string()),
+            Err(error) => Err(error),
         }
     }
 

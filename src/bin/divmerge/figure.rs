@@ -209,12 +209,12 @@ fn video(
         refuse_existing(&output, arguments.force)?;
         let frame = match clustered(&message, method) {
             Ok(frame) => frame,
-            Err(error) if ends_the_run(&error) => return Err(error),
-            Err(error) => {
+            Err(error) if is_of_one_cloud(&error) => {
                 bar.suspend(|| eprintln!("warning: {error:#}; not drawn"));
                 unreadable += 1;
                 continue;
             }
+            Err(error) => return Err(error),
         };
         let scene = frame.scene(method, start_ns, &mut colours);
         // All frames show the first frame's part of the plane.
@@ -232,9 +232,9 @@ fn video(
     Ok(Outcome::of(unreadable == 0))
 }
 
-/// Whether the error is of the arguments, so that every cloud would have it.
-fn ends_the_run(error: &anyhow::Error) -> bool {
-    error.downcast_ref::<divmerge::Error>().is_some_and(divmerge::Error::ends_the_run)
+/// Whether the error is of one cloud, so that the others can still be drawn.
+fn is_of_one_cloud(error: &anyhow::Error) -> bool {
+    matches!(error.downcast_ref(), Some(divmerge::Error::Frame(_)))
 }
 
 fn steps(

@@ -5,7 +5,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use divmerge_core::CloudError;
 use divmerge_recording::WriteOptions;
 
 use super::columns::Columns;
@@ -13,9 +12,9 @@ use super::read::ScanFormat;
 use super::scan::Scan;
 use super::write::{EPOCH_NS, TimedScan, WriteSummary, write_scans};
 use crate::datasets::cloud_recording::CloudRecording;
-use crate::datasets::files::{names, read_labels};
+use crate::datasets::files::{names, read_labels, unreadable};
 use crate::datasets::problems::Problems;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::messages::clouds::CloudFormat;
 
 /// How to read a folder's files.
@@ -72,8 +71,9 @@ impl ScanFolder {
     /// else of their names, numbers in them by value: `2` before `10`.
     ///
     /// # Errors
-    /// [`Error::Folder`] if there is no scan, scans of more than one format, two of one time, or
-    /// labels that do not go with the scans; [`Error::Io`].
+    /// [`Error::Folder`](crate::error::Error::Folder) if there is no scan, scans of more than one
+    /// format, two of one time, or labels that do not go with the scans;
+    /// [`Error::Io`](crate::error::Error::Io).
     pub fn open(folder: &Path, options: &FolderOptions) -> Result<Self> {
         let mut of_format: BTreeMap<ScanFormat, Vec<String>> = BTreeMap::new();
         let mut left_aside = Vec::new();
@@ -168,19 +168,11 @@ pub const LABEL_FIELDS: [&str; 2] = ["label", "true_instance"];
 /// Adds the words of a label file to a scan.
 ///
 /// # Errors
-/// Those of [`read_labels`]; [`Error::Malformed`] with the path if they do not fit.
+/// Those of [`read_labels`]; [`Error::Unreadable`](crate::error::Error::Unreadable) if they do
+/// not fit.
 pub fn append_labels(scan: &mut Scan, labels: &Path, fields: [&str; 2]) -> Result<Vec<u32>> {
     let words = read_labels(labels)?;
-    let points = scan.len();
-    scan.append_labels(&words, fields).map_err(|error| {
-        let problem = match error {
-            Error::Cloud(CloudError::ColumnLength { found, .. }) => {
-                format!("{found} labels for {points} points")
-            }
-            error => error.to_string(),
-        };
-        Error::Malformed { message: "labels", problem: format!("{}: {problem}", labels.display()) }
-    })?;
+    scan.append_labels(&words, fields).map_err(|problem| unreadable(labels, problem))?;
     Ok(words)
 }
 

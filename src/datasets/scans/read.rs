@@ -5,8 +5,8 @@ use std::path::Path;
 use super::columns::{Columns, NAMED};
 use super::scan::Scan;
 use super::{bin, npy, pcd};
-use crate::datasets::files::read;
-use crate::error::{Error, Result};
+use crate::datasets::files::{read, unreadable};
+use crate::error::{FrameError, Result, frame};
 
 /// Format of a scan's file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -53,21 +53,21 @@ impl Scan {
     /// z, intensity and, in a wider array, `column_5` and on.
     ///
     /// # Errors
-    /// [`Error::Io`]; [`Error::Malformed`] with the path and what is wrong.
+    /// [`Error::Io`](crate::error::Error::Io);
+    /// [`Error::Unreadable`](crate::error::Error::Unreadable) with what is wrong.
     pub fn read(path: &Path, format: ScanFormat, columns: Option<&Columns>) -> Result<Self> {
-        Scan::parse(read(path)?, format, columns).map_err(|error| match error {
-            Error::Malformed { message, problem } => {
-                Error::Malformed { message, problem: format!("{}: {problem}", path.display()) }
-            }
-            other => other,
-        })
+        Scan::parse(read(path)?, format, columns).map_err(|problem| unreadable(path, problem))
     }
 
     /// The points in the bytes of a file; see [`Scan::read`].
     ///
     /// # Errors
-    /// [`Error::Malformed`] with what is wrong.
-    pub fn parse(bytes: Vec<u8>, format: ScanFormat, columns: Option<&Columns>) -> Result<Self> {
+    /// [`FrameError::Malformed`] with what is wrong.
+    pub fn parse(
+        bytes: Vec<u8>,
+        format: ScanFormat,
+        columns: Option<&Columns>,
+    ) -> frame::Result<Self> {
         let scan = match format {
             ScanFormat::Bin => bin::parse(bytes, columns),
             ScanFormat::Pcd if columns.is_some() => Err(NAMED.into()),
@@ -75,6 +75,6 @@ impl Scan {
             ScanFormat::Npy => npy::parse(bytes, columns),
         };
         scan.and_then(Scan::checked)
-            .map_err(|problem| Error::Malformed { message: format.message(), problem })
+            .map_err(|problem| FrameError::Malformed { message: format.message(), problem })
     }
 }

@@ -2,9 +2,8 @@
 
 use std::borrow::Cow;
 
-use divmerge_core::CloudError;
-
-use crate::error::{Error, Result};
+use crate::error::FrameError;
+use crate::error::frame::Result;
 use crate::messages::clouds::{CloudMessage, Datatype, PointField};
 use crate::messages::ros::ByteOrder;
 use crate::messages::stamp::stamp;
@@ -45,14 +44,13 @@ impl Scan {
     /// Adds two UINT16 fields behind each point: the low and the high half of its label word.
     ///
     /// # Errors
-    /// [`CloudError::ColumnLength`] unless there is a word for each point; [`Error::Malformed`] if
-    /// there is a field of such a name, or the points become too long for a message.
+    /// [`FrameError::LabelCount`] unless there is a word for each point; [`FrameError::Malformed`]
+    /// if there is a field of such a name, or the points become too long for a message.
     pub fn append_labels(&mut self, words: &[u32], [class, instance]: [&str; 2]) -> Result<()> {
         if words.len() != self.len() {
-            let (expected, found) = (self.len(), words.len());
-            return Err(CloudError::ColumnLength { column: "label", expected, found }.into());
+            return Err(FrameError::LabelCount { labels: words.len(), points: self.len() });
         }
-        let malformed = |problem| Error::Malformed { message: "scan", problem };
+        let malformed = |problem| FrameError::Malformed { message: "scan", problem };
         if let Some(name) = [class, instance].into_iter().find(|&name| self.has(name)) {
             return Err(malformed(format!("there is a field `{name}` already")));
         }
@@ -76,7 +74,7 @@ impl Scan {
     /// The scan as a message of a time in nanoseconds since 1970 and a coordinate frame.
     ///
     /// # Errors
-    /// [`Error::MissingField`] without x, y and z.
+    /// [`FrameError::MissingField`] without x, y and z.
     pub fn message(&self, stamp_ns: u64, frame_id: &str) -> Result<CloudMessage<'_>> {
         let (stamp_sec, stamp_nanosec) = stamp(stamp_ns);
         let mut message = CloudMessage {

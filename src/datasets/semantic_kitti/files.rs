@@ -10,7 +10,7 @@ use divmerge_core::cloud::PointCloud;
 /// endian.
 ///
 /// # Errors
-/// [`Error::Io`] if it cannot be read, [`Error::Malformed`] if its size is not a whole number of
+/// [`Error::Io`] if it cannot be read, [`Error::Unreadable`] if its size is not a whole number of
 /// points.
 pub fn read_scan(path: &Path) -> Result<PointCloud> {
     let cloud = read_scan_with_remission(path)?;

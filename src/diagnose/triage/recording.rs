@@ -16,7 +16,7 @@ use crate::frames::{CloudTopic, Selection, choose_topics};
 use crate::messages::diagnostics::{Diagnostic, Level, diagnostic_array, diagnostic_schema};
 use crate::messages::ros::{ByteOrder, Layout};
 use divmerge_recording::{
-    Channel, Compression, MessageHeader, Overview, Record, RecordingWriter, WriteOptions,
+    Compression, MessageHeader, Overview, Record, RecordingWriter, WriteOptions,
 };
 
 /// Added to the name of a cloud's topic.
@@ -158,7 +158,7 @@ impl<'a> Copy<'a> {
         let channel_id = self.channel(frame.key.topic, header.channel_id)?;
         let diagnostics = diagnostics(frame.key.topic, found);
         let (sec, nanosec) = split(frame.key.stamp_ns);
-        let layout = layout(&self.overview.channels[&header.channel_id])?;
+        let layout = layout(self.overview, header.channel_id)?;
         let mut message = std::mem::take(&mut self.scratch);
         diagnostic_array(layout, (sec, nanosec), frame.key.frame_id, &diagnostics, &mut message);
         self.writer.write_message(&MessageHeader { channel_id, ..header }, &message)?;
@@ -171,7 +171,7 @@ impl<'a> Copy<'a> {
             return Ok(channel);
         }
         let cloud = &self.overview.channels[&of_cloud];
-        let schema = diagnostic_schema(layout(cloud)?);
+        let schema = diagnostic_schema(layout(self.overview, of_cloud)?);
         let id = schema.add_to(&mut self.writer)?;
         let added = format!("{topic}{SUSPICION}");
         let metadata = added_metadata(&added, &schema, cloud);
@@ -185,13 +185,14 @@ impl<'a> Copy<'a> {
     }
 }
 
-/// The layout of messages beside those of a cloud.
-fn layout(cloud: &Channel) -> Result<Layout> {
+/// The layout of messages beside those of a channel's clouds.
+fn layout(overview: &Overview, channel: u16) -> Result<Layout> {
+    let cloud = &overview.channels[&channel];
     match cloud.message_encoding.as_str() {
         "cdr" => Ok(Layout::Cdr(ByteOrder::Little)),
         "ros1" => Ok(Layout::Ros1),
-        other => Err(Error::Unsupported {
-            message: "DiagnosticArray",
+        other => Err(Error::Conflict {
+            path: overview.path.clone(),
             problem: format!(
                 "{} has messages in `{other}`, and suspicions are written as ROS's DiagnosticArray \
                  only: ask for a report or a table",
@@ -213,7 +214,7 @@ fn refuse(overview: &Overview, output: &Path, topics: &[String]) -> Result<()> {
     let conflict = |problem: String| Error::Conflict { path: overview.path.clone(), problem };
     refuse_same_file(&overview.path, output)?;
     for (id, CloudTopic { topic, .. }) in choose_topics(overview, topics, None)? {
-        layout(&overview.channels[&id])?;
+        layout(overview, id)?;
         let added = format!("{topic}{SUSPICION}");
         if overview.channels_of(&added).next().is_some() {
             return Err(conflict(format!(

@@ -7,7 +7,7 @@ use divmerge_core::CloudError;
 
 use super::clouds::{CloudFormat, CloudMessage, Datatype, PointField};
 use super::ros::ByteOrder;
-use crate::error::Result;
+use crate::error::frame::Result;
 use crate::messages::palette::{INSTANCE_COLOURS, instance_colour, reason_colour};
 
 /// Bytes appended to each point of a PointCloud2.
@@ -94,9 +94,9 @@ pub struct Certainty<'a> {
 ///
 /// # Errors
 /// [`CloudError::ColumnLength`] if a column does not have one value for each point,
-/// [`Error::Malformed`](crate::error::Error::Malformed) if the result would not fit the message's
-/// 32-bit sizes, [`Error::Unsupported`](crate::error::Error::Unsupported) if the format cannot hold
-/// the cloud.
+/// [`FrameError::Malformed`](crate::error::FrameError::Malformed) if the result would not fit the
+/// message's 32-bit sizes, [`FrameError::Unsupported`](crate::error::FrameError::Unsupported) if
+/// the format cannot hold the cloud.
 pub fn annotated_cloud(
     cloud: &CloudMessage,
     annotation: &PointAnnotation,

@@ -1,6 +1,6 @@
 use super::super::clouds::tests::{cloud, field, xyz};
 use super::*;
-use crate::error::Error;
+use crate::error::FrameError;
 
 const ANNOTATION: PointAnnotation = PointAnnotation {
     instance: &[0, 1, 70_000, 0],
@@ -114,7 +114,11 @@ fn ground_takes_the_padding_and_only_where_it_is_known() {
     let short = PointAnnotation { ground: Some(&[0; 3]), ..ANNOTATION };
     assert!(matches!(
         annotated_cloud(&input(&data), &short, &mut Vec::new()),
-        Err(Error::Cloud(CloudError::ColumnLength { column: "ground", expected: 4, found: 3 }))
+        Err(FrameError::Cloud(CloudError::ColumnLength {
+            column: "ground",
+            expected: 4,
+            found: 3
+        }))
     ));
 }
 
@@ -152,7 +156,11 @@ fn columns_must_fit_the_cloud() {
     let short = PointAnnotation { reason: &[0; 3], ..ANNOTATION };
     assert!(matches!(
         annotated_cloud(&input(&data), &short, &mut Vec::new()),
-        Err(Error::Cloud(CloudError::ColumnLength { column: "reason", expected: 4, found: 3 }))
+        Err(FrameError::Cloud(CloudError::ColumnLength {
+            column: "reason",
+            expected: 4,
+            found: 3
+        }))
     ));
     let mut huge = input(&[]);
     (huge.height, huge.width, huge.point_step) = (0, 1 << 20, 1 << 20);
@@ -166,6 +174,6 @@ fn columns_must_fit_the_cloud() {
     };
     assert!(matches!(
         annotated_cloud(&huge, &nothing, &mut Vec::new()),
-        Err(Error::Malformed { .. })
+        Err(FrameError::Malformed { .. })
     ));
 }

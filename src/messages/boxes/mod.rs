@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::ros::RosReader;
 use super::stamp::stamp_ns;
-use crate::error::Result;
+use crate::error::frame::Result;
 use divmerge_core::cloud::taxonomy::Taxonomy;
 use divmerge_core::cloud::{Detection, UprightBox};
 
@@ -45,8 +45,9 @@ type Header = (i64, String);
 /// which has no stamp.
 ///
 /// # Errors
-/// [`crate::error::Error::Malformed`] if it ends early or late, its cubes have several frames, or a
-/// size or a place is no number; [`crate::error::Error::Unsupported`] if it is not plain CDR.
+/// [`crate::error::FrameError::Malformed`] if it ends early or late, its cubes have several frames,
+/// or a size or a place is no number; [`crate::error::FrameError::Unsupported`] if it is not plain
+/// CDR.
 pub fn marker_boxes(
     cdr: &[u8],
     has_textures: bool,

@@ -6,7 +6,7 @@ use super::fields::{CloudPose, Datatype};
 use super::format::CloudFormat;
 use super::message::CloudMessage;
 use super::{foxglove_cdr, json, point_cloud2, protobuf};
-use crate::error::{Error, Result};
+use crate::error::frame::{FrameError, Result};
 use crate::messages::ros::ByteOrder;
 use crate::messages::stamp;
 
@@ -14,8 +14,8 @@ impl CloudFormat {
     /// Reads a message. The data is borrowed from the message, except in JSON.
     ///
     /// # Errors
-    /// [`Error::Malformed`] if the message ends early or its sizes disagree, [`Error::Unsupported`]
-    /// if it is CDR other than the plain one.
+    /// [`FrameError::Malformed`] if the message ends early or its sizes disagree,
+    /// [`FrameError::Unsupported`] if it is CDR other than the plain one.
     pub fn decode(self, message: &[u8]) -> Result<CloudMessage<'_>> {
         let cloud = match self {
             CloudFormat::Ros2 | CloudFormat::Ros1 => point_cloud2::decode(self, message),
@@ -47,8 +47,8 @@ impl CloudMessage<'_> {
     /// Writes the message, replacing what is in `out`.
     ///
     /// # Errors
-    /// [`Error::Malformed`] if the sizes disagree, [`Error::Unsupported`] if the format cannot hold
-    /// the cloud.
+    /// [`FrameError::Malformed`] if the sizes disagree, [`FrameError::Unsupported`] if the format
+    /// cannot hold the cloud.
     pub fn encode(&self, out: &mut Vec<u8>) -> Result<()> {
         self.check()?;
         self.encode_with(self.data.len(), out, |out| out.extend_from_slice(&self.data))
@@ -58,7 +58,7 @@ impl CloudMessage<'_> {
     /// `out`. What is in `data` does not count.
     ///
     /// # Errors
-    /// [`Error::Unsupported`] if the format cannot hold the cloud.
+    /// [`FrameError::Unsupported`] if the format cannot hold the cloud.
     pub(in crate::messages) fn encode_with(
         &self,
         length: usize,
@@ -81,7 +81,7 @@ impl CloudMessage<'_> {
     /// values but the first of a field; a field of unknown type stays one of unknown type.
     ///
     /// # Errors
-    /// [`Error::Unsupported`] if the format cannot hold the cloud.
+    /// [`FrameError::Unsupported`] if the format cannot hold the cloud.
     pub fn reformatted(&self, format: CloudFormat) -> Result<CloudMessage<'_>> {
         let mut cloud = CloudMessage {
             format,
@@ -112,7 +112,7 @@ impl CloudMessage<'_> {
             _ => return Ok(()),
         };
         let message = self.format.type_name();
-        Err(Error::Unsupported { message, problem: format!("it cannot hold {problem}") })
+        Err(FrameError::Unsupported { message, problem: format!("it cannot hold {problem}") })
     }
 
     /// Bytes of the message besides its data, at most.

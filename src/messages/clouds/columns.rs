@@ -2,7 +2,7 @@
 
 use super::fields::{Datatype, PointField};
 use super::message::CloudMessage;
-use crate::error::{Error, Result};
+use crate::error::frame::{FrameError, Result};
 use divmerge_core::cloud::{PointClasses, PointCloud, PointColumns};
 
 /// Fields that say which sensor measured a point of a merged cloud, as drivers and mergers name
@@ -38,8 +38,8 @@ impl CloudMessage<'_> {
     /// A beam number that does not fit 16 bits makes the beam numbers absent.
     ///
     /// # Errors
-    /// [`Error::MissingField`] without one of them, [`Error::Malformed`] if one does not fit into a
-    /// point. A message of no points is an empty cloud whatever fields it has.
+    /// [`FrameError::MissingField`] without one of them, [`FrameError::Malformed`] if one does not
+    /// fit into a point. A message of no points is an empty cloud whatever fields it has.
     pub fn to_cloud(&self, class_field: Option<&str>) -> Result<PointCloud> {
         let mut columns = PointColumns {
             height: self.height as usize,
@@ -73,7 +73,7 @@ impl CloudMessage<'_> {
     /// a cloud without such a field.
     ///
     /// # Errors
-    /// [`Error::Malformed`] if the field does not fit into a point.
+    /// [`FrameError::Malformed`] if the field does not fit into a point.
     pub fn remission(&self) -> Result<Option<Vec<f32>>> {
         let mut names = ["intensity", "remission", "reflectivity"].into_iter();
         let Some(field) = names.find_map(|name| self.field(name)) else {
@@ -100,7 +100,7 @@ impl CloudMessage<'_> {
     /// A field's values as `f64`.
     ///
     /// # Errors
-    /// [`Error::MissingField`], or [`Error::Malformed`] if it does not fit into a point.
+    /// [`FrameError::MissingField`], or [`FrameError::Malformed`] if it does not fit into a point.
     pub fn column_f64(&self, name: &str) -> Result<Vec<f64>> {
         self.column(name, |number| number)
     }
@@ -108,7 +108,7 @@ impl CloudMessage<'_> {
     /// A field's values as integers; floats are rounded, not-a-number is 0.
     ///
     /// # Errors
-    /// [`Error::MissingField`], or [`Error::Malformed`] if it does not fit into a point.
+    /// [`FrameError::MissingField`], or [`FrameError::Malformed`] if it does not fit into a point.
     pub fn column_i64(&self, name: &str) -> Result<Vec<i64>> {
         // No integer type of the message has more than 32 bits, so f64 holds each exactly.
         self.column(name, |number| number.round() as i64)
@@ -117,7 +117,7 @@ impl CloudMessage<'_> {
     /// A field's values as `u32`; floats are rounded, what is out of range wraps.
     ///
     /// # Errors
-    /// [`Error::MissingField`], or [`Error::Malformed`] if it does not fit into a point.
+    /// [`FrameError::MissingField`], or [`FrameError::Malformed`] if it does not fit into a point.
     pub fn column_u32(&self, name: &str) -> Result<Vec<u32>> {
         self.column(name, |number| number.round() as i64 as u32)
     }
@@ -220,7 +220,7 @@ impl CloudMessage<'_> {
 
     /// The field of a name, if its values can be read from every point.
     fn readable(&self, name: &str) -> Result<&PointField> {
-        let field = self.field(name).ok_or_else(|| Error::MissingField {
+        let field = self.field(name).ok_or_else(|| FrameError::MissingField {
             name: name.to_owned(),
             present: self
                 .fields

@@ -2,7 +2,7 @@
 
 use foxglove::messages::PointCloud;
 
-use crate::error::Error;
+use crate::error::FrameError;
 use crate::messages::definitions::{self, MessageSchema, ros1};
 
 /// Format of a cloud message.
@@ -83,7 +83,7 @@ impl CloudFormat {
         }
     }
 
-    pub(super) fn malformed(self, problem: String) -> Error {
-        Error::Malformed { message: self.type_name(), problem }
+    pub(super) fn malformed(self, problem: String) -> FrameError {
+        FrameError::Malformed { message: self.type_name(), problem }
     }
 }

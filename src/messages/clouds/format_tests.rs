@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::*;
-use crate::error::Error;
+use crate::error::FrameError;
 
 const FOXGLOVE: [CloudFormat; 3] =
     [CloudFormat::FoxgloveRos2, CloudFormat::FoxgloveProtobuf, CloudFormat::FoxgloveJson];
@@ -90,7 +90,7 @@ fn what_a_format_has_no_words_for_is_refused() {
     assert!(big.reformatted(CloudFormat::Ros1).is_ok());
     for format in FOXGLOVE {
         let error = big.reformatted(format).unwrap_err();
-        assert!(matches!(error, Error::Unsupported { .. }), "{error}");
+        assert!(matches!(error, FrameError::Unsupported { .. }), "{error}");
         let moved = cloud(format, &data);
         assert!(moved.reformatted(CloudFormat::Ros2).is_err());
         let still = CloudMessage { pose: Some(CloudPose::default()), ..moved };

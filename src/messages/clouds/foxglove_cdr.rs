@@ -6,7 +6,7 @@ use super::fields::{CloudPose, Datatype, MOST_FIELDS, PointField};
 use super::format::CloudFormat;
 use super::message::CloudMessage;
 use super::point_cloud2::read_fields;
-use crate::error::Result;
+use crate::error::frame::Result;
 use crate::messages::ros::{RosReader, RosWriter};
 
 /// The types in the order of their codes in `foxglove.PackedElementField`, the first of which is 1;

@@ -13,7 +13,7 @@ use super::fields::{CloudPose, Datatype, MOST_FIELDS, PointField};
 use super::format::CloudFormat;
 use super::foxglove_cdr::{code, datatype, datatype_of_name, unorganised};
 use super::message::CloudMessage;
-use crate::error::{Error, Result};
+use crate::error::frame::{FrameError, Result};
 use crate::messages::stamp::{self as time, parse_rfc3339};
 
 /// Reads data with or without padding, writes it with padding.
@@ -147,7 +147,7 @@ pub(super) fn stamp_ns(message: &[u8]) -> Result<i64> {
     Ok(time::stamp_ns(sec, nanosec))
 }
 
-fn malformed(problem: String) -> Error {
+fn malformed(problem: String) -> FrameError {
     CloudFormat::FoxgloveJson.malformed(problem)
 }
 

@@ -8,7 +8,7 @@ use nalgebra::Isometry3;
 
 use super::fields::{CloudPose, PointField};
 use super::format::CloudFormat;
-use crate::error::{Error, Result};
+use crate::error::frame::{FrameError, Result};
 use crate::messages::ros::{ByteOrder, Layout};
 use crate::messages::stamp::stamp_ns;
 
@@ -133,8 +133,8 @@ impl CloudMessage<'_> {
     }
 
     /// An error about this message.
-    pub(in crate::messages) fn malformed(&self, problem: String) -> Error {
-        Error::Malformed { message: self.format.type_name(), problem }
+    pub(in crate::messages) fn malformed(&self, problem: String) -> FrameError {
+        FrameError::Malformed { message: self.format.type_name(), problem }
     }
 
     /// Checks that height, width, both steps and the data's length agree.

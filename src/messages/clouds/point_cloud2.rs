@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::fields::{Datatype, MOST_FIELDS, PointField};
 use super::format::CloudFormat;
 use super::message::CloudMessage;
-use crate::error::Result;
+use crate::error::frame::Result;
 use crate::messages::ros::{ByteOrder, Layout, RosReader, RosWriter};
 
 impl CloudFormat {

@@ -14,7 +14,7 @@ use super::format::CloudFormat;
 use super::foxglove_cdr as shared;
 use super::message::CloudMessage;
 use super::wire_format::{Value, put_bytes, put_integer, put_length, values};
-use crate::error::Result;
+use crate::error::frame::Result;
 use crate::messages::stamp;
 
 /// Number of `data` in the message.
@@ -37,7 +37,7 @@ pub(super) fn stamp_ns(message: &[u8]) -> Result<i64> {
     Ok(stamp::stamp_ns(seconds, nanoseconds))
 }
 
-fn malformed(problem: String) -> crate::error::Error {
+fn malformed(problem: String) -> crate::error::FrameError {
     CloudFormat::FoxgloveProtobuf.malformed(problem)
 }
 

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::*;
-use crate::error::Error;
+use crate::error::FrameError;
 use crate::messages::ros::ByteOrder;
 
 pub(crate) fn field(name: &str, offset: u32, datatype: Datatype) -> PointField {
@@ -231,7 +231,7 @@ fn classes_are_the_low_bits_of_words() {
     assert_eq!(points.class, Some(vec![40, 252, 65_535]));
     assert!(matches!(
         cloud.to_cloud(Some("semantic")),
-        Err(Error::MissingField { name, present })
+        Err(FrameError::MissingField { name, present })
             if name == "semantic" && present == "x, y, z, label"
     ));
     let data = [[0; 12].as_slice(), &39.6_f32.to_le_bytes()].concat();
@@ -262,7 +262,7 @@ fn fields_of_unknown_type_are_kept_but_not_read() {
     let parsed = CloudFormat::Ros2.decode(&cdr).unwrap();
     assert_eq!(parsed.field("odd").unwrap().datatype, Datatype::Unknown(77));
     assert!(parsed.to_cloud(None).is_ok());
-    assert!(matches!(parsed.column_f64("odd"), Err(Error::Malformed { .. })));
+    assert!(matches!(parsed.column_f64("odd"), Err(FrameError::Malformed { .. })));
 }
 
 #[test]

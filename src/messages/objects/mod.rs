@@ -9,7 +9,7 @@ mod scene;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Result};
+use crate::error::frame::{FrameError, Result};
 use crate::messages::definitions::{self, MessageSchema, ros1};
 use crate::messages::ros::{Layout, RosWriter};
 
@@ -44,7 +44,7 @@ impl ObjectKind {
     /// Its schema.
     ///
     /// # Errors
-    /// [`Error::Unsupported`] if the type does not exist in that encoding.
+    /// [`FrameError::Unsupported`] if the type does not exist in that encoding.
     pub fn schema(self, encoding: ObjectEncoding) -> Result<MessageSchema> {
         use ObjectEncoding::{Json, Protobuf, Ros};
         use ObjectKind::{Autoware, Detection3d, Markers, Scene};
@@ -91,8 +91,8 @@ impl ObjectKind {
         Ok(())
     }
 
-    fn missing_in(self, encoding: ObjectEncoding) -> Error {
-        Error::Unsupported {
+    fn missing_in(self, encoding: ObjectEncoding) -> FrameError {
+        FrameError::Unsupported {
             message: self.describe(),
             problem: format!("the type does not exist in {}", encoding.describe()),
         }

@@ -8,7 +8,7 @@
 //! Ours because the crates for CDR need a copy of every cloud in a type of its own
 //! (docs/decisions/0001-own-cdr.md).
 
-use crate::error::{Error, Result};
+use crate::error::frame::{FrameError, Result};
 
 /// Bytes of CDR's encapsulation header before the body.
 const HEADER_LEN: usize = 4;
@@ -87,7 +87,7 @@ macro_rules! numbers {
                 #[doc = concat!("The next `", stringify!($number), "`.")]
                 ///
                 /// # Errors
-                /// [`Error::Malformed`] if the message ends before it does.
+                /// [`FrameError::Malformed`] if the message ends before it does.
                 pub fn $number(&mut self) -> Result<$number> {
                     let bytes = self.aligned()?;
                     Ok(self.layout.byte_order().$get(bytes))
@@ -149,11 +149,11 @@ impl<'a> RosReader<'a> {
     /// A cursor at the start of a ROS 2 message's body. `message` names the type in errors.
     ///
     /// # Errors
-    /// [`Error::Malformed`] for fewer than four bytes, [`Error::Unsupported`] for an encapsulation
-    /// other than plain CDR.
+    /// [`FrameError::Malformed`] for fewer than four bytes, [`FrameError::Unsupported`] for an
+    /// encapsulation other than plain CDR.
     pub fn cdr(message: &'static str, cdr: &'a [u8]) -> Result<Self> {
         let Some((header, body)) = cdr.split_first_chunk::<HEADER_LEN>() else {
-            return Err(Error::Malformed {
+            return Err(FrameError::Malformed {
                 message,
                 problem: format!(
                     "{} bytes cannot hold the encapsulation header of {HEADER_LEN}",
@@ -165,7 +165,7 @@ impl<'a> RosReader<'a> {
             [0, 0] => ByteOrder::Big,
             [0, 1] => ByteOrder::Little,
             [first, second] => {
-                return Err(Error::Unsupported {
+                return Err(FrameError::Unsupported {
                     message,
                     problem: format!(
                         "encapsulation {first:02x} {second:02x}; only plain CDR (00 00 and 00 01) \
@@ -190,7 +190,7 @@ impl<'a> RosReader<'a> {
     /// The next `length` bytes, unaligned.
     ///
     /// # Errors
-    /// [`Error::Malformed`] if there are fewer.
+    /// [`FrameError::Malformed`] if there are fewer.
     pub fn bytes(&mut self, length: usize) -> Result<&'a [u8]> {
         let bytes =
             self.body[self.position..].get(..length).ok_or_else(|| self.too_short(length))?;
@@ -201,7 +201,7 @@ impl<'a> RosReader<'a> {
     /// The next `bool`: any byte but zero is true.
     ///
     /// # Errors
-    /// [`Error::Malformed`] at the end of the message.
+    /// [`FrameError::Malformed`] at the end of the message.
     pub fn bool(&mut self) -> Result<bool> {
         Ok(self.u8()? != 0)
     }
@@ -210,7 +210,7 @@ impl<'a> RosReader<'a> {
     /// coordinate frame.
     ///
     /// # Errors
-    /// [`Error::Malformed`] if it is not all there.
+    /// [`FrameError::Malformed`] if it is not all there.
     pub fn header(&mut self) -> Result<(i64, u32, String)> {
         let sec = match self.layout {
             Layout::Ros1 => {
@@ -225,7 +225,7 @@ impl<'a> RosReader<'a> {
     /// The next N `float64`.
     ///
     /// # Errors
-    /// [`Error::Malformed`] if the message ends before they do.
+    /// [`FrameError::Malformed`] if the message ends before they do.
     pub fn f64s<const N: usize>(&mut self) -> Result<[f64; N]> {
         let mut values = [0.0; N];
         for value in &mut values {
@@ -237,7 +237,7 @@ impl<'a> RosReader<'a> {
     /// The bytes of the next `uint8[]`.
     ///
     /// # Errors
-    /// [`Error::Malformed`] if there are fewer than its length says.
+    /// [`FrameError::Malformed`] if there are fewer than its length says.
     pub fn data(&mut self) -> Result<&'a [u8]> {
         let length = self.sequence(1)?;
         self.bytes(length)
@@ -246,7 +246,8 @@ impl<'a> RosReader<'a> {
     /// The next string, without the zero that closes it in CDR.
     ///
     /// # Errors
-    /// [`Error::Malformed`] if it does not fit, is not closed by a zero in CDR or is not UTF-8.
+    /// [`FrameError::Malformed`] if it does not fit, is not closed by a zero in CDR or is not
+    /// UTF-8.
     pub fn string(&mut self) -> Result<String> {
         let length = self.u32()? as usize;
         let at = self.position;
@@ -268,7 +269,7 @@ impl<'a> RosReader<'a> {
     /// The next sequence's length, which must be possible: at least `element_size` bytes each.
     ///
     /// # Errors
-    /// [`Error::Malformed`] if that many elements cannot be in what is left of the message.
+    /// [`FrameError::Malformed`] if that many elements cannot be in what is left of the message.
     pub fn sequence(&mut self, element_size: usize) -> Result<usize> {
         let length = self.u32()? as usize;
         let needed = length.checked_mul(element_size);
@@ -283,11 +284,11 @@ impl<'a> RosReader<'a> {
     }
 
     /// An error about this message.
-    pub fn malformed(&self, problem: String) -> Error {
-        Error::Malformed { message: self.message, problem }
+    pub fn malformed(&self, problem: String) -> FrameError {
+        FrameError::Malformed { message: self.message, problem }
     }
 
-    fn too_short(&self, length: usize) -> Error {
+    fn too_short(&self, length: usize) -> FrameError {
         self.malformed(format!(
             "{length} bytes wanted at byte {} of the body, {} are left",
             self.position,

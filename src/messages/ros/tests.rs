@@ -74,14 +74,14 @@ fn reads_what_it_wrote() {
         assert!(reader.bool().unwrap());
         assert_eq!(reader.u16().unwrap(), 0x0506);
         assert_eq!(reader.remaining(), 0);
-        assert!(matches!(reader.u8(), Err(Error::Malformed { .. })));
+        assert!(matches!(reader.u8(), Err(FrameError::Malformed { .. })));
     }
 }
 
 #[test]
 fn other_encapsulations_are_named() {
     let error = RosReader::cdr("test", &[0, 3, 0, 0]).unwrap_err();
-    assert!(matches!(error, Error::Unsupported { .. }));
+    assert!(matches!(error, FrameError::Unsupported { .. }));
     assert!(error.to_string().contains("00 03"), "{error}");
     assert!(RosReader::cdr("test", &[0, 1, 0]).is_err());
 }

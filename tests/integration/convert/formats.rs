@@ -1,7 +1,7 @@
 //! Folders of `.bin`, `.pcd` and `.npy` files.
 
-use divmerge::Error;
 use divmerge::datasets::scans::{Scan, ScanFormat};
+use divmerge::error::FrameError;
 use divmerge::messages::clouds::CloudFormat;
 
 use super::{
@@ -228,7 +228,11 @@ fn broken_folders_are_named_and_nothing_is_written() {
     refused(
         &short,
         &[],
-        &["2 problems", "b.bin: 30 bytes are no multiple of 16", "c.bin: the file is empty"],
+        &[
+            "2 problems",
+            "b.bin: malformed scan: 30 bytes are no multiple of 16",
+            "c.bin: malformed scan: the file is empty",
+        ],
     );
     refused(&[("a.bin", good())], &["--columns", "x,y,z,i,ring"], &["a.bin", "no multiple of 20"]);
     let twice = [("1531883530.bin", good()), ("1531883530.0.bin", good())];
@@ -268,7 +272,7 @@ fn broken_folders_are_named_and_nothing_is_written() {
 fn malformed(contents: &[(Vec<u8>, &str)], format: ScanFormat) {
     for (content, part) in contents {
         match Scan::parse(content.clone(), format, None) {
-            Err(Error::Malformed { problem, .. }) => {
+            Err(FrameError::Malformed { problem, .. }) => {
                 assert!(problem.contains(part), "`{part}` in: {problem}");
             }
             other => panic!("{other:?}"),

@@ -17,7 +17,7 @@ const ROOMS: &[&[&str]] = &[
     &["crates/simulate/src"],
     &["crates/recording/src"],
     &["src/palette.rs", "src/text.rs"],
-    &["src/error.rs"],
+    &["src/error"],
     &["src/evaluate", "src/comparison/methods", "src/diagnose/explain", "src/taxonomy_file.rs"],
     &["src/network"],
     &["src/messages"],

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Result, anyhow};
 use clap::Args;
 use divmerge::annotate::{AnnotateConfig, Semantics};
+use divmerge::error::{Error, FrameError};
 use divmerge::evaluate::panoptic::MIN_POINTS;
 use divmerge::frames::{LabelledFrames, LabelledOptions, SeenClasses, TruthSource};
 use divmerge::recording::MessageRange;
@@ -71,15 +72,13 @@ impl CloudArguments {
 }
 
 /// Adds where truth can be to an error about missing truth.
-pub fn with_hint(error: divmerge::Error) -> anyhow::Error {
-    let is_missing =
-        matches!(&error, divmerge::Error::Truth { problem, .. } if problem.starts_with("no field"));
-    match is_missing {
-        true => anyhow!(
+pub fn with_hint(error: Error) -> anyhow::Error {
+    match error {
+        Error::Unreadable { problem: FrameError::MissingField { .. }, .. } => anyhow!(
             "{error}\n  name the fields with --true-class-field and --true-instance-field, or a \
              folder of label files with --labels"
         ),
-        false => error.into(),
+        error => error.into(),
     }
 }
 

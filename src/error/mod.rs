@@ -1,45 +1,31 @@
-//! The library's errors. Every variant carries the values that offended; the command line adds the
-//! file, the topic and the offset.
+//! The library's errors: those of one cloud, and those that end a run. Every variant carries the
+//! values that offended; the command line adds the file, the topic and the offset.
+
+pub mod frame;
 
 use std::path::{Path, PathBuf};
 
 use divmerge_core::{CloudError, ParameterError};
 
+pub use self::frame::FrameError;
 use crate::text::grouped;
 
 /// What can go wrong in the library.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// Columns that make no cloud, or a cloud whose frame is not known to stand upright.
+    /// What is wrong with one cloud. Where clouds are taken one after the other, that cloud is
+    /// skipped and the run goes on; every other error ends it.
     #[error(transparent)]
-    Cloud(#[from] CloudError),
+    Frame(#[from] FrameError),
 
-    /// A message that is not what its schema says.
-    #[error("malformed {message}: {problem}")]
-    Malformed {
-        /// Message type.
-        message: &'static str,
-        /// What is wrong, with the numbers.
-        problem: String,
-    },
-
-    /// A message in an encoding or layout that is well formed but cannot be read here.
-    #[error("unsupported {message}: {problem}")]
-    Unsupported {
-        /// Message type.
-        message: &'static str,
-        /// What is not supported.
-        problem: String,
-    },
-
-    /// A cloud lacks a field that was asked for.
-    #[error("no field `{name}` in the cloud; it has: {present}")]
-    MissingField {
-        /// The field asked for.
-        name: String,
-        /// The fields that are there, comma separated.
-        present: String,
+    /// A file, or a cloud with its truth, that has to be read and cannot be.
+    #[error("{at}: {problem}")]
+    Unreadable {
+        /// The file, or the cloud of a recording.
+        at: String,
+        /// What is wrong with it.
+        problem: FrameError,
     },
 
     /// A taxonomy file that cannot be used.
@@ -84,24 +70,6 @@ pub enum Error {
         /// The topic or the file.
         source_name: String,
         /// What is wrong, with the values.
-        problem: String,
-    },
-
-    /// No classes for one of the clouds.
-    #[error("no classes for cloud {number}: {problem}")]
-    NoClasses {
-        /// Number of the cloud on its topic, from 0.
-        number: u64,
-        /// What was looked for, and what is there.
-        problem: String,
-    },
-
-    /// Truth that cannot be used.
-    #[error("{at}: {problem}")]
-    Truth {
-        /// The file, or the cloud of a recording.
-        at: String,
-        /// What is wrong with it.
         problem: String,
     },
 
@@ -238,6 +206,12 @@ pub enum Error {
     Recording(divmerge_recording::Error),
 }
 
+impl From<CloudError> for Error {
+    fn from(error: CloudError) -> Self {
+        Error::Frame(error.into())
+    }
+}
+
 impl From<ParameterError> for Error {
     fn from(ParameterError { name, problem, .. }: ParameterError) -> Self {
         Error::Parameter { name, problem }
@@ -261,14 +235,6 @@ impl From<divmerge_recording::Error> for Error {
             divmerge_recording::Error::Interrupted { path } => Error::Interrupted { path },
             error => Error::Recording(error),
         }
-    }
-}
-
-impl Error {
-    /// Whether the error ends the run: boxes, classes or a network that cannot be used, or do not
-    /// fit the clouds. An error in one cloud skips that cloud.
-    pub fn ends_the_run(&self) -> bool {
-        matches!(self, Error::Boxes { .. } | Error::Classes { .. } | Error::Network { .. })
     }
 }
 
