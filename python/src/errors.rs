@@ -31,7 +31,7 @@ pub fn raised(error: impl Into<LibraryError>) -> PyErr {
             }
             None => std::io::Error::new(source.kind(), error.to_string()).into(),
         },
-        LibraryError::Parameter { name, problem } => wrong(name, problem),
+        LibraryError::Parameter(parameter) => wrong(parameter.name, parameter),
         _ => Error::new_err(error.to_string()),
     }
 }

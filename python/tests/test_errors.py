@@ -151,7 +151,7 @@ def test_recordings_asked_for_what_they_do_not_have(drives, tmp_path):
     drive, out = drives("small"), tmp_path / "out.mcap"
     with pytest.raises(divmerge.Error, match="/lidar/points"):
         divmerge.frames(drive, "/camera")
-    with pytest.raises(divmerge.Error, match="it has 3, from 0 to 2"):
+    with pytest.raises(divmerge.Error, match="has 3 clouds, numbered 0 to 2"):
         divmerge.frames(drive, start=9)
     with pytest.raises(divmerge.Error, match="no field `made_up`"):
         next(divmerge.frames(drive, fields="made_up"))

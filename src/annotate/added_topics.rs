@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::error::{Error, Result};
+use crate::error::{Conflict, Error, Result};
 use crate::frames::{INSTANCES, OBJECTS};
 use crate::messages::clouds::CloudFormat;
 use crate::messages::definitions::MessageSchema;
@@ -17,16 +17,18 @@ pub(super) fn refuse_annotated<'a>(
 ) -> Result<()> {
     for topic in topics {
         for end in [INSTANCES, OBJECTS] {
-            let added = format!("{topic}{end}");
-            if overview.channels_of(&added).next().is_some() {
-                let problem =
-                    format!("already has a topic {added}: annotate the recording it was made from");
-                let path = overview.path.clone();
-                return Err(Error::Conflict { path, problem });
-            }
+            refuse_topic(overview, format!("{topic}{end}"))?;
         }
     }
     Ok(())
+}
+
+/// Refuses a recording that has a topic that would be added.
+pub(crate) fn refuse_topic(overview: &Overview, topic: String) -> Result<()> {
+    if overview.channels_of(&topic).next().is_none() {
+        return Ok(());
+    }
+    Err(Error::Conflict { path: overview.path.clone(), problem: Conflict::TopicExists { topic } })
 }
 
 /// Quality-of-service metadata for an added channel: the cloud's own where it has some, else

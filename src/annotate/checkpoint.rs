@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::report::FrameReport;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, SliceProblem};
 use divmerge_recording::{SharedBytes, SourceChunk, checksum};
 
 /// A cloud, and what became of it.
@@ -65,10 +65,10 @@ pub(super) trait CheckpointSource {
     ///
     /// # Errors
     /// [`Error::Slices`] with the problem.
-    fn missing(&self, problem: String) -> Result<()>;
+    fn missing(&self, problem: SliceProblem) -> Result<()>;
 
-    /// The error that another cloud was annotated in the place of the one with these words.
-    fn changed(&self, cloud: &str) -> Error;
+    /// The error that the cloud of a topic and a number is not the one that was annotated.
+    fn changed(&self, topic: &str, number: u64) -> Error;
 }
 
 /// Clouds that a run before completed, in the order of the recording.
@@ -93,21 +93,17 @@ impl CompletedClouds {
         number: u64,
         cloud: &[u8],
     ) -> Result<Option<CompletedCloud>> {
-        let words = format!("cloud {number} of {topic}");
         let Some(next) = self.peek()? else {
-            self.source.missing(format!("no slice has {words}"))?;
+            self.source.missing(SliceProblem::LacksCloud { topic: topic.to_owned(), number })?;
             return Ok(None);
         };
         if (next.topic.as_str(), next.number) != (topic, number) {
-            let problem = format!(
-                "{words} was not annotated here: cloud {} of {} comes next",
-                next.number, next.topic
-            );
-            self.source.missing(problem)?;
+            let (expected, found) = ((topic.to_owned(), number), (next.topic.clone(), next.number));
+            self.source.missing(SliceProblem::OtherCloud { expected, found })?;
             return Ok(None);
         }
         if next.cloud != checksum(cloud) {
-            return Err(self.source.changed(&words));
+            return Err(self.source.changed(topic, number));
         }
         match self.next.take().map(|checkpoint| checkpoint.outcome) {
             Some(CloudOutcome::Annotated { instances, objects, report }) => {
@@ -130,7 +126,7 @@ impl CompletedClouds {
         {
             return Ok(Some(CompletedCloud::Annotated(report, [instances, objects])));
         }
-        self.source.missing("its messages are not those that were noted".into())?;
+        self.source.missing(SliceProblem::OtherMessages)?;
         self.is_over = true;
         Ok(None)
     }
@@ -150,10 +146,8 @@ impl CompletedClouds {
     pub(super) fn finish(&mut self) -> Result<()> {
         match self.peek()? {
             None => Ok(()),
-            Some(Checkpoint { topic, number, .. }) => {
-                let problem = format!(
-                    "cloud {number} of {topic} was annotated, and is not there in the recording"
-                );
+            Some(&Checkpoint { ref topic, number, .. }) => {
+                let problem = SliceProblem::ExtraCloud { topic: topic.clone(), number };
                 self.source.missing(problem)
             }
         }

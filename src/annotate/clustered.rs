@@ -5,7 +5,7 @@ use std::time::Instant;
 use nalgebra::Isometry3;
 
 use super::config::{AnnotateConfig, Decoded};
-use crate::error::{FrameError, Result, frame};
+use crate::error::{FrameError, Result, Unsupported, frame};
 use crate::frames::{CloudKey, FrameDetections};
 use crate::messages::clouds::CloudMessage;
 use divmerge_core::cloud::taxonomy::Taxonomy;
@@ -76,8 +76,7 @@ fn refuse_moved_boxes(wire: &CloudMessage, method: &AnnotateConfig) -> frame::Re
     if method.boxes.describe().is_none() || wire.isometry() == Isometry3::identity() {
         return Ok(());
     }
-    let problem =
-        "its points have a pose in their frame, to which boxes are not transformed".to_owned();
+    let problem = Unsupported::BoxesOfPosedCloud;
     Err(FrameError::Unsupported { message: wire.format.type_name(), problem })
 }
 

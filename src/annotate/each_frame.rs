@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::clustered::{cluster, remarks};
 use super::config::AnnotateConfig;
 use super::event::{ClusteredFrame, Event};
-use crate::error::{Error, Result};
+use crate::error::{Error, NoCloud, Result};
 use crate::frames::walk::Walk;
 use crate::frames::{EncodedCloud, Selection, choose_topics};
 use divmerge_recording::{Overview, Record};
@@ -96,8 +96,8 @@ pub fn for_each_frame(
         visitor.event(Event::Progress { bytes, total })?;
     }
     if visited.frames + visited.unreadable == 0 {
-        let problem = "no cloud lies in the frames and times asked for".to_owned();
-        return Err(Error::NoCloud { path: input.to_owned(), problem });
+        let (path, problem) = (input.to_owned(), NoCloud::NothingSelected);
+        return Err(Error::NoCloud { path, problem });
     }
     Ok(visited)
 }

@@ -16,7 +16,7 @@ use super::report::AnnotationReport;
 use super::run::{read_all, usual_workers};
 use super::slice_checkpoints::SliceCheckpoints;
 use super::slice_files::{SliceFile, check};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, SliceProblem};
 use divmerge_recording::stopwatch::ms_since;
 use divmerge_recording::{Overview, RecordingReader};
 
@@ -46,8 +46,7 @@ pub fn join(
 ) -> Result<AnnotationReport> {
     check(slices)?;
     let Some(first) = slices.first() else {
-        let (of, problem) = (output.to_owned(), "no slice to be joined".to_owned());
-        return Err(Error::Slices { of, problem });
+        return Err(Error::Slices { of: output.to_owned(), problem: SliceProblem::Nothing });
     };
     let input = options.input.as_ref().unwrap_or(&first.slice.input);
     refuse_same_file(input, output)?;

@@ -26,7 +26,7 @@ pub mod time_spec;
 mod times;
 mod types;
 
-pub(crate) use added_topics::added_metadata;
+pub(crate) use added_topics::{added_metadata, refuse_topic};
 pub use clustered::{Clustered, cluster, remarks};
 pub use config::{AnnotateConfig, Decoded, Semantics};
 pub use each_frame::{FrameVisitor, VisitedFrames, for_each_frame};

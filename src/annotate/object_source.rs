@@ -6,9 +6,10 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use super::config::{AnnotateConfig, Semantics};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::frames::{ClassSource, FrameClasses, TOLERANCE_NS};
 use crate::network::{Network, NetworkOptions};
+use divmerge_core::ParameterError;
 use divmerge_core::cloud::taxonomy::Taxonomy;
 use divmerge_recording::is_stream;
 
@@ -102,8 +103,9 @@ impl Objects {
     /// Preset `best` on these objects, for the clouds of a recording or a folder.
     ///
     /// # Errors
-    /// Those of [`Network::open`] and [`FrameClasses::open`]; [`Error::Parameter`] if classes of a
-    /// topic are asked for of a stream.
+    /// Those of [`Network::open`] and [`FrameClasses::open`];
+    /// [`Error::Parameter`](crate::error::Error::Parameter) if classes of a topic are asked for of
+    /// a stream.
     pub fn method(&self, recording: &Path) -> Result<AnnotateConfig> {
         let named = self.taxonomy.clone();
         let is_named = named.is_some();
@@ -141,7 +143,7 @@ impl Objects {
         if matches!(source, ClassSource::Topic(_)) && is_stream(recording) {
             let problem = "classes of a topic are read from a file, not from a stream";
             let problem = format!("{}: {problem}", self.source);
-            return Err(Error::Parameter { name: "semantics", problem });
+            return Err(ParameterError::new("semantics", problem).into());
         }
         let classes = FrameClasses::open(&source, recording, taxonomy, self.tolerance_ns)?;
         Ok(Semantics::Given(Arc::new(classes)))

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::error::{Error, Result};
+use crate::error::{Conflict, Error, Result};
 use divmerge_recording::STANDARD_STREAM;
 
 /// Refuses an output that is the input.
@@ -14,10 +14,9 @@ pub(crate) fn refuse_same_file(input: &Path, output: &Path) -> Result<()> {
         return Ok(());
     }
     match (input.canonicalize(), output.canonicalize()) {
-        (Ok(from), Ok(to)) if from == to => Err(Error::Conflict {
-            path: input.to_owned(),
-            problem: "the output is the input itself, which is never touched".into(),
-        }),
+        (Ok(from), Ok(to)) if from == to => {
+            Err(Error::Conflict { path: input.to_owned(), problem: Conflict::SameFile })
+        }
         _ => Ok(()),
     }
 }

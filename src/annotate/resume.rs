@@ -16,7 +16,7 @@ use serde::Serialize;
 
 use super::checkpoint::{Checkpoint, CheckpointSource, StoredMessage};
 use super::run_parameters::RunParameters;
-use crate::error::{Error, Result};
+use crate::error::{Conflict, Error, Result, SliceProblem};
 use divmerge_recording::workers::Workers;
 use divmerge_recording::{PartialFile, Record, RecordingReader, checksum};
 
@@ -125,15 +125,12 @@ impl CheckpointSource for CutOffRun {
     }
 
     /// A cloud that is missing is annotated again.
-    fn missing(&self, _problem: String) -> Result<()> {
+    fn missing(&self, _problem: SliceProblem) -> Result<()> {
         Ok(())
     }
 
-    fn changed(&self, cloud: &str) -> Error {
-        let problem = format!(
-            "{cloud} is not the one that the run was cut off with; without --resume the output is \
-             made anew"
-        );
+    fn changed(&self, topic: &str, number: u64) -> Error {
+        let problem = Conflict::OtherCloud { topic: topic.to_owned(), number };
         Error::Conflict { path: self.output.clone(), problem }
     }
 }
@@ -160,10 +157,7 @@ fn check(output: &Path, journal: &Path, parameters: &RunParameters) -> Result<()
     if differences.is_empty() {
         return Ok(());
     }
-    let problem = format!(
-        "the run that was cut off had another {}; without --resume the output is made anew",
-        differences.join(", ")
-    );
+    let problem = Conflict::OtherParameters { differences };
     Err(Error::Conflict { path: output.to_owned(), problem })
 }
 

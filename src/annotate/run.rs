@@ -10,7 +10,7 @@ use super::options::{Options, USUAL_THREADS};
 use super::paths::refuse_same_file;
 use super::report::AnnotationReport;
 use super::run_parameters::RunParameters;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, SliceProblem};
 use divmerge_recording::stopwatch::ms_since;
 use divmerge_recording::workers::Workers;
 use divmerge_recording::{Overview, RecordingReader, is_stream};
@@ -44,8 +44,7 @@ pub fn annotate(
 ) -> Result<AnnotationReport> {
     refuse_same_file(input, output)?;
     if options.slice.is_some() && is_stream(input) {
-        let problem = "a slice is read from a file, not from a stream".to_owned();
-        return Err(Error::Slices { of: input.to_owned(), problem });
+        return Err(Error::Slices { of: input.to_owned(), problem: SliceProblem::OfStream });
     }
     let started = Instant::now();
     let workers = usual_workers(options.threads);

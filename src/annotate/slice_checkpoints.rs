@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::checkpoint::{Checkpoint, CheckpointSource, StoredMessage};
 use super::slice_files::{CHECKPOINTS, SliceFile};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, SliceProblem};
 use divmerge_recording::workers::Workers;
 use divmerge_recording::{Item, Part, Record, RecordingReader, checksum};
 
@@ -73,16 +73,18 @@ impl SliceCheckpoints {
                 let lines = data.split(|&byte| byte == b'\n').filter(|line| !line.is_empty());
                 let checkpoints: std::result::Result<Vec<Checkpoint>, _> =
                     lines.map(serde_json::from_slice).collect();
-                let wrong = |error| self.wrong(format!("checkpoints: {error}"));
+                let wrong = |error: serde_json::Error| {
+                    self.wrong(SliceProblem::Checkpoints { reason: error.to_string() })
+                };
                 self.checkpoints.extend(checkpoints.map_err(wrong)?);
             }
             Item::Record(Record::Truncated { damage, .. }) => {
-                return Err(self.wrong(format!("cut off: {damage}; annotate it again")));
+                return Err(self.wrong(SliceProblem::CutOff { damage }));
             }
             // Also where no message is lost by it: the checksum over everything covers what the
             // slice says of itself.
             Item::Record(Record::Damaged { damage, .. }) => {
-                return Err(self.wrong(format!("damaged: {damage}; annotate it again")));
+                return Err(self.wrong(SliceProblem::Damaged { damage }));
             }
             Item::Record(_) => {}
         }
@@ -93,12 +95,12 @@ impl SliceCheckpoints {
     fn refuse_left(&self) -> Result<()> {
         match self.messages.is_empty() {
             true => Ok(()),
-            false => Err(self.wrong("its messages are not those that were noted".into())),
+            false => Err(self.wrong(SliceProblem::OtherMessages)),
         }
     }
 
     /// An error about the slice that is read.
-    fn wrong(&self, problem: String) -> Error {
+    fn wrong(&self, problem: SliceProblem) -> Error {
         let slice = self.open.as_ref().map(|(file, _)| file).or(self.files.front());
         let of = slice.map_or_else(PathBuf::new, |file| file.path.clone());
         Error::Slices { of, problem }
@@ -120,11 +122,11 @@ impl CheckpointSource for SliceCheckpoints {
         Ok(self.messages.pop_front().filter(is_wanted))
     }
 
-    fn missing(&self, problem: String) -> Result<()> {
+    fn missing(&self, problem: SliceProblem) -> Result<()> {
         Err(self.wrong(problem))
     }
 
-    fn changed(&self, cloud: &str) -> Error {
-        self.wrong(format!("{cloud} is not the one that was annotated: the recording has changed"))
+    fn changed(&self, topic: &str, number: u64) -> Error {
+        self.wrong(SliceProblem::ChangedCloud { topic: topic.to_owned(), number })
     }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::run_parameters::RunParameters;
 use super::slices::{Plan, Slice};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, SliceProblem};
 use divmerge_recording::workers::Workers;
 use divmerge_recording::{Metadata, Record, RecordingReader};
 
@@ -47,7 +47,7 @@ impl SliceFile {
     /// [`RecordingReader::open`].
     pub fn open(path: &Path) -> Result<Self> {
         let mut reader = RecordingReader::open_unhashed(path, &Workers::none())?;
-        let no_slice = |problem: String| Error::Slices { of: path.to_owned(), problem };
+        let no_slice = |problem| Error::Slices { of: path.to_owned(), problem };
         while let Some(record) = reader.next_record()? {
             let metadata = match record {
                 Record::Header { .. } => continue,
@@ -55,12 +55,14 @@ impl SliceFile {
                 _ => break,
             };
             let field = |name: &str| metadata.get(name).map_or("", String::as_str);
-            let other = |error| no_slice(format!("a slice of another version: {error}"));
+            let other = |error: serde_json::Error| {
+                no_slice(SliceProblem::OtherVersion { reason: error.to_string() })
+            };
             let slice = serde_json::from_str(field("slice")).map_err(other)?;
             let parameters = serde_json::from_str(field("asked")).map_err(other)?;
             return Ok(SliceFile { path: path.to_owned(), slice, parameters });
         }
-        Err(no_slice("no slice: `divmerge annotate --slice` makes those".into()))
+        Err(no_slice(SliceProblem::NoSlice))
     }
 }
 
@@ -91,8 +93,8 @@ pub fn by_recording(slices: Vec<SliceFile>, plan: Option<&Plan>) -> Result<Vec<V
 fn check_plan(slices: &[SliceFile], plan: &Plan) -> Result<()> {
     let planned: BTreeSet<&Slice> = plan.slices.iter().collect();
     if let Some(other) = slices.iter().find(|file| !planned.contains(&file.slice)) {
-        let problem = "a slice that is not in the plan".to_owned();
-        return Err(Error::Slices { of: other.path.clone(), problem });
+        let (of, problem) = (other.path.clone(), SliceProblem::NotPlanned);
+        return Err(Error::Slices { of, problem });
     }
     let there: BTreeSet<&Slice> = slices.iter().map(|file| &file.slice).collect();
     let lost = plan.slices.iter().filter(|slice| !there.contains(slice));
@@ -105,13 +107,7 @@ fn check_plan(slices: &[SliceFile], plan: &Plan) -> Result<()> {
 /// An error that names the slices that are lost, or the first of so many.
 fn missing(of: &Path, names: impl Iterator<Item = PathBuf>, count: usize) -> Error {
     const NAMED: usize = 10;
-    let names: Vec<String> = names.take(NAMED).map(|name| name.display().to_string()).collect();
-    let more = match count.saturating_sub(NAMED) {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
-    let what = if count == 1 { "slice is" } else { "slices are" };
-    let problem = format!("{count} {what} missing: {}{more}", names.join(", "));
+    let problem = SliceProblem::Missing { names: names.take(NAMED).collect(), count };
     Error::Slices { of: of.to_owned(), problem }
 }
 
@@ -121,32 +117,24 @@ pub(super) fn check(slices: &[SliceFile]) -> Result<()> {
         return Ok(());
     };
     let of = || first.slice.input.clone();
-    let wrong = |problem: String| Err(Error::Slices { of: of(), problem });
+    let wrong = |problem| Err(Error::Slices { of: of(), problem });
+    let files = |a: &SliceFile, b: &SliceFile| [a.path.clone(), b.path.clone()];
     for slice in slices {
         let (ours, theirs) = (&slice.slice, &first.slice);
         let is_other = (ours.count, ours.input_bytes) != (theirs.count, theirs.input_bytes);
         if is_other || ours.number >= ours.count {
-            let (a, b) = (first.path.display(), slice.path.display());
-            return wrong(format!("{a} and {b} are slices of different plans"));
+            return wrong(SliceProblem::OtherPlan { files: files(first, slice) });
         }
         let differences = slice.parameters.differences(&first.parameters);
         if !differences.is_empty() {
-            return wrong(format!(
-                "{} and {} were not annotated alike: they differ in {}",
-                first.path.display(),
-                slice.path.display(),
-                differences.join(", ")
-            ));
+            let files = files(first, slice);
+            return wrong(SliceProblem::OtherParameters { files, differences });
         }
     }
     for two in slices.windows(2) {
         if two[0].slice.number == two[1].slice.number {
-            return wrong(format!(
-                "slice {} is there twice: {} and {}",
-                two[0].slice.file_name().display(),
-                two[0].path.display(),
-                two[1].path.display()
-            ));
+            let (slice, files) = (two[0].slice.file_name(), files(&two[0], &two[1]));
+            return wrong(SliceProblem::Twice { slice, files });
         }
     }
     // The numbers differ and are below the count.
@@ -158,8 +146,7 @@ pub(super) fn check(slices: &[SliceFile]) -> Result<()> {
     }
     for two in slices.windows(2) {
         if two[0].slice.end != two[1].slice.start {
-            let (a, b) = (two[0].path.display(), two[1].path.display());
-            return wrong(format!("{a} and {b} are slices of different plans"));
+            return wrong(SliceProblem::OtherPlan { files: files(&two[0], &two[1]) });
         }
     }
     Ok(())

@@ -12,7 +12,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::datasets::bag::{Bag, METADATA_FILE};
-use crate::error::{Error, Result};
+use crate::error::{Conflict, Error, NoCloud, Result, SliceProblem};
 use crate::frames::choose_topics;
 use divmerge_recording::{ChunkPlace, Overview, is_remote, is_stream};
 
@@ -70,10 +70,8 @@ impl Slice {
         if overview.file_size == self.input_bytes {
             return Ok(());
         }
-        let problem = format!(
-            "has {} bytes, and had {} when its slices were planned: plan them anew",
-            overview.file_size, self.input_bytes
-        );
+        let (bytes, planned_bytes) = (overview.file_size, self.input_bytes);
+        let problem = Conflict::Changed { bytes, planned_bytes };
         Err(Error::Conflict { path: overview.path.clone(), problem })
     }
 }
@@ -108,8 +106,7 @@ pub fn recordings(inputs: &[PathBuf]) -> Result<Vec<Planned>> {
         };
         let files = files_of(input)?;
         if files.is_empty() {
-            let problem = "a folder without an .mcap file".to_owned();
-            return Err(Error::NoCloud { path: input.clone(), problem });
+            return Err(Error::NoCloud { path: input.clone(), problem: NoCloud::NoRecording });
         }
         for file in files {
             let (input, name) = (absolute(&input.join(&file))?, below.join(file));
@@ -119,8 +116,8 @@ pub fn recordings(inputs: &[PathBuf]) -> Result<Vec<Planned>> {
     let mut names: BTreeMap<&Path, &Planned> = BTreeMap::new();
     for planned in &found {
         if let Some(other) = names.insert(&planned.name, planned) {
-            let (other, name) = (other.input.display(), planned.name.display());
-            let problem = format!("it and {other} would both become {name}: plan them apart");
+            let (other, name) = (other.input.clone(), planned.name.clone());
+            let problem = Conflict::SameName { other, name };
             return Err(Error::Conflict { path: planned.input.clone(), problem });
         }
     }
@@ -304,7 +301,7 @@ impl Plan {
             std::fs::read(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
         serde_json::from_slice(&text).map_err(|error| Error::Slices {
             of: path.to_owned(),
-            problem: format!("no plan of `divmerge plan`: {error}"),
+            problem: SliceProblem::NoPlan { reason: error.to_string() },
         })
     }
 

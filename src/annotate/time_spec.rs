@@ -3,9 +3,10 @@
 use std::path::Path;
 use std::str::FromStr;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::frames::{CloudAt, choose_topics, encoded_cloud_at};
 use crate::messages::stamp::parse_rfc3339;
+use divmerge_core::ParameterError;
 use divmerge_recording::{Overview, is_stream};
 
 /// The error message of a time that cannot be read.
@@ -74,8 +75,9 @@ fn first_topic(overview: &Overview, topics: &[String]) -> Result<String> {
 /// whose clouds are looked at, none for all.
 ///
 /// # Errors
-/// [`Error::Parameter`] if the first does not lie before the second, or the recording is a stream
-/// and they need one that can be read twice; those of [`TimeSpec::log_time`].
+/// [`Error::Parameter`](crate::error::Error::Parameter) if the first does not lie before the
+/// second, or the recording is a stream and they need one that can be read twice; those of
+/// [`TimeSpec::log_time`].
 pub fn window(
     input: &Path,
     (from, to): (Option<TimeSpec>, Option<TimeSpec>),
@@ -93,8 +95,7 @@ pub fn window(
     if let (Some(from), Some(to)) = (from, to)
         && from >= to
     {
-        let problem = "must lie before the end".to_owned();
-        return Err(Error::Parameter { name: "from", problem });
+        return Err(ParameterError::new("from", "must lie before the end").into());
     }
     Ok((from, to))
 }
@@ -106,11 +107,10 @@ fn absolute(
     let time = |moment| match moment {
         None => Ok(None),
         Some(TimeSpec::Absolute(nanoseconds)) => Ok(Some(nanoseconds)),
-        Some(_) => Err(Error::Parameter {
-            name: "window",
-            problem: "of a stream, both ends are times since 1970 (@1317384506.4) or dates"
-                .to_owned(),
-        }),
+        Some(_) => {
+            let problem = "of a stream, both ends are times since 1970 (@1317384506.4) or dates";
+            Err(ParameterError::new("window", problem))
+        }
     };
     Ok((time(from)?, time(to)?))
 }

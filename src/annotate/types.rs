@@ -4,7 +4,7 @@ use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
 
 use super::form::Form;
-use crate::error::{Error, Result, frame};
+use crate::error::{Conflict, Error, Result, frame};
 use crate::messages::clouds::{CloudFormat, CloudMessage};
 use crate::messages::definitions::MessageSchema;
 use crate::messages::objects::{ObjectBox, ObjectEncoding, ObjectKind};
@@ -92,29 +92,19 @@ impl MessageTypes {
         let conflict = |problem| Err(Error::Conflict { path: overview.path.clone(), problem });
         for format in clouds {
             let written = self.format(format);
-            if let Err(error) = self.objects(written) {
-                let clouds = written.type_name();
-                return conflict(format!(
-                    "no such boxes beside {clouds}: {error}; leave the type of the boxes out"
-                ));
+            let [clouds, written_type] = [format, written].map(CloudFormat::type_name);
+            if let Err(problem) = self.objects(written) {
+                return conflict(Conflict::NoSuchBoxes { clouds: written_type, problem });
             }
             if form == Form::InPlace && written != format {
-                return conflict(format!(
-                    "its clouds are {}, in place of which {} cannot stand",
-                    format.type_name(),
-                    written.type_name()
-                ));
+                return conflict(Conflict::OtherFormat { clouds, written: written_type });
             }
         }
         let profile = overview.profile.as_str();
         if self.flavor == Flavor::Auto || !matches!(profile, "ros1" | "ros2") {
             return Ok(());
         }
-        let problem = format!(
-            "its profile is `{profile}`, so it gets ROS messages only: readers such as rosbags \
-             refuse a file with protobuf among them; leave the flavor foxglove out"
-        );
-        conflict(problem)
+        conflict(Conflict::Profile { profile: profile.to_owned() })
     }
 }
 

@@ -10,8 +10,7 @@ use std::sync::OnceLock;
 
 use super::files::{file_name, read, read_labels};
 use super::scans::npy::{Numbers, numbers};
-use crate::error::{Error, FrameError, Result};
-use crate::messages::stamp::seconds;
+use crate::error::{Error, FrameError, MissingClasses, Result};
 use crate::network::distributions;
 use divmerge_core::cloud::PointClasses;
 use divmerge_core::cloud::taxonomy::Taxonomy;
@@ -23,6 +22,7 @@ const STAMP_DIGITS: usize = 15;
 #[derive(Debug, PartialEq)]
 pub struct ClassFiles {
     folder: PathBuf,
+    /// One file at least.
     by: Named,
     tolerance_ns: u64,
     /// The lowest id of each class of the taxonomy, for files with a score for each.
@@ -133,15 +133,19 @@ impl ClassFiles {
     }
 
     /// The file of a cloud; or what is there instead.
-    fn path(&self, number: u64, stamp_ns: i64) -> std::result::Result<&Path, String> {
-        let folder = self.folder.display();
+    fn path(&self, number: u64, stamp_ns: i64) -> std::result::Result<&Path, MissingClasses> {
+        let folder = || self.folder.clone();
         match &self.by {
-            Named::Number(files) => files.get(&number).map(PathBuf::as_path).ok_or_else(|| {
-                let (first, last) = (files.keys().next(), files.keys().next_back());
-                let span = first.zip(last).map(|(first, last)| format!("{first} to {last}"));
-                let there = format!("{} files, {}", files.len(), span.unwrap_or_default());
-                format!("{folder}: no file {number:06}; {there}")
-            }),
+            Named::Number(files) => {
+                let path = files.get(&number).map(PathBuf::as_path);
+                path.ok_or_else(|| MissingClasses::FileOfNumber {
+                    folder: folder(),
+                    number,
+                    files: files.len(),
+                    first: files.keys().next().copied().unwrap_or_default(),
+                    last: files.keys().next_back().copied().unwrap_or_default(),
+                })
+            }
             Named::Stamp(files) => {
                 let before = files.range(..=stamp_ns).next_back();
                 let behind = files.range(stamp_ns..).next();
@@ -149,10 +153,8 @@ impl ClassFiles {
                 let nearest = before.into_iter().chain(behind).min_by_key(away);
                 let within = nearest.filter(|file| away(file) <= self.tolerance_ns);
                 within.map(|(_, path)| path.as_path()).ok_or_else(|| {
-                    let nearest = nearest.map_or(String::new(), |file| {
-                        format!("; the nearest is {} s away", seconds(away(&file) as i64))
-                    });
-                    format!("{folder}: no file of stamp {}{nearest}", seconds(stamp_ns))
+                    let nearest_ns = nearest.map_or(i64::MAX, |file| away(&file) as i64);
+                    MissingClasses::FileOfStamp { folder: folder(), stamp_ns, nearest_ns }
                 })
             }
         }

@@ -1,13 +1,20 @@
 //! The library's errors: those of one cloud, and those that end a run. Every variant carries the
 //! values that offended; the command line adds the file, the topic and the offset.
 
+pub mod conflict;
 pub mod frame;
+pub mod no_cloud;
+pub mod slice;
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use divmerge_core::{CloudError, ParameterError};
 
-pub use self::frame::FrameError;
+pub use self::conflict::Conflict;
+pub use self::frame::{FrameError, MissingClasses, NearestClasses, Unsupported};
+pub use self::no_cloud::NoCloud;
+pub use self::slice::SliceProblem;
 use crate::text::grouped;
 
 /// What can go wrong in the library.
@@ -37,13 +44,13 @@ pub enum Error {
         problem: String,
     },
 
-    /// A recording without a cloud to annotate.
+    /// None of the clouds that were asked for.
     #[error("{}: {problem}", path.display())]
     NoCloud {
-        /// The recording.
+        /// The recording, or the folder.
         path: PathBuf,
         /// What was looked for, and what is there.
-        problem: String,
+        problem: NoCloud,
     },
 
     /// Detection boxes that cannot be read, or do not belong to the clouds.
@@ -107,13 +114,13 @@ pub enum Error {
         problem: String,
     },
 
-    /// The output would collide with something in the input.
+    /// An output that cannot be made of an input.
     #[error("{}: {problem}", path.display())]
     Conflict {
-        /// The input recording.
+        /// The input, or the output that is to be continued.
         path: PathBuf,
-        /// What collides.
-        problem: String,
+        /// Why not.
+        problem: Conflict,
     },
 
     /// Slices of a recording that do not make up the whole.
@@ -122,7 +129,7 @@ pub enum Error {
         /// The recording, or a slice.
         of: PathBuf,
         /// What is missing, or there twice, or does not belong.
-        problem: String,
+        problem: SliceProblem,
     },
 
     /// The caller broke off.
@@ -167,20 +174,12 @@ pub enum Error {
     },
 
     /// A parameter that is out of its limits, or does not fit the others.
-    #[error("{problem}")]
-    Parameter {
-        /// Its name.
-        name: &'static str,
-        /// What is wrong with it.
-        problem: String,
-    },
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
 
     /// A figure that cannot be drawn.
-    #[error("{problem}")]
-    Figure {
-        /// What is wrong, with the numbers.
-        problem: String,
-    },
+    #[error(transparent)]
+    Figure(#[from] FigureError),
 
     /// The operating system refused.
     #[error("{}: {source}", path.display())]
@@ -212,10 +211,32 @@ impl From<CloudError> for Error {
     }
 }
 
-impl From<ParameterError> for Error {
-    fn from(ParameterError { name, problem, .. }: ParameterError) -> Self {
-        Error::Parameter { name, problem }
-    }
+/// Why a figure cannot be drawn.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FigureError {
+    /// A figure of nothing.
+    #[error("a figure needs a panel")]
+    NoPanel,
+
+    /// A part that is not in the image.
+    #[error(
+        "{side} {}..{} lie outside of the {rows} x {columns} range image", range.start, range.end
+    )]
+    OutsideImage {
+        /// `rows` or `columns`.
+        side: &'static str,
+        /// Those asked for.
+        range: Range<usize>,
+        /// Rows of the image.
+        rows: usize,
+        /// Columns of the image.
+        columns: usize,
+    },
+
+    /// A panel of the intensity of a cloud without it.
+    #[error("the cloud has no field `intensity` or `reflectivity` for a panel `intensity`")]
+    NoIntensity,
 }
 
 fn folder(path: &Path, problems: &[String], count: usize) -> String {

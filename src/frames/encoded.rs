@@ -10,7 +10,7 @@ use super::key::CloudKey;
 use super::selection::Selection;
 use super::topics::{CloudTopic, message_count, single_topic};
 use super::walk::{Step, Walk, describe_position};
-use crate::error::{Error, Result, frame};
+use crate::error::{Error, NoCloud, Result, frame};
 use crate::messages::clouds::{CloudFormat, CloudMessage};
 use divmerge_recording::{MessageHeader, Overview, Position, Record, SharedBytes, window_around};
 
@@ -102,11 +102,7 @@ pub fn encoded_cloud_at(path: &Path, topic: Option<&str>, at: CloudAt) -> Result
     match at {
         CloudAt::Frame(number) => {
             let first = EncodedClouds::open(path, topic, number..=number)?.next();
-            first.unwrap_or_else(|| {
-                let problem =
-                    format!("frame {number} is counted but not there: the recording is damaged");
-                Err(no_cloud(path, problem))
-            })
+            first.unwrap_or_else(|| Err(no_cloud(path, NoCloud::LostFrame { frame: number })))
         }
         CloudAt::Time(log_time) => {
             nearest(EncodedClouds::open_around(path, topic, log_time)?, log_time)
@@ -124,7 +120,7 @@ fn nearest(clouds: EncodedClouds, log_time: u64) -> Result<EncodedCloud> {
             best = Some(cloud);
         }
     }
-    best.ok_or_else(|| no_cloud(&path, format!("no cloud on `{topic}`")))
+    best.ok_or_else(|| no_cloud(&path, empty(&topic)))
 }
 
 /// The clouds of a recording in the order of the file, one at a time in memory.
@@ -154,18 +150,11 @@ impl EncodedClouds {
         if first < found.count {
             return Ok(found);
         }
-        Err(no_cloud(
-            path,
-            match found.count {
-                0 => format!("no cloud on `{topic}`"),
-                count => {
-                    format!(
-                        "no frame {first} on `{topic}`: it has {count}, from 0 to {}",
-                        count - 1
-                    )
-                }
-            },
-        ))
+        let problem = match found.count {
+            0 => empty(&topic),
+            count => NoCloud::NoFrame { frame: first, counts: vec![(topic.to_string(), count)] },
+        };
+        Err(no_cloud(path, problem))
     }
 
     /// Opens a recording at those clouds of a topic that may be the nearest to a log time.
@@ -177,7 +166,7 @@ impl EncodedClouds {
         let selection = Selection { from_ns, to_ns, ..Selection::default() };
         let found = EncodedClouds::of_channels(&overview, clouds, &selection)?;
         match found.count {
-            0 => Err(no_cloud(path, format!("no cloud on `{topic}`"))),
+            0 => Err(no_cloud(path, empty(&topic))),
             _ => Ok(found),
         }
     }
@@ -247,8 +236,12 @@ impl Iterator for EncodedClouds {
     }
 }
 
-fn no_cloud(path: &Path, problem: String) -> Error {
+fn no_cloud(path: &Path, problem: NoCloud) -> Error {
     Error::NoCloud { path: path.to_owned(), problem }
+}
+
+fn empty(topic: &str) -> NoCloud {
+    NoCloud::EmptyTopic { topic: topic.to_owned() }
 }
 
 #[cfg(test)]
@@ -281,7 +274,7 @@ mod tests {
         assert_eq!(number(&at(None, CloudAt::Time(u64::MAX)).unwrap()), number(&all[2]));
 
         let beyond = at(None, CloudAt::Frame(3)).unwrap_err().to_string();
-        assert!(beyond.contains("it has 3, from 0 to 2"), "{beyond}");
+        assert!(beyond.contains("has 3 clouds, numbered 0 to 2"), "{beyond}");
         let unknown = at(Some("/tf"), CloudAt::Frame(0)).unwrap_err().to_string();
         assert!(unknown.contains("`/tf`") && unknown.contains(CLOUD_TOPIC), "{unknown}");
     }

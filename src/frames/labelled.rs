@@ -10,7 +10,7 @@ use super::selection::Selection;
 use crate::datasets::semantic_kitti::{
     LabelledScan, labelled_scans, read_labels, read_scan, read_scan_with_remission,
 };
-use crate::error::{Error, FrameError, Result};
+use crate::error::{Error, FrameError, NoCloud, Result};
 use crate::evaluate::evaluation::segments;
 use divmerge_core::cloud::PointCloud;
 use divmerge_recording::MessageRange;
@@ -257,8 +257,7 @@ fn scans(root: &Path, options: &LabelledOptions) -> Result<Vec<(u64, LabelledSca
         .filter(|(number, _)| options.frames.contains(number))
         .collect();
     if chosen.is_empty() {
-        let problem = "no labelled scan of what is asked for".to_owned();
-        return Err(Error::NoCloud { path: root.to_owned(), problem });
+        return Err(Error::NoCloud { path: root.to_owned(), problem: NoCloud::NoLabelledScan });
     }
     Ok(chosen)
 }

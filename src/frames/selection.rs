@@ -5,7 +5,7 @@ use std::ops::{Bound, RangeBounds};
 use std::path::Path;
 
 use super::topics::{CloudTopic, choose_topics, message_count};
-use crate::error::{Error, Result};
+use crate::error::{Error, NoCloud, Result};
 use divmerge_recording::{MessageRange, Overview};
 
 /// Which clouds of a recording are looked at. Default: all.
@@ -58,15 +58,11 @@ impl Selection {
             *counts.entry(&source.topic).or_default() += message_count(overview, channel);
         }
         let is_missing = |&last: &u64| counts.values().all(|&count| count <= last);
-        let Some(last) = self.last_named().filter(is_missing) else {
+        let Some(frame) = self.last_named().filter(is_missing) else {
             return Ok(());
         };
-        let each = counts.iter().map(|(topic, count)| match count {
-            0 => format!("{topic} has no cloud"),
-            1 => format!("{topic} has 1 cloud, numbered 0"),
-            count => format!("{topic} has {count} clouds, numbered 0 to {}", count - 1),
-        });
-        let problem = format!("there is no frame {last}: {}", each.collect::<Vec<_>>().join("; "));
+        let counts = counts.into_iter().map(|(topic, count)| (topic.to_owned(), count)).collect();
+        let problem = NoCloud::NoFrame { frame, counts };
         Err(Error::NoCloud { path: overview.path.clone(), problem })
     }
 

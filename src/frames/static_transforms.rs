@@ -8,8 +8,9 @@ use nalgebra::{Quaternion, UnitQuaternion};
 use super::selection::Selection;
 use super::topics::{message_count, type_name};
 use super::walk::Walk;
-use crate::error::{Error, Result, frame};
+use crate::error::{Result, frame};
 use crate::messages::ros::RosReader;
+use divmerge_core::ParameterError;
 use divmerge_core::cloud::sensor_frame::{SensorFrame, Transforms};
 use divmerge_recording::{Overview, Record, is_stream};
 
@@ -20,19 +21,18 @@ const FAR_ENOUGH: u64 = 64 << 20;
 /// The static transforms that a sensor frame needs of a recording.
 ///
 /// # Errors
-/// For [`SensorFrame::Recorded`]: [`Error::Parameter`] if the recording is a stream, and those of
-/// [`static_transforms`]. For [`SensorFrame::Auto`] a file that cannot be read has no transforms;
-/// whoever reads its clouds reports the error.
+/// For [`SensorFrame::Recorded`]: [`Error::Parameter`](crate::error::Error::Parameter) if the
+/// recording is a stream, and those of [`static_transforms`]. For [`SensorFrame::Auto`] a file that
+/// cannot be read has no transforms; whoever reads its clouds reports the error.
 pub fn recorded_transforms(frame: &SensorFrame, recording: &Path) -> Result<Transforms> {
     match frame {
         SensorFrame::AsIs | SensorFrame::Turned(_) => Ok(Transforms::default()),
         // The transforms of a stream are known only at its end.
         SensorFrame::Auto if is_stream(recording) => Ok(Transforms::default()),
-        SensorFrame::Recorded if is_stream(recording) => Err(Error::Parameter {
-            name: "sensor_frame",
-            problem: "the transforms of a stream cannot be had; axes or angles can be given"
-                .to_owned(),
-        }),
+        SensorFrame::Recorded if is_stream(recording) => {
+            let problem = "the transforms of a stream cannot be had; axes or angles can be given";
+            Err(ParameterError::new("sensor_frame", problem).into())
+        }
         SensorFrame::Auto => Ok(static_transforms(recording).unwrap_or_default()),
         SensorFrame::Recorded => static_transforms(recording),
     }

@@ -13,9 +13,9 @@ use super::key::CloudKey;
 use super::selection::Selection;
 use super::topics::{TopicWords, channels_beside, schema_name};
 use super::walk::Walk;
-use crate::error::{Error, FrameError, Result};
+use crate::error::{Error, FrameError, MissingClasses, NearestClasses, Result};
 use crate::messages::classes::{ClassFormat, ClassMessage};
-use crate::messages::stamp::seconds;
+use crate::text::seconds;
 use divmerge_core::cloud::PointClasses;
 use divmerge_recording::{Channel, Overview, Record};
 
@@ -113,8 +113,8 @@ impl ClassTopic {
         match nearest.filter(|message| away(message) <= self.tolerance_ns) {
             Some(message) => self.fitting(message, cloud, shape),
             None => {
-                let (number, problem) = (cloud.number, self.what_is_there(cloud, &window, nearest));
-                Err(FrameError::NoClasses { number, problem }.into())
+                let problem = self.missing(cloud, &window, nearest);
+                Err(FrameError::NoClasses { number: cloud.number, problem }.into())
             }
         }
     }
@@ -194,26 +194,27 @@ impl ClassTopic {
         )))
     }
 
-    fn what_is_there(
+    fn missing(
         &self,
         cloud: &CloudKey,
         window: &Window,
         nearest: Option<&ClassMessage>,
-    ) -> String {
-        let within = seconds(self.tolerance_ns as i64);
-        let there = match (nearest, window.found.back()) {
-            (Some(message), _) => {
-                let away = message.stamp_ns.abs_diff(cloud.stamp_ns);
-                format!("the nearest is {} s away", seconds(away as i64))
-            }
-            (None, Some(other)) => format!(
-                "its messages are in frame `{}`, the cloud in `{}`",
-                other.frame_id, cloud.frame_id
-            ),
-            (None, None) => "it has no message at all".to_owned(),
-        };
-        let stamp = seconds(cloud.stamp_ns);
-        format!("nothing on {} within {within} s of stamp {stamp}: {there}", self.topic)
+    ) -> MissingClasses {
+        MissingClasses::Message {
+            topic: self.topic.clone(),
+            stamp_ns: cloud.stamp_ns,
+            tolerance_ns: self.tolerance_ns as i64,
+            nearest: match (nearest, window.found.back()) {
+                (Some(message), _) => NearestClasses::TooFar {
+                    away_ns: message.stamp_ns.abs_diff(cloud.stamp_ns) as i64,
+                },
+                (None, Some(other)) => NearestClasses::OtherFrame {
+                    messages: other.frame_id.clone(),
+                    cloud: cloud.frame_id.to_owned(),
+                },
+                (None, None) => NearestClasses::Nothing,
+            },
+        }
     }
 
     fn problem(&self, problem: String) -> Error {

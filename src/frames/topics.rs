@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, NoCloud, Result};
 use crate::messages::clouds::{CloudChannel, CloudFormat};
 use divmerge_recording::{Channel, Overview};
 
@@ -94,10 +94,7 @@ pub fn choose_topics(
         .filter_map(|channel| Some((channel.id, clustered_topic(overview, channel, &[])?)))
         .collect();
     if readable.is_empty() {
-        let damage = overview.problems.first().map(|problem| format!("; {problem}"));
-        let (topics, damage) = (list(overview), damage.unwrap_or_default());
-        let problem = format!("no cloud topic that can be read; {topics}{damage}");
-        return Err(Error::NoCloud { path: overview.path.clone(), problem });
+        return Err(no_readable_topic(overview));
     }
     let has = |topic: &String| readable.values().any(|have| *have.topic == **topic);
     if let Some(missing) = topics.iter().find(|topic| !has(topic)) {
@@ -153,7 +150,8 @@ pub(super) fn single_topic(
 }
 
 fn no_readable_topic(overview: &Overview) -> Error {
-    let problem = "no cloud topic that can be read".to_owned();
+    let damage = overview.problems.first().map(ToString::to_string);
+    let problem = NoCloud::NoReadableTopic { topics: described(overview), damage };
     Error::NoCloud { path: overview.path.clone(), problem }
 }
 
@@ -163,22 +161,19 @@ fn no_such_topic<'a>(
     topic: &str,
     readable: impl Iterator<Item = &'a CloudTopic>,
 ) -> Error {
-    let topics: BTreeSet<&str> = readable.map(|have| &*have.topic).collect();
-    let problem = match CloudChannel::why_unreadable(overview, topic) {
-        Some(reason) => format!("the topic `{topic}` cannot be read: {reason}"),
-        None if topics.is_empty() => return no_readable_topic(overview),
-        None => {
-            let topics = topics.into_iter().collect::<Vec<_>>().join(", ");
-            format!("no readable cloud topic `{topic}`; there is: {topics}")
-        }
+    let readable: BTreeSet<String> = readable.map(|have| have.topic.to_string()).collect();
+    let unreadable = CloudChannel::why_unreadable(overview, topic);
+    let topic = topic.to_owned();
+    let problem = match unreadable {
+        Some(reason) => NoCloud::UnreadableTopic { topic, reason },
+        None if readable.is_empty() => return no_readable_topic(overview),
+        None => NoCloud::NoSuchTopic { topic, readable: readable.into_iter().collect() },
     };
     Error::NoCloud { path: overview.path.clone(), problem }
 }
 
-fn list(overview: &Overview) -> String {
-    if overview.channels.is_empty() {
-        return "it has no topic at all".into();
-    }
+/// The topics, each with its type and why its clouds cannot be read, where it has some.
+fn described(overview: &Overview) -> Vec<String> {
     let describe = |channel: &Channel| {
         let schema = overview.schema_of(channel.id).map(|schema| schema.name.as_str());
         let reason = match CloudChannel::of(overview, channel) {
@@ -187,8 +182,7 @@ fn list(overview: &Overview) -> String {
         };
         format!("{} ({}){reason}", channel.topic, schema.unwrap_or("no schema"))
     };
-    let topics: Vec<String> = overview.channels.values().map(describe).collect();
-    format!("its topics:\n  {}", topics.join("\n  "))
+    overview.channels.values().map(describe).collect()
 }
 
 /// What an error says where a topic beside the clouds carries something else, or is not there.

@@ -4,7 +4,7 @@
 use super::clouds::{CloudChannel, CloudFormat};
 use super::ros::{ByteOrder, RosReader};
 use super::stamp::stamp_ns;
-use crate::error::frame::{FrameError, Result};
+use crate::error::frame::{FrameError, Result, Unsupported};
 use divmerge_core::cloud::PointClasses;
 
 /// Name of the type of images.
@@ -94,13 +94,8 @@ pub fn image_classes(message: &[u8], is_ros1: bool) -> Result<ClassMessage> {
         "mono16" | "16UC1" | "16SC1" => 2,
         "32SC1" => 4,
         _ => {
-            return Err(FrameError::Unsupported {
-                message: IMAGE,
-                problem: format!(
-                    "encoding `{encoding}`; classes are read from mono8, 8UC1, mono16, 16UC1 \
-                     and 32SC1"
-                ),
-            });
+            let problem = Unsupported::ImageEncoding { encoding };
+            return Err(FrameError::Unsupported { message: IMAGE, problem });
         }
     };
     let fits = columns.checked_mul(bytes).is_some_and(|packed| packed <= step)

@@ -14,12 +14,6 @@ pub(crate) fn stamp_ns(sec: i64, nanosec: u32) -> i64 {
     sec.saturating_mul(NS_PER_S as i64).saturating_add(i64::from(nanosec))
 }
 
-/// Nanoseconds as seconds with nine decimals.
-pub(crate) fn seconds(ns: i64) -> String {
-    let (sign, ns) = (if ns < 0 { "-" } else { "" }, ns.unsigned_abs());
-    format!("{sign}{}.{:09}", ns / NS_PER_S, ns % NS_PER_S)
-}
-
 /// Seconds since 1970 and the nanoseconds beyond, of a time as in RFC 3339:
 /// `2011-09-30T12:28:26.4Z`. Digits of a fraction beyond the ninth are cut off, and a leap second
 /// is the second before it.

@@ -9,7 +9,7 @@ use super::plane::{Plane, Region};
 use super::scene::{Scene, Window};
 use super::vote_graph::{self, Decision};
 use super::{plane_panel, ramp, range_panel, theme};
-use crate::error::{Error, Result};
+use crate::error::{FigureError, Result};
 use crate::messages::palette::reason_colour;
 use crate::text::grouped;
 use divmerge_core::cloud::Reason;
@@ -22,12 +22,12 @@ const MAX_CLASSES: usize = 8;
 /// Draws a figure of a clustered cloud.
 ///
 /// # Errors
-/// [`Error::Figure`] if there is no panel, the crop is empty, or a panel shows intensity and the
-/// cloud has none.
+/// [`Error::Figure`](crate::error::Error::Figure) if there is no panel, the crop is empty, or a
+/// panel shows intensity and the cloud has none.
 pub fn figure(scene: &Scene, options: &FigureOptions) -> Result<Canvas> {
     let image = &scene.stages.image;
     if options.panels.is_empty() {
-        return Err(Error::Figure { problem: "a figure needs a panel".into() });
+        return Err(FigureError::NoPanel.into());
     }
     let window = options.crop.within(image.rows(), image.columns())?;
     let region =
@@ -147,7 +147,8 @@ impl Panels<'_> {
     /// The caption of a panel, without its letter.
     ///
     /// # Errors
-    /// [`Error::Figure`] if the panel shows intensity and the cloud has none.
+    /// [`Error::Figure`](crate::error::Error::Figure) if the panel shows intensity and the cloud
+    /// has none.
     fn caption(&self, panel: Panel) -> Result<Caption> {
         let scene = self.scene;
         let stages = scene.stages;
@@ -194,10 +195,7 @@ fn other_key() -> Key {
 }
 
 fn intensity_key(scene: &Scene) -> Result<Key> {
-    let values = scene.intensity.ok_or_else(|| Error::Figure {
-        problem: "the cloud has no field `intensity` or `reflectivity` for a panel `intensity`"
-            .into(),
-    })?;
+    let values = scene.intensity.ok_or(FigureError::NoIntensity)?;
     let high = brightest(values);
     let high = if high < 10.0 { format!("{high:.2}") } else { format!("{high:.0}") };
     Ok(Key::Ramp(["0".into(), high], |part| ramp::grey(part.sqrt())))

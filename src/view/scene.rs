@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::error::{Error, Result};
+use crate::error::{FigureError, Result};
 use crate::messages::palette::instance_colour;
 use divmerge_core::cloud::PointCloud;
 use divmerge_core::cloud::taxonomy::Class;
@@ -147,19 +147,16 @@ impl Crop {
     /// The part within an image of that size.
     ///
     /// # Errors
-    /// [`Error::Figure`] if there is none.
+    /// [`Error::Figure`](crate::error::Error::Figure) if there is none.
     pub fn within(&self, rows: usize, columns: usize) -> Result<Window> {
-        let part = |wanted: &Option<Range<usize>>, size: usize, what: &str| match wanted {
+        let part = |wanted: &Option<Range<usize>>, size: usize, side| match wanted {
             None => Ok(0..size),
             Some(range) if range.start < range.end.min(size) => {
                 Ok(range.start..range.end.min(size))
             }
-            Some(range) => Err(Error::Figure {
-                problem: format!(
-                    "{what} {}..{} lie outside of the {rows} x {columns} range image",
-                    range.start, range.end
-                ),
-            }),
+            Some(range) => {
+                Err(FigureError::OutsideImage { side, range: range.clone(), rows, columns })
+            }
         };
         Ok(Window {
             columns: part(&self.columns, columns, "columns")?,

@@ -179,7 +179,7 @@ fn bad_input_is_told() {
     std::fs::write(&file, "").expect("written");
     let below_a_file = file.join("steps");
     let cases: &[(&[&str], i32, &[&str])] = &[
-        (&["--frame", "2"], 1, &["it has 2, from 0 to 1", "/lidar/points", "drive.mcap"]),
+        (&["--frame", "2"], 1, &["2 clouds, numbered 0 to 1", "/lidar/points", "drive.mcap"]),
         (&["--topic", "/tf"], 1, &["`/tf`", CLOUD_TOPIC]),
         (&["--crop", "5000..6000"], 1, &["columns 5000..6000", "16 x "]),
         (&["--semantics", "field:no"], 1, &["`no`", "label", "frame 0"]),

@@ -4,10 +4,11 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use clap::{ArgGroup, Args};
 use divmerge::annotate::AnnotateConfig;
 use divmerge::annotate::time_spec::TimeSpec;
+use divmerge::error::{Error, NoCloud};
 use divmerge::frames::{CloudAt, EncodedCloud, EncodedClouds, encoded_cloud_at};
 use divmerge::recording::Overview;
 use divmerge::view::{
@@ -191,13 +192,9 @@ fn video(
     let messages = EncodedClouds::open(&arguments.input, topic, frames.start..=frames.end - 1)?;
     let (count, start_ns) = (messages.message_count(), messages.start_ns());
     if arguments.frames.is_some() && frames.end > count {
-        bail!(
-            "{}: no frame {} on `{}`; it has {count}, from 0 to {}",
-            arguments.input.display(),
-            frames.end - 1,
-            messages.topic(),
-            count - 1
-        );
+        let counts = vec![(messages.topic().to_owned(), count)];
+        let problem = NoCloud::NoFrame { frame: frames.end - 1, counts };
+        return Err(Error::NoCloud { path: arguments.input.clone(), problem }.into());
     }
     make_folder(folder)?;
     let bar = frame_bar("drawing", frames.end.min(count) - frames.start);
@@ -234,7 +231,7 @@ fn video(
 
 /// Whether the error is of one cloud, so that the others can still be drawn.
 fn is_of_one_cloud(error: &anyhow::Error) -> bool {
-    matches!(error.downcast_ref(), Some(divmerge::Error::Frame(_)))
+    matches!(error.downcast_ref(), Some(Error::Frame(_)))
 }
 
 fn steps(

@@ -8,10 +8,10 @@ use super::score::{Triage, triage};
 use super::suspect::{Params, Suspect, SuspectKind};
 use crate::annotate::{
     AnnotateConfig, ClusteredFrame, Event, FrameVisitor, VisitedFrames, added_metadata,
-    for_each_frame, refuse_same_file,
+    for_each_frame, refuse_same_file, refuse_topic,
 };
 use crate::diagnose::explain;
-use crate::error::{Error, Result};
+use crate::error::{Conflict, Error, Result};
 use crate::frames::{CloudTopic, Selection, choose_topics};
 use crate::messages::diagnostics::{Diagnostic, Level, diagnostic_array, diagnostic_schema};
 use crate::messages::ros::{ByteOrder, Layout};
@@ -191,14 +191,11 @@ fn layout(overview: &Overview, channel: u16) -> Result<Layout> {
     match cloud.message_encoding.as_str() {
         "cdr" => Ok(Layout::Cdr(ByteOrder::Little)),
         "ros1" => Ok(Layout::Ros1),
-        other => Err(Error::Conflict {
-            path: overview.path.clone(),
-            problem: format!(
-                "{} has messages in `{other}`, and suspicions are written as ROS's DiagnosticArray \
-                 only: ask for a report or a table",
-                cloud.topic
-            ),
-        }),
+        other => {
+            let problem =
+                Conflict::NotRos { topic: cloud.topic.clone(), encoding: other.to_owned() };
+            Err(Error::Conflict { path: overview.path.clone(), problem })
+        }
     }
 }
 
@@ -211,16 +208,10 @@ fn split(stamp_ns: i64) -> (i32, u32) {
 /// Refuses an output that is the input, and an input that has the topics that would be added or
 /// cannot have them.
 fn refuse(overview: &Overview, output: &Path, topics: &[String]) -> Result<()> {
-    let conflict = |problem: String| Error::Conflict { path: overview.path.clone(), problem };
     refuse_same_file(&overview.path, output)?;
     for (id, CloudTopic { topic, .. }) in choose_topics(overview, topics, None)? {
         layout(overview, id)?;
-        let added = format!("{topic}{SUSPICION}");
-        if overview.channels_of(&added).next().is_some() {
-            return Err(conflict(format!(
-                "already has a topic {added}: triage the recording it was made from"
-            )));
-        }
+        refuse_topic(overview, format!("{topic}{SUSPICION}"))?;
     }
     Ok(())
 }

@@ -6,7 +6,7 @@ use super::fields::{CloudPose, Datatype};
 use super::format::CloudFormat;
 use super::message::CloudMessage;
 use super::{foxglove_cdr, json, point_cloud2, protobuf};
-use crate::error::frame::{FrameError, Result};
+use crate::error::frame::{FrameError, Result, Unsupported};
 use crate::messages::ros::ByteOrder;
 use crate::messages::stamp;
 
@@ -107,12 +107,11 @@ impl CloudMessage<'_> {
     fn check_format(&self) -> Result<()> {
         let is_moved = || self.pose.is_some_and(|pose| pose != CloudPose::default());
         let problem = match self.format.is_foxglove() {
-            true if self.is_bigendian => "numbers in big endian, where it has little endian alone",
-            false if is_moved() => "points in another pose than that of their frame",
+            true if self.is_bigendian => Unsupported::BigEndian,
+            false if is_moved() => Unsupported::Pose,
             _ => return Ok(()),
         };
-        let message = self.format.type_name();
-        Err(FrameError::Unsupported { message, problem: format!("it cannot hold {problem}") })
+        Err(FrameError::Unsupported { message: self.format.type_name(), problem })
     }
 
     /// Bytes of the message besides its data, at most.

@@ -9,7 +9,7 @@ mod scene;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::frame::{FrameError, Result};
+use crate::error::frame::{FrameError, Result, Unsupported};
 use crate::messages::definitions::{self, MessageSchema, ros1};
 use crate::messages::ros::{Layout, RosWriter};
 
@@ -94,7 +94,7 @@ impl ObjectKind {
     fn missing_in(self, encoding: ObjectEncoding) -> FrameError {
         FrameError::Unsupported {
             message: self.describe(),
-            problem: format!("the type does not exist in {}", encoding.describe()),
+            problem: Unsupported::NoSuchType { encoding: encoding.describe() },
         }
     }
 

@@ -8,7 +8,7 @@
 //! Ours because the crates for CDR need a copy of every cloud in a type of its own
 //! (docs/decisions/0001-own-cdr.md).
 
-use crate::error::frame::{FrameError, Result};
+use crate::error::frame::{FrameError, Result, Unsupported};
 
 /// Bytes of CDR's encapsulation header before the body.
 const HEADER_LEN: usize = 4;
@@ -164,14 +164,9 @@ impl<'a> RosReader<'a> {
         let byte_order = match [header[0], header[1]] {
             [0, 0] => ByteOrder::Big,
             [0, 1] => ByteOrder::Little,
-            [first, second] => {
-                return Err(FrameError::Unsupported {
-                    message,
-                    problem: format!(
-                        "encapsulation {first:02x} {second:02x}; only plain CDR (00 00 and 00 01) \
-                         can be read"
-                    ),
-                });
+            bytes => {
+                let problem = Unsupported::Encapsulation { bytes };
+                return Err(FrameError::Unsupported { message, problem });
             }
         };
         Ok(RosReader { message, layout: Layout::Cdr(byte_order), body, position: 0 })

@@ -55,7 +55,7 @@ impl GeometryArguments {
     pub fn frame(&self, recording: &Path) -> Result<(SensorFrame, Transforms)> {
         let transforms = recorded_transforms(&self.sensor_frame, recording);
         let transforms = transforms.map_err(|error| match error {
-            Error::Parameter { .. } => anyhow!(
+            Error::Parameter(_) => anyhow!(
                 "a stream is read once, too late for its transforms: give --sensor-frame axes or \
                  angles, or annotate a file"
             ),

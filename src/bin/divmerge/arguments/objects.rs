@@ -124,7 +124,7 @@ impl ObjectArguments {
             network: self.network.options(),
         };
         objects.method(recording).map_err(|error| match error {
-            Error::Parameter { name, problem } => anyhow!("--{name} {problem}"),
+            Error::Parameter(wrong) => anyhow!("--{} {wrong}", wrong.name),
             other => other.into(),
         })
     }

@@ -51,8 +51,8 @@ pub fn window(
     topics: &[String],
 ) -> Result<(Option<u64>, Option<u64>)> {
     time_spec::window(input, moments, topics).map_err(|error| match error {
-        Error::Parameter { name: "from", .. } => anyhow!("--from must lie before --to"),
-        Error::Parameter { .. } => anyhow!(
+        Error::Parameter(wrong) if wrong.name == "from" => anyhow!("--from must lie before --to"),
+        Error::Parameter(_) => anyhow!(
             "for a stream, --from and --to must be times since 1970 (@1317384506.4) or dates"
         ),
         other => other.into(),

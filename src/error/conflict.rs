@@ -1,0 +1,103 @@
+//! Why an output cannot be made of an input.
+
+use std::path::PathBuf;
+
+use super::frame::FrameError;
+
+/// Why an output cannot be made of an input.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Conflict {
+    /// The output is the input.
+    #[error("the output is the input itself, which is never touched")]
+    SameFile,
+
+    /// A topic that would be added is there.
+    #[error("already has a topic {topic}: take the recording it was made from")]
+    TopicExists {
+        /// The topic.
+        topic: String,
+    },
+
+    /// Suspicions beside clouds that are no messages of ROS.
+    #[error(
+        "{topic} has messages in `{encoding}`, and suspicions are written as ROS's DiagnosticArray \
+         only: ask for a report or a table"
+    )]
+    NotRos {
+        /// The topic of the clouds.
+        topic: String,
+        /// Encoding of their messages.
+        encoding: String,
+    },
+
+    /// The type of boxes that was asked for does not exist beside the clouds.
+    #[error("no such boxes beside {clouds}: {problem}; leave the type of the boxes out")]
+    NoSuchBoxes {
+        /// Type of the clouds' messages.
+        clouds: &'static str,
+        /// What does not exist.
+        problem: FrameError,
+    },
+
+    /// Annotated clouds of another format in the place of the clouds.
+    #[error("its clouds are {clouds}, in place of which {written} cannot stand")]
+    OtherFormat {
+        /// Type of the clouds' messages.
+        clouds: &'static str,
+        /// Type of the annotated clouds' messages.
+        written: &'static str,
+    },
+
+    /// Messages that are not ROS's in a recording of ROS.
+    #[error(
+        "its profile is `{profile}`, so it gets ROS messages only: readers such as rosbags refuse \
+         a file with protobuf among them; leave the flavor foxglove out"
+    )]
+    Profile {
+        /// The recording's profile.
+        profile: String,
+    },
+
+    /// A run is to be continued that had other parameters.
+    #[error(
+        "the run that was cut off had another {}; without --resume the output is made anew",
+        differences.join(", ")
+    )]
+    OtherParameters {
+        /// Names of the parameters that differ.
+        differences: Vec<String>,
+    },
+
+    /// A run is to be continued that saw another cloud.
+    #[error(
+        "cloud {number} of {topic} is not the one that the run was cut off with; without --resume \
+         the output is made anew"
+    )]
+    OtherCloud {
+        /// Topic of the cloud.
+        topic: String,
+        /// Number of the cloud on its topic, from 0.
+        number: u64,
+    },
+
+    /// A recording that has changed since its slices were planned.
+    #[error(
+        "has {bytes} bytes, and had {planned_bytes} when its slices were planned: plan them anew"
+    )]
+    Changed {
+        /// Bytes of the recording.
+        bytes: u64,
+        /// Bytes that it had.
+        planned_bytes: u64,
+    },
+
+    /// Two recordings whose outputs would have one name.
+    #[error("it and {} would both become {}: plan them apart", other.display(), name.display())]
+    SameName {
+        /// The other recording.
+        other: PathBuf,
+        /// Where both go.
+        name: PathBuf,
+    },
+}
