@@ -220,9 +220,15 @@ fn recorded(path: &Path) -> Option<Vec<Vec<u8>>> {
     Some(messages)
 }
 
-fn report(name: &str, messages: &[Vec<u8>], semantics: &Semantics, config: Config, rounds: usize) {
+fn report(
+    name: &str,
+    messages: &[Vec<u8>],
+    semantics: &Semantics,
+    pipeline: Config,
+    rounds: usize,
+) {
     let method =
-        AnnotateConfig { semantics: semantics.clone(), config, ..AnnotateConfig::default() };
+        AnnotateConfig { semantics: semantics.clone(), pipeline, ..AnnotateConfig::default() };
     let mut frames: Vec<(f64, FrameTimes, f64, usize, usize)> = Vec::new();
     let mut annotated = Annotated::default();
     let encoded = |message: &Vec<u8>| EncodedCloud::of_message(CloudFormat::Ros2, message.clone());
@@ -246,7 +252,7 @@ fn report(name: &str, messages: &[Vec<u8>], semantics: &Semantics, config: Confi
     println!(
         "| {:<34} | {points:>8} | {objects:>8} | {:>7.2} | {:>7.2} | {:>7.2} | {:>7.2} | {:>7.2} | \
          {:>7.2} | {:>7.2} | {total:>7.2} | {:>7.1} | {} |",
-        format!("{name}, {mask}, {}", method.config.preset),
+        format!("{name}, {mask}, {}", method.pipeline.preset),
         times.decode_ms,
         stages.projection_ms,
         stages.mask_ms,

@@ -17,7 +17,7 @@ use divmerge::pipeline::{self, Config};
 use divmerge::range_image::ProjectionParams;
 use divmerge::recording::stopwatch::ms_since;
 use divmerge::semantics::MaskSource;
-use divmerge::simulate::{Drive, Frame, Scene, Sensor};
+use divmerge::simulate::{Drive, Scene, Sensor, SimulatedFrame};
 use divmerge::{PointCloud, Taxonomy};
 
 struct Arguments {
@@ -65,7 +65,7 @@ fn main() {
     }
 }
 
-fn cloud(frame: Frame) -> PointCloud {
+fn cloud(frame: SimulatedFrame) -> PointCloud {
     let cloud = frame.cloud.with(|columns| columns.remission = Some(frame.intensity));
     cloud.expect("one for each point")
 }

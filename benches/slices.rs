@@ -14,7 +14,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use divmerge::annotate::slices::{plan, recordings};
-use divmerge::annotate::{Event, JoinOptions, Options, SliceFile, annotate, by_recording, join};
+use divmerge::annotate::{
+    AnnotateOptions, JoinOptions, RunEvent, SliceFile, annotate, by_recording, join,
+};
 use divmerge::datasets::drive::write_drive;
 use divmerge::recording::{
     MessageHeader, Overview, Record, RecordingReader, RecordingWriter, WriteOptions,
@@ -27,7 +29,7 @@ use rand_pcg::Pcg64Mcg;
 const PICTURE: usize = 1 << 20;
 const PICTURES: u32 = 20;
 
-fn go_on(_: Event) -> ControlFlow<()> {
+fn go_on(_: RunEvent) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
@@ -164,12 +166,12 @@ impl Bench<'_> {
             slices = plan(&recordings, self.shards, &[]).expect("a plan");
             (0, 0)
         });
-        let options = Options { threads: 1, force: true, ..Options::default() };
+        let options = AnnotateOptions { threads: 1, force: true, ..AnnotateOptions::default() };
         let mut files = Vec::new();
         let slices_cost = cost(|| {
             let one = |slice: &divmerge::annotate::Slice| {
                 let output = self.folder.join(slice.file_name());
-                let options = Options { slice: Some(slice.clone()), ..options.clone() };
+                let options = AnnotateOptions { slice: Some(slice.clone()), ..options.clone() };
                 let report = annotate(&self.input, &output, &options, &mut go_on).expect("a slice");
                 files.push(output);
                 (report.input_bytes_read, report.output_bytes)

@@ -52,8 +52,8 @@ fn variants() -> Vec<(&'static str, Config)> {
             config.smoothing = None;
             config
         }),
-        ("small pieces do not wait", with(|p| by_size(p).wait = 0.0)),
-        ("small pieces wait 1 m", with(|p| by_size(p).wait = 1.0)),
+        ("small pieces do not wait", with(|p| by_size(p).delay = 0.0)),
+        ("small pieces wait 1 m", with(|p| by_size(p).delay = 1.0)),
         ("gaps bridged up to W", with(|p| by_size(p).bridged = 1.0)),
         ("gaps bridged up to 1.25 W", with(|p| by_size(p).bridged = 1.25)),
         ("touching whatever the width", with(|p| by_size(p).widest = f64::INFINITY)),

@@ -81,8 +81,8 @@ pub use divmerge_recording as recording;
 pub use divmerge_simulate as simulate;
 
 pub use annotate::{
-    AnnotateConfig, AnnotationReport, ClusteredFrame, Event, Form, FrameVisitor, JoinOptions,
-    Options as AnnotateOptions, Semantics, Slice, TopicReport, annotate, for_each_frame, join,
+    AnnotateConfig, AnnotateOptions, AnnotationReport, ClusteredFrame, Form, FrameVisitor,
+    JoinOptions, RunEvent, Semantics, Slice, TopicReport, annotate, for_each_frame, join,
 };
 pub use cloud::sensor_frame::{SensorFrame, Transforms};
 pub use cloud::taxonomy::{Class, Taxonomy};
@@ -96,7 +96,7 @@ pub use diagnose::failures::{Failure, Failures};
 pub use diagnose::triage::{Suspect, Triage};
 pub use divmerge_core::{CloudError, ParameterError};
 pub use divmerge_recording::{Overview, RecordingReader, RecordingWriter};
-pub use divmerge_simulate::{Drive, Frame as SimulatedFrame, Rig, Scene, Sensor};
+pub use divmerge_simulate::{Drive, Rig, Scene, Sensor, SimulatedFrame};
 pub use error::{Error, FrameError, Result};
 pub use evaluate::{Entropies, Panoptic, PanopticQuality};
 pub use frames::{CloudKey, LabelledFrames, Selection};

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use divmerge::annotate::Options;
+use divmerge::annotate::AnnotateOptions;
 use divmerge::recording::workers::Workers;
 use divmerge::recording::{
     Compression, Item, MessageHeader, Overview, Part, ReadFilter, Record, RecordingReader,
@@ -59,7 +59,7 @@ impl Copies<'_> {
              rounds, ms per frame\n",
             PICTURE as f64 / 1e6
         );
-        let unchecked = Options { unchecked: true, ..Options::default() };
+        let unchecked = AnnotateOptions { unchecked: true, ..AnnotateOptions::default() };
         let runs: [(&str, &dyn Fn()); 8] = [
             ("the system's copy of the file", &|| {
                 std::fs::copy(self.input, &self.output).expect("copied");

@@ -23,7 +23,8 @@ use std::path::Path;
 use std::process::Command;
 
 use divmerge::annotate::{
-    AnnotateConfig, Annotated, Event, MessageTypes, Options, Profile, annotate, annotate_message,
+    AnnotateConfig, AnnotateOptions, Annotated, MessageTypes, Profile, RunEvent, annotate,
+    annotate_message,
 };
 use divmerge::datasets::drive::{CLOUD_TOPIC, cloud_message};
 use divmerge::frames::EncodedCloud;
@@ -168,12 +169,12 @@ fn mean(sizes: impl ExactSizeIterator<Item = usize>) -> f64 {
 }
 
 fn profile(input: &Path, output: &Path, threads: usize) -> Profile {
-    profile_of(input, output, threads, &Options::default())
+    profile_of(input, output, threads, &AnnotateOptions::default())
 }
 
-fn profile_of(input: &Path, output: &Path, threads: usize, options: &Options) -> Profile {
-    let options = Options { threads, force: true, ..options.clone() };
-    let go_on = &mut |_: Event| ControlFlow::Continue(());
+fn profile_of(input: &Path, output: &Path, threads: usize, options: &AnnotateOptions) -> Profile {
+    let options = AnnotateOptions { threads, force: true, ..options.clone() };
+    let go_on = &mut |_: RunEvent| ControlFlow::Continue(());
     annotate(input, output, &options, go_on).expect("annotated").profile
 }
 

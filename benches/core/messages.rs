@@ -28,10 +28,11 @@ pub(super) fn messages(clouds: &[PointCloud], rounds: usize) {
         ],
     );
     let messages: Vec<Vec<u8>> = clouds.iter().map(message).collect();
-    for (config, (_, goals)) in [Config::best(), Config::paper()].into_iter().zip(MESSAGE_GOALS_MS)
+    for (pipeline, (_, goals)) in
+        [Config::best(), Config::paper()].into_iter().zip(MESSAGE_GOALS_MS)
     {
         let method =
-            AnnotateConfig { semantics: Semantics::Auto, config, ..AnnotateConfig::default() };
+            AnnotateConfig { semantics: Semantics::Auto, pipeline, ..AnnotateConfig::default() };
         let mut found: Vec<(FrameTimes, f64)> =
             messages.iter().map(|message| fastest(message, &method, rounds)).collect();
         found.sort_by(|a, b| a.0.total_ms().total_cmp(&b.0.total_ms()));
@@ -42,7 +43,7 @@ pub(super) fn messages(clouds: &[PointCloud], rounds: usize) {
             println!(
                 "| {:<36} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.1} \
                  | {goal:.1} | {} |",
-                format!("{}, {which}", method.config.preset),
+                format!("{}, {which}", method.pipeline.preset),
                 times.decode_ms,
                 stages.projection_ms,
                 stages.mask_ms,

@@ -22,8 +22,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use anyhow::Result;
-use divmerge::diagnose::explain::Frame;
-use divmerge::diagnose::triage::{Params, Suspect, SuspectKind, triage};
+use divmerge::diagnose::explain::ClusteredCloud;
+use divmerge::diagnose::triage::{Suspect, SuspectKind, TriageParams, triage};
 use divmerge::evaluate::verdict::{Labelling, MatchRules, verdicts};
 use divmerge::frames::{LabelledFrames, LabelledOptions, Truth};
 use divmerge::pipeline::{self, Config};
@@ -109,8 +109,8 @@ impl Bench {
     fn add(&mut self, group: &str, cloud: &PointCloud, truth: &Truth) {
         let mask = MaskSource::Classes(&self.taxonomy);
         let stages = pipeline::run(cloud, mask, &self.config);
-        let frame = Frame { cloud, mask, config: &self.config, stages: &stages };
-        let found = triage(&frame, &Params::default());
+        let frame = ClusteredCloud { cloud, mask, config: &self.config, stages: &stages };
+        let found = triage(&frame, &TriageParams::default());
         let failed = self.failed(cloud, truth, &frame);
         let named = strongest(&found.suspects);
         let number = self.frames.len();
@@ -135,7 +135,7 @@ impl Bench {
     }
 
     /// The instances in a failure.
-    fn failed(&self, cloud: &PointCloud, truth: &Truth, frame: &Frame) -> BTreeSet<u32> {
+    fn failed(&self, cloud: &PointCloud, truth: &Truth, frame: &ClusteredCloud) -> BTreeSet<u32> {
         let classes = |raw: &[u16]| -> Vec<u16> {
             raw.iter().map(|&id| self.class_of[usize::from(id)]).collect()
         };
@@ -146,7 +146,7 @@ impl Bench {
             Labelling { class: &true_class, id: &truth.id },
             Labelling { class: &class, id: &labels.instance },
             &self.taxonomy,
-            MatchRules { min_points: Params::default().min_points, by_class: true },
+            MatchRules { min_points: TriageParams::default().min_points, by_class: true },
         );
         let own = verdicts.found.iter().filter(|judged| judged.is_failure());
         let holding = verdicts.truth.iter().filter(|judged| judged.is_failure());
@@ -162,7 +162,7 @@ impl Bench {
             self.frames.len(),
             self.cases.len()
         );
-        self.print_ranking("instances of 50 points or more", Params::default().min_points);
+        self.print_ranking("instances of 50 points or more", TriageParams::default().min_points);
         self.print_ranking("all instances", 0);
         self.print_kinds();
         self.print_calibration();

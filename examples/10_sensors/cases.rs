@@ -1,13 +1,13 @@
 //! The clouds of the table: every simulated sensor, and what drivers and rigs make of some of them.
 
 use divmerge::PointColumns;
-use divmerge::simulate::{Drive, Frame, Rig, Scene, Sensor};
+use divmerge::simulate::{Drive, Rig, Scene, Sensor, SimulatedFrame};
 
 /// A kind of cloud.
 pub struct Case {
     pub name: String,
     /// Frame 20 of the street of a seed.
-    pub frame: Box<dyn Fn(u64) -> Frame>,
+    pub frame: Box<dyn Fn(u64) -> SimulatedFrame>,
 }
 
 pub fn all() -> Vec<Case> {
@@ -41,37 +41,37 @@ pub fn all() -> Vec<Case> {
     cases
 }
 
-fn case(name: &str, frame: impl Fn(u64) -> Frame + 'static) -> Case {
+fn case(name: &str, frame: impl Fn(u64) -> SimulatedFrame + 'static) -> Case {
     Case { name: name.to_owned(), frame: Box::new(frame) }
 }
 
-fn plain(sensor: Sensor, seed: u64) -> Frame {
+fn plain(sensor: Sensor, seed: u64) -> SimulatedFrame {
     Drive::new(sensor, Scene::Street, seed).frame(20)
 }
 
-fn mounted(sensor: Sensor, seed: u64, pitch: f64, roll: f64) -> Frame {
+fn mounted(sensor: Sensor, seed: u64, pitch: f64, roll: f64) -> SimulatedFrame {
     let mut drive = Drive::new(sensor, Scene::Street, seed);
     (drive.mount.pitch, drive.mount.roll) = (pitch, roll);
     drive.frame(20)
 }
 
 /// A sweep of 120 degrees.
-fn limited(sensor: Sensor, seed: u64) -> Frame {
+fn limited(sensor: Sensor, seed: u64) -> SimulatedFrame {
     let mut drive = Drive::new(sensor, Scene::Street, seed);
     drive.mount.field_of_view = 120_f64.to_radians();
     drive.frame(20)
 }
 
-fn without_ring(frame: Frame) -> Frame {
+fn without_ring(frame: SimulatedFrame) -> SimulatedFrame {
     let cloud = frame.cloud.with(|columns| columns.ring = None).expect("fewer columns");
-    Frame { cloud, ..frame }
+    SimulatedFrame { cloud, ..frame }
 }
 
-fn lifted(frame: Frame, height: f32) -> Frame {
+fn lifted(frame: SimulatedFrame, height: f32) -> SimulatedFrame {
     turned(frame, move |[x, y, z]| [x, y, z + height])
 }
 
-fn turned(mut frame: Frame, turn: impl Fn([f32; 3]) -> [f32; 3]) -> Frame {
+fn turned(mut frame: SimulatedFrame, turn: impl Fn([f32; 3]) -> [f32; 3]) -> SimulatedFrame {
     for point in 0..frame.cloud.len() {
         frame.cloud.set_position(point, turn(frame.cloud.position(point)));
     }
@@ -79,7 +79,7 @@ fn turned(mut frame: Frame, turn: impl Fn([f32; 3]) -> [f32; 3]) -> Frame {
 }
 
 /// The farther returns of all beams behind all nearer and single ones.
-fn halves(frame: Frame) -> Frame {
+fn halves(frame: SimulatedFrame) -> SimulatedFrame {
     let count = frame.cloud.len();
     let is_farther = |point: usize| {
         point + 1 < count && {
@@ -102,7 +102,7 @@ fn halves(frame: Frame) -> Frame {
         class: cloud.class.as_deref().map(words),
         ..cloud.clone().into_columns()
     };
-    Frame {
+    SimulatedFrame {
         cloud: columns.checked().expect("as many of each"),
         intensity: floats(&frame.intensity),
         true_instance: words(&frame.true_instance),

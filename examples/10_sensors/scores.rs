@@ -6,7 +6,7 @@ use divmerge::Taxonomy;
 use divmerge::cloud::Reason;
 use divmerge::evaluate::panoptic::{MIN_POINTS, Panoptic};
 use divmerge::pipeline::Stages;
-use divmerge::simulate::Frame;
+use divmerge::simulate::SimulatedFrame;
 
 /// Sums over frames.
 pub struct Scores {
@@ -25,7 +25,7 @@ impl Default for Scores {
 }
 
 impl Scores {
-    pub fn add(&mut self, frame: &Frame, by_class: &Stages, by_ground: &Stages) {
+    pub fn add(&mut self, frame: &SimulatedFrame, by_class: &Stages, by_ground: &Stages) {
         let class_of = Taxonomy::semantic_kitti().lookup();
         let fold =
             |raw: &[u16]| raw.iter().map(|&id| class_of[usize::from(id)]).collect::<Vec<_>>();

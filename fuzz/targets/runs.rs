@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use divmerge::annotate::{
-    self, AnnotateConfig, Event, MessageTypes, Options, Semantics, annotate_message,
+    self, AnnotateConfig, AnnotateOptions, MessageTypes, RunEvent, Semantics, annotate_message,
 };
 use divmerge::datasets::class_files::ClassFiles;
 use divmerge::datasets::kitti_boxes::KittiBoxes;
@@ -133,7 +133,7 @@ pub(super) fn kitti(bytes: &[u8]) -> Ended {
     let found = boxes.of(0).ends();
     let calibration = KittiBoxes::open(&folder, &any, taxonomy()).ends();
     let text = String::from_utf8_lossy(bytes);
-    let odometry = drive_files::Calibration::parse(&text).is_ok();
+    let odometry = drive_files::OdometryCalibration::parse(&text).is_ok();
     let (poses, times) = (drive_files::poses(&text).is_ok(), drive_files::times(&text).is_ok());
     Ok(format!("{found:?} {calibration:?} {odometry} {poses} {times}"))
 }
@@ -293,9 +293,9 @@ pub(super) fn read(bytes: &[u8]) -> Ended {
 pub(super) fn annotate(bytes: &[u8]) -> Ended {
     let input = place("in.mcap", bytes);
     let output = folder().join("out.mcap");
-    let options = Options { threads: 1, force: true, ..Options::default() };
+    let options = AnnotateOptions { threads: 1, force: true, ..AnnotateOptions::default() };
     let ended =
-        annotate::annotate(&input, &output, &options, &mut |_: Event| ControlFlow::Continue(()));
+        annotate::annotate(&input, &output, &options, &mut |_: RunEvent| ControlFlow::Continue(()));
     let leftover = fs::read_dir(folder()).into_iter().flatten().flatten();
     if let Some(file) = leftover
         .map(|file| file.file_name())

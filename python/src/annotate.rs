@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use divmerge::annotate::time_spec::{self, TimeSpec};
 use divmerge::annotate::{
-    self as library, AnnotationReport, Event, Flavor, Form, MessageTypes, Objects, Options, Slice,
+    self as library, AnnotateOptions, AnnotationReport, Flavor, Form, MessageTypes, ObjectOptions,
+    RunEvent, Slice,
 };
 use divmerge::messages::objects::ObjectKind;
 use divmerge::recording::Compression;
@@ -91,7 +92,7 @@ pub fn run<'py>(
     options.resumable = options.resume;
     let window = py.detach(|| time_spec::window(path, (from, to), &options.topics));
     (options.from_ns, options.to_ns) = window.map_err(raised)?;
-    options.method = parameters.method(py, objects, path)?;
+    options.config = parameters.annotate_config(py, objects, path)?;
     if !options.force && out.symlink_metadata().is_ok() {
         return Err(exists_already(out));
     }
@@ -99,7 +100,7 @@ pub fn run<'py>(
 }
 
 /// What happens, told to whoever looks on.
-type See<'a> = &'a mut dyn FnMut(Event) -> ControlFlow<()>;
+type See<'a> = &'a mut dyn FnMut(RunEvent) -> ControlFlow<()>;
 
 /// The report of some work of the library, which Python looks on.
 pub fn watched<'py>(
@@ -145,8 +146,8 @@ const OWN: &[&str] = &[
 /// Arguments of `annotate` beside those of the method.
 #[derive(Default)]
 struct AnnotateArguments {
-    objects: Objects,
-    options: Options,
+    objects: ObjectOptions,
+    options: AnnotateOptions,
     in_place: bool,
     from: Option<TimeSpec>,
     to: Option<TimeSpec>,
@@ -218,7 +219,7 @@ struct Watch {
 }
 
 impl Watch {
-    fn see(&mut self, event: Event) -> ControlFlow<()> {
+    fn see(&mut self, event: RunEvent) -> ControlFlow<()> {
         if self.failure.is_none() {
             self.failure = Python::attach(|py| self.tell(py, event)).err();
         }
@@ -228,13 +229,13 @@ impl Watch {
         }
     }
 
-    fn tell(&self, py: Python<'_>, event: Event) -> PyResult<()> {
+    fn tell(&self, py: Python<'_>, event: RunEvent) -> PyResult<()> {
         py.check_signals()?;
         match (event, &self.progress) {
-            (Event::Progress { bytes, total }, Some(progress)) => {
+            (RunEvent::Progress { bytes, total }, Some(progress)) => {
                 progress.call1(py, (bytes, total)).map(drop)
             }
-            (Event::Warning(warning), _) => {
+            (RunEvent::Warning(warning), _) => {
                 let text = std::ffi::CString::new(warning.replace('\0', " ")).unwrap_or_default();
                 PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
             }

@@ -87,6 +87,6 @@ pub fn cluster_image<'py>(
     let objects = Objects::Marked(marks);
     let taxonomy = taxonomy(py, &parameters, None)?;
     let cloud = upright(cloud, parameters.sensor_frame)?;
-    let config = parameters.config(&taxonomy.get().inner)?;
+    let config = parameters.pipeline(&taxonomy.get().inner)?;
     run(py, Arc::new(cloud), shape, &objects, &taxonomy, &config)
 }

@@ -54,7 +54,7 @@ pub fn of_points<'py>(
     let objects = objects(semantics, &mut cloud, &shape)?.unwrap_or(Objects::NotGround);
     let taxonomy = taxonomy(py, parameters, None)?;
     let cloud = upright(cloud, parameters.sensor_frame)?;
-    let config = parameters.config(&taxonomy.get().inner)?;
+    let config = parameters.pipeline(&taxonomy.get().inner)?;
     run(py, Arc::new(cloud), shape, &objects, &taxonomy, &config)
 }
 
@@ -83,7 +83,7 @@ pub fn of_cloud<'py>(
     }
     let objects = given.unwrap_or_else(|| own_objects.clone());
     let taxonomy = taxonomy(py, parameters, Some(own_taxonomy))?;
-    let config = parameters.config(&taxonomy.get().inner)?;
+    let config = parameters.pipeline(&taxonomy.get().inner)?;
     run(py, cloud, shape, &objects, &taxonomy, &config)
 }
 

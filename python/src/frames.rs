@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use divmerge::annotate::{AnnotateConfig, Decoded, Objects as ObjectsOf};
+use divmerge::annotate::{AnnotateConfig, Decoded, ObjectOptions};
 use divmerge::frames::{EncodedClouds, choose_topics};
 use divmerge::messages::clouds::CloudMessage;
 use divmerge::recording::Overview;
@@ -328,7 +328,7 @@ pub fn frames(
 ) -> PyResult<Frames> {
     let path = recording(path);
     let (mut start, mut stop, mut fields) = (0, None, Vec::new());
-    let mut objects = ObjectsOf::default();
+    let mut objects = ObjectOptions::default();
     let parameters = Parameters::take(
         "frames",
         &[OF_FRAMES, &OBJECTS[..OBJECTS.len() - 1]],
@@ -346,7 +346,7 @@ pub fn frames(
     if stop.is_some_and(|stop| stop <= start) {
         return Err(wrong("stop", "must be above start"));
     }
-    let method = parameters.method(py, objects, &path)?;
+    let method = parameters.annotate_config(py, objects, &path)?;
     let taxonomy = match parameters.taxonomy {
         Some(taxonomy) => taxonomy,
         None => Py::new(py, PyTaxonomy { inner: method.taxonomy.clone() })?,

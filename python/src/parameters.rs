@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use divmerge::Taxonomy;
-use divmerge::annotate::{AnnotateConfig, ObjectSource, Objects};
+use divmerge::annotate::{AnnotateConfig, ObjectOptions, ObjectSource};
 use divmerge::cloud::sensor_frame::SensorFrame;
 use divmerge::comparison::methods;
 use divmerge::frames::recorded_transforms;
@@ -102,7 +102,7 @@ impl Parameters {
     }
 
     /// The parameters of the pipeline.
-    pub fn config(&self, taxonomy: &Taxonomy) -> PyResult<Config> {
+    pub fn pipeline(&self, taxonomy: &Taxonomy) -> PyResult<Config> {
         let mut config = self.overrides.config().map_err(raised)?;
         config.other_method = match self.method.as_deref() {
             None | Some(OURS) => None,
@@ -128,21 +128,21 @@ impl Parameters {
     }
 
     /// What is done to each cloud of a recording.
-    pub fn method(
+    pub fn annotate_config(
         &self,
         py: Python<'_>,
-        mut objects: Objects,
+        mut objects: ObjectOptions,
         recording: &Path,
     ) -> PyResult<AnnotateConfig> {
         objects.taxonomy = self.taxonomy.as_ref().map(|taxonomy| taxonomy.get().inner.clone());
         let sensor_frame = self.sensor_frame.unwrap_or_default();
         let opened = py.detach(|| -> divmerge::Result<_> {
             let transforms = recorded_transforms(&sensor_frame, recording)?;
-            Ok::<_, divmerge::Error>((objects.method(recording)?, transforms))
+            Ok::<_, divmerge::Error>((objects.config(recording)?, transforms))
         });
-        let (method, transforms) = opened.map_err(raised)?;
-        let config = self.config(&method.taxonomy)?;
-        Ok(AnnotateConfig { config, sensor_frame, transforms, ..method })
+        let (config, transforms) = opened.map_err(raised)?;
+        let pipeline = self.pipeline(&config.taxonomy)?;
+        Ok(AnnotateConfig { pipeline, sensor_frame, transforms, ..config })
     }
 }
 
@@ -160,7 +160,11 @@ pub const OBJECTS: &[&str] = &[
 ];
 
 /// Sets one of them.
-pub fn set_objects(objects: &mut Objects, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
+pub fn set_objects(
+    objects: &mut ObjectOptions,
+    name: &str,
+    value: &Bound<'_, PyAny>,
+) -> PyResult<()> {
     let network = &mut objects.network;
     match name {
         "semantics" => objects.source = parsed::<ObjectSource>(name, value)?,

@@ -54,7 +54,7 @@ pub(super) fn cluster_decoded(
     let started = Instant::now();
     let FrameDetections { detections, missing: missing_boxes } = method.boxes.of(key)?;
     let decode_ms = decode_ms + ms_since(started);
-    let stages = pipeline::run_with(&cloud, mask, &detections, &method.config);
+    let stages = pipeline::run_with(&cloud, mask, &detections, &method.pipeline);
     let repeated_field = wire.repeated_field().map(str::to_owned);
     let lacks_remission =
         method.wants_remission() && cloud.remission.is_none() && !cloud.is_empty();

@@ -59,7 +59,7 @@ pub struct AnnotateConfig {
     /// Ground removal.
     pub ground: GroundParams,
     /// Projection and clustering.
-    pub config: Config,
+    pub pipeline: Config,
     /// What a detector found in each cloud, for methods that want to know. Clouds with boxes are
     /// not turned.
     pub boxes: FrameBoxes,
@@ -117,7 +117,7 @@ impl AnnotateConfig {
     /// Those of [`Network::classes`] and [`FrameClasses::of`].
     pub fn classify(&self, cloud: PointCloud, key: &CloudKey) -> Result<PointCloud> {
         let classes = match &self.semantics {
-            Semantics::Network(network) => network.classes(&cloud, &self.config.projection)?,
+            Semantics::Network(network) => network.classes(&cloud, &self.pipeline.projection)?,
             Semantics::Given(given) => given.of(key, [cloud.height, cloud.width])?,
             _ => return Ok(cloud),
         };

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::clustered::{cluster, remarks};
 use super::config::AnnotateConfig;
-use super::event::{ClusteredFrame, Event};
+use super::event::{ClusteredFrame, RunEvent};
 use crate::error::{Error, NoCloud, Result};
 use crate::frames::walk::Walk;
 use crate::frames::{EncodedCloud, Selection, choose_topics};
@@ -22,8 +22,8 @@ pub struct VisitedFrames {
     pub is_cut_off: bool,
 }
 
-/// What [`for_each_frame`] calls on its way through a recording. A closure that takes an [`Event`]
-/// is one that wants no records.
+/// What [`for_each_frame`] calls on its way through a recording. A closure that takes a
+/// [`RunEvent`] is one that wants no records.
 pub trait FrameVisitor {
     /// Whether the visitor wants every record, also those without a selected cloud. Otherwise the
     /// walk ends behind the last selected cloud, and passes over chunks without one.
@@ -43,11 +43,11 @@ pub trait FrameVisitor {
     ///
     /// # Errors
     /// Any error ends the walk.
-    fn event(&mut self, event: Event) -> Result<()>;
+    fn event(&mut self, event: RunEvent) -> Result<()>;
 }
 
-impl<F: FnMut(Event) -> Result<()>> FrameVisitor for F {
-    fn event(&mut self, event: Event) -> Result<()> {
+impl<F: FnMut(RunEvent) -> Result<()>> FrameVisitor for F {
+    fn event(&mut self, event: RunEvent) -> Result<()> {
         self(event)
     }
 }
@@ -79,10 +79,10 @@ pub fn for_each_frame(
         visitor.record(&step.record)?;
         match &step.record {
             Record::Damaged { offset, damage } => {
-                visitor.event(Event::Warning(&format!("{damage} (byte {offset})")))?;
+                visitor.event(RunEvent::Warning(&format!("{damage} (byte {offset})")))?;
             }
             Record::Truncated { offset, damage } => {
-                visitor.event(Event::Warning(&format!("cut off: {damage} (byte {offset})")))?;
+                visitor.event(RunEvent::Warning(&format!("cut off: {damage} (byte {offset})")))?;
                 visited.is_cut_off = true;
             }
             Record::Message { .. } => {
@@ -93,7 +93,7 @@ pub fn for_each_frame(
             _ => continue,
         }
         let (bytes, total) = walk.progress();
-        visitor.event(Event::Progress { bytes, total })?;
+        visitor.event(RunEvent::Progress { bytes, total })?;
     }
     if visited.frames + visited.unreadable == 0 {
         let (path, problem) = (input.to_owned(), NoCloud::NothingSelected);
@@ -119,14 +119,14 @@ impl VisitedFrames {
             Err(Error::Frame(problem)) => {
                 self.unreadable += 1;
                 let warning = format!("{}: {problem} ({})", encoded.topic, encoded.place());
-                return visitor.event(Event::Warning(&warning));
+                return visitor.event(RunEvent::Warning(&warning));
             }
             Err(error) => return Err(error),
         };
         self.frames += 1;
         let remarks = remarks(&clustered, &config.taxonomy);
         let remarks: Vec<String> = remarks.into_iter().map(|(_, problem)| problem).collect();
-        visitor.event(Event::Frame(ClusteredFrame {
+        visitor.event(RunEvent::Frame(ClusteredFrame {
             key: encoded.key(&wire),
             log_time_ns: encoded.header.log_time,
             cloud: &clustered.cloud,

@@ -6,7 +6,7 @@ use divmerge_core::pipeline::Stages;
 
 /// What happened on the way, as it happens.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Event<'a> {
+pub enum RunEvent<'a> {
     /// So many bytes of the input have been read.
     Progress {
         /// Bytes read.

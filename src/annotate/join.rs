@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::checkpoint::CompletedClouds;
-use super::event::Event;
+use super::event::RunEvent;
 use super::job::{Job, JobInput};
-use super::options::Options;
+use super::options::AnnotateOptions;
 use super::paths::refuse_same_file;
 use super::report::AnnotationReport;
 use super::run::{read_all, usual_workers};
@@ -27,7 +27,7 @@ pub struct JoinOptions {
     pub input: Option<PathBuf>,
     /// Whether an existing output may be replaced.
     pub force: bool,
-    /// As [`Options::threads`].
+    /// As [`AnnotateOptions::threads`].
     pub threads: usize,
 }
 
@@ -42,7 +42,7 @@ pub fn join(
     slices: &[SliceFile],
     output: &Path,
     options: &JoinOptions,
-    on_event: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    on_event: &mut dyn FnMut(RunEvent) -> ControlFlow<()>,
 ) -> Result<AnnotationReport> {
     check(slices)?;
     let Some(first) = slices.first() else {
@@ -57,12 +57,15 @@ pub fn join(
     let workers = usual_workers(options.threads);
     let overview = Overview::read(input)?;
     first.slice.check(&overview)?;
-    let run =
-        Options { force: options.force, threads: options.threads, ..first.parameters.options() };
+    let run = AnnotateOptions {
+        force: options.force,
+        threads: options.threads,
+        ..first.parameters.options()
+    };
     let of_file = JobInput::of_file(overview, first.parameters.clone())?;
     let mut job = Job::new(of_file, output, &run, &workers, on_event)?;
     job.take_from(CompletedClouds::new(SliceCheckpoints::new(slices, &workers)));
-    let reader = RecordingReader::open_filtered(&job.overview, &job.wanted, &workers)?;
+    let reader = RecordingReader::open_filtered(&job.overview, &job.filter, &workers)?;
     let mut report = read_all(job, reader)?;
     report.profile.wall_ms = ms_since(started);
     Ok(report)

@@ -74,7 +74,7 @@ pub(super) fn annotate_messages(
 
     let started = Instant::now();
     let readable: Vec<&PointCloud> = opened.iter().flatten().map(|(_, cloud)| cloud).collect();
-    let mut classes = network.classes_of(&readable, &method.config.projection)?.into_iter();
+    let mut classes = network.classes_of(&readable, &method.pipeline.projection)?.into_iter();
     let semantics_ms = ms_since(started) / messages.len() as f64;
 
     let annotate = |(encoded, opened): (&EncodedCloud, Result<(CloudMessage, PointCloud)>)| {

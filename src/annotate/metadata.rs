@@ -20,10 +20,10 @@ pub(super) fn method_metadata(method: &AnnotateConfig) -> BTreeMap<String, Strin
     let json = |value: serde_json::Value| value.to_string();
     let mut parameters = BTreeMap::from([
         ("version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
-        ("method".to_owned(), method.config.method_name().to_owned()),
-        ("preset".to_owned(), method.config.preset.to_owned()),
+        ("method".to_owned(), method.pipeline.method_name().to_owned()),
+        ("preset".to_owned(), method.pipeline.preset.to_owned()),
         ("taxonomy".to_owned(), method.taxonomy.name.clone()),
-        ("parameters".to_owned(), json(serde_json::json!(method.config))),
+        ("parameters".to_owned(), json(serde_json::json!(method.pipeline))),
         ("ground".to_owned(), json(serde_json::json!(method.ground))),
     ]);
     if method.sensor_frame != SensorFrame::Auto {

@@ -76,7 +76,7 @@ impl FromStr for ObjectSource {
 
 /// Where objects come from, with what is needed to open that.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Objects {
+pub struct ObjectOptions {
     /// Where they come from.
     pub source: ObjectSource,
     /// What the ids of classes mean. Default: as the network's own configuration says, else
@@ -88,9 +88,9 @@ pub struct Objects {
     pub network: NetworkOptions,
 }
 
-impl Default for Objects {
+impl Default for ObjectOptions {
     fn default() -> Self {
-        Objects {
+        ObjectOptions {
             source: ObjectSource::Auto,
             taxonomy: None,
             tolerance_ns: TOLERANCE_NS,
@@ -99,14 +99,14 @@ impl Default for Objects {
     }
 }
 
-impl Objects {
+impl ObjectOptions {
     /// Preset `best` on these objects, for the clouds of a recording or a folder.
     ///
     /// # Errors
     /// Those of [`Network::open`] and [`FrameClasses::open`];
     /// [`Error::Parameter`](crate::error::Error::Parameter) if classes of a topic are asked for of
     /// a stream.
-    pub fn method(&self, recording: &Path) -> Result<AnnotateConfig> {
+    pub fn config(&self, recording: &Path) -> Result<AnnotateConfig> {
         let named = self.taxonomy.clone();
         let is_named = named.is_some();
         let mut method =

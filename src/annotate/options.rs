@@ -8,9 +8,9 @@ use divmerge_recording::Compression;
 
 /// What is done to a recording.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Options {
+pub struct AnnotateOptions {
     /// What is done to each cloud.
-    pub method: AnnotateConfig,
+    pub config: AnnotateConfig,
     /// Types of the added messages.
     pub types: MessageTypes,
     /// Cloud topics to annotate; none means all.
@@ -35,7 +35,7 @@ pub struct Options {
     pub force: bool,
     /// Whether what a run for the same output had done that was cut off is used. The output's bytes
     /// are the same. An interrupted run leaves what it had done only if this, or
-    /// [`Options::resumable`], is set. Default: no.
+    /// [`AnnotateOptions::resumable`], is set. Default: no.
     pub resume: bool,
     /// Whether an interrupted run leaves what it had done, `.NAME.partial` and `.NAME.journal`, to
     /// be resumed. What is left by a run that was killed can be resumed if this was set. Default:

@@ -4,9 +4,9 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
-use super::event::Event;
+use super::event::RunEvent;
 use super::job::{Job, JobInput};
-use super::options::{Options, USUAL_THREADS};
+use super::options::{AnnotateOptions, USUAL_THREADS};
 use super::paths::refuse_same_file;
 use super::report::AnnotationReport;
 use super::run_parameters::RunParameters;
@@ -39,8 +39,8 @@ use divmerge_recording::{Overview, RecordingReader, is_stream};
 pub fn annotate(
     input: &Path,
     output: &Path,
-    options: &Options,
-    on_event: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    options: &AnnotateOptions,
+    on_event: &mut dyn FnMut(RunEvent) -> ControlFlow<()>,
 ) -> Result<AnnotationReport> {
     refuse_same_file(input, output)?;
     if options.slice.is_some() && is_stream(input) {
@@ -63,7 +63,7 @@ pub fn annotate(
             let parameters = RunParameters::new(&overview, options);
             let file = JobInput::of_file(overview, parameters)?;
             let job = Job::new(file, output, options, &workers, on_event)?;
-            let reader = RecordingReader::open_filtered(&job.overview, &job.wanted, &workers)?;
+            let reader = RecordingReader::open_filtered(&job.overview, &job.filter, &workers)?;
             (job, reader)
         }
     };

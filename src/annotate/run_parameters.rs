@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::config::{AnnotateConfig, Semantics};
 use super::form::Form;
 use super::metadata::method_metadata;
-use super::options::Options;
+use super::options::AnnotateOptions;
 use super::types::MessageTypes;
 use divmerge_recording::{Compression, Overview};
 
@@ -41,8 +41,8 @@ pub(super) struct RunParameters {
 }
 
 impl RunParameters {
-    pub(super) fn new(overview: &Overview, options: &Options) -> Self {
-        let Options { method, .. } = options;
+    pub(super) fn new(overview: &Overview, options: &AnnotateOptions) -> Self {
+        let method = &options.config;
         let AnnotateConfig { semantics, .. } = method;
         // A slice may be read from a copy of the recording.
         let input = options.slice.as_ref().map_or(&overview.path, |slice| &slice.input);
@@ -72,8 +72,8 @@ impl RunParameters {
     }
 
     /// The same as options; of the method nothing is known but how it is described.
-    pub(super) fn options(&self) -> Options {
-        Options {
+    pub(super) fn options(&self) -> AnnotateOptions {
+        AnnotateOptions {
             types: self.types,
             topics: self.topics.clone(),
             from_ns: self.from_ns,
@@ -81,7 +81,7 @@ impl RunParameters {
             form: self.form,
             compression: Some(self.compression),
             unchecked: !self.is_checked,
-            ..Options::default()
+            ..AnnotateOptions::default()
         }
     }
 

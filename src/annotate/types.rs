@@ -94,6 +94,7 @@ impl MessageTypes {
             let written = self.format(format);
             let [clouds, written_type] = [format, written].map(CloudFormat::type_name);
             if let Err(problem) = self.objects(written) {
+                let problem = Box::new(problem);
                 return conflict(Conflict::NoSuchBoxes { clouds: written_type, problem });
             }
             if form == Form::InPlace && written != format {

@@ -85,7 +85,7 @@ impl ScoreSums {
         let taxonomy = &method.taxonomy;
         let true_class = class_numbers(&frame.truth, taxonomy, frame)?;
         let (mask, detections) = (method.mask(&frame.cloud), method.detections(frame)?);
-        let stages = pipeline::run_with(&frame.cloud, mask, &detections, &method.config);
+        let stages = pipeline::run_with(&frame.cloud, mask, &detections, &method.pipeline);
         let found = &stages.labels.instance;
         if stages.mask.has_classes() {
             let found_class = taxonomy.class_numbers(&stages.labels.semantic);

@@ -10,7 +10,7 @@ use super::cloud_recording::{CloudRecording, Transform};
 use crate::error::{Error, Result};
 use crate::messages::clouds::{CloudFormat, CloudMessage, Datatype, PointField};
 use crate::messages::stamp::stamp;
-use divmerge_simulate::{Drive, Frame};
+use divmerge_simulate::{Drive, SimulatedFrame};
 
 /// Topic of the clouds: x y z intensity t ring label true_instance.
 pub const CLOUD_TOPIC: &str = "/lidar/points";
@@ -83,7 +83,7 @@ const DELAY_NS: u64 = 100_000_000;
 ///
 /// # Errors
 /// Those of [`CloudMessage::encode`].
-pub fn cloud_message(frame: &Frame, out: &mut Vec<u8>) -> Result<()> {
+pub fn cloud_message(frame: &SimulatedFrame, out: &mut Vec<u8>) -> Result<()> {
     cloud_message_in(CloudFormat::Ros2, frame, out)
 }
 
@@ -91,7 +91,11 @@ pub fn cloud_message(frame: &Frame, out: &mut Vec<u8>) -> Result<()> {
 ///
 /// # Errors
 /// Those of [`CloudMessage::encode`].
-pub fn cloud_message_in(format: CloudFormat, frame: &Frame, out: &mut Vec<u8>) -> Result<()> {
+pub fn cloud_message_in(
+    format: CloudFormat,
+    frame: &SimulatedFrame,
+    out: &mut Vec<u8>,
+) -> Result<()> {
     let cloud = &frame.cloud;
     let mut data = Vec::with_capacity(cloud.len() * POINT_STEP as usize);
     let column = |column: &Option<Vec<u16>>, point: usize| column.as_ref().map_or(0, |c| c[point]);

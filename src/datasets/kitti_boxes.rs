@@ -51,7 +51,7 @@ pub struct KittiBoxes {
 #[derive(Debug, Clone, PartialEq)]
 enum Calibrations {
     /// One for all clouds.
-    One(Calibration),
+    One(ObjectCalibration),
     /// A folder with one for each cloud.
     Folder(PathBuf),
 }
@@ -69,7 +69,7 @@ impl KittiBoxes {
         }
         let calibration = match calibration.is_dir() {
             true => Calibrations::Folder(calibration.to_owned()),
-            false => Calibrations::One(Calibration::read(calibration)?),
+            false => Calibrations::One(ObjectCalibration::read(calibration)?),
         };
         let class = |names: &[&str]| names.iter().find_map(|name| taxonomy.class_called(name));
         let classes = TYPES.map(|(_, names)| class(names));
@@ -94,7 +94,7 @@ impl KittiBoxes {
         let text = read(&path)?;
         let calibration = match &self.calibration {
             Calibrations::One(calibration) => *calibration,
-            Calibrations::Folder(folder) => Calibration::read(&numbered(folder, number))?,
+            Calibrations::Folder(folder) => ObjectCalibration::read(&numbered(folder, number))?,
         };
         let mut detections = Vec::new();
         for (number, line) in (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty()) {
@@ -109,7 +109,7 @@ impl KittiBoxes {
     fn detection(
         &self,
         line: &str,
-        calibration: &Calibration,
+        calibration: &ObjectCalibration,
     ) -> std::result::Result<Option<Detection>, String> {
         let (name, values) = line.trim().split_once(char::is_whitespace).unwrap_or((line, ""));
         if name == NOT_LABELLED {
@@ -148,14 +148,14 @@ impl KittiBoxes {
 
 /// From the LiDAR to the rectified frame of camera 0, and back.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Calibration {
+pub struct ObjectCalibration {
     /// Rotation, and rectification, of the way back.
     back: Matrix3<f64>,
     /// The LiDAR's origin in the rectified frame, metres.
     origin: Vector3<f64>,
 }
 
-impl Calibration {
+impl ObjectCalibration {
     /// Reads a calibration of the object benchmark (`R0_rect` and `Tr_velo_to_cam`; `R_rect` and
     /// `Tr_velo_cam` in tracking) or of odometry (`Tr`).
     ///
@@ -191,7 +191,7 @@ impl Calibration {
         let to_rectified = rectification * Matrix3::new(a, b, c, d, e, f, g, h, i);
         let back = to_rectified.try_inverse();
         let back = back.ok_or_else(|| format!("{} cannot be turned round", to_camera.0))?;
-        Ok(Calibration { back, origin: rectification * Vector3::new(x, y, z) })
+        Ok(ObjectCalibration { back, origin: rectification * Vector3::new(x, y, z) })
     }
 
     /// The box of an object: height, width and length, centre of the bottom in metres in the
@@ -250,7 +250,7 @@ mod tests {
     /// before rectification.
     const VELO_TO_CAM: &str = "0 -1 0 0.3  0 0 -1 -0.2  1 0 0 -0.1";
 
-    fn object_calibration() -> Calibration {
+    fn object_calibration() -> ObjectCalibration {
         // Rectification: a quarter turn about the camera's z, so that its order and its inverse
         // show.
         let text = format!(
@@ -258,11 +258,11 @@ mod tests {
              Tr_velo_to_cam: {VELO_TO_CAM}\n\
              Tr_imu_to_velo: 1 0 0 0 0 1 0 0 0 0 1 0\n\n"
         );
-        Calibration::parse(&text).unwrap()
+        ObjectCalibration::parse(&text).unwrap()
     }
 
-    fn odometry_calibration() -> Calibration {
-        Calibration::parse(&format!("P0: 1 2 3\nTr: {VELO_TO_CAM}\n")).unwrap()
+    fn odometry_calibration() -> ObjectCalibration {
+        ObjectCalibration::parse(&format!("P0: 1 2 3\nTr: {VELO_TO_CAM}\n")).unwrap()
     }
 
     fn near(found: UprightBox, centre: [f64; 3], size: [f64; 3], yaw: f64) {
@@ -340,7 +340,7 @@ mod tests {
             ("Tr: 0 0 0 0 0 0 0 0 0 0 0 0", "turned round"),
             ("Tr_velo_to_cam: 1 0 0 0 0 1 0 0 0 0 1 0", "R0_rect"),
         ] {
-            let error = Calibration::parse(text).unwrap_err();
+            let error = ObjectCalibration::parse(text).unwrap_err();
             assert!(error.contains(word), "{error}");
         }
     }

@@ -37,7 +37,7 @@ pub enum Conflict {
         /// Type of the clouds' messages.
         clouds: &'static str,
         /// What does not exist.
-        problem: FrameError,
+        problem: Box<FrameError>,
     },
 
     /// Annotated clouds of another format in the place of the clouds.

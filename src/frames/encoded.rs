@@ -9,7 +9,7 @@ use std::sync::Arc;
 use super::key::CloudKey;
 use super::selection::Selection;
 use super::topics::{CloudTopic, message_count, single_topic};
-use super::walk::{Step, Walk, describe_position};
+use super::walk::{Walk, WalkStep, describe_position};
 use crate::error::{Error, NoCloud, Result, frame};
 use crate::messages::clouds::{CloudFormat, CloudMessage};
 use divmerge_recording::{MessageHeader, Overview, Position, Record, SharedBytes, window_around};
@@ -46,7 +46,7 @@ impl EncodedCloud {
     }
 
     /// The cloud of a step, if it is a selected message of these channels.
-    pub(crate) fn of_step(step: Step, clouds: &BTreeMap<u16, CloudTopic>) -> Option<Self> {
+    pub(crate) fn of_step(step: WalkStep, clouds: &BTreeMap<u16, CloudTopic>) -> Option<Self> {
         let (Record::Message { header, data, position }, Some(number)) = (step.record, step.number)
         else {
             return None;

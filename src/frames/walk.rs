@@ -22,7 +22,7 @@ pub(crate) struct Walk {
 }
 
 /// A record of a walk.
-pub(crate) struct Step<'a> {
+pub(crate) struct WalkStep<'a> {
     /// The record.
     pub(crate) record: Record<'a>,
     /// Of a selected message, its number on its topic, from 0.
@@ -76,7 +76,7 @@ impl Walk {
     ///
     /// # Errors
     /// Those of [`RecordingReader::next_record`].
-    pub(crate) fn next(&mut self) -> Result<Option<Step<'_>>> {
+    pub(crate) fn next(&mut self) -> Result<Option<WalkStep<'_>>> {
         let Walk { reader, filter, topics, counter, ends_early } = self;
         let is_behind = |topic: &Arc<str>| is_past(&filter.numbers, counter.seen(topic));
         if *ends_early && topics.values().all(is_behind) {
@@ -100,7 +100,7 @@ impl Walk {
             }
             _ => {}
         }
-        Ok(Some(Step { record, number }))
+        Ok(Some(WalkStep { record, number }))
     }
 
     /// Bytes of the file up to which it has been walked, and all of them.

@@ -118,7 +118,7 @@ impl Raster {
 
 /// Something drawn.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Shape {
+pub enum Drawing {
     /// Straight lines from point to point, or the region they enclose.
     Path {
         points: Vec<[f64; 2]>,
@@ -145,7 +145,7 @@ pub enum Shape {
     /// Shapes of which only what lies within an area is seen.
     Clip {
         area: Area,
-        shapes: Vec<Shape>,
+        shapes: Vec<Drawing>,
     },
 }
 
@@ -156,7 +156,7 @@ pub struct Canvas {
     pub(super) height: f64,
     pub(super) background: Colour,
     /// What is on it, the first at the bottom.
-    pub(super) shapes: Vec<Shape>,
+    pub(super) shapes: Vec<Drawing>,
 }
 
 impl Canvas {
@@ -177,7 +177,7 @@ impl Canvas {
         fill: Option<Colour>,
         stroke: Option<Stroke>,
     ) {
-        self.shapes.push(Shape::Path { points, closed: true, fill, stroke });
+        self.shapes.push(Drawing::Path { points, closed: true, fill, stroke });
     }
 
     pub(super) fn line(&mut self, from: [f64; 2], to: [f64; 2], stroke: Stroke) {
@@ -186,7 +186,7 @@ impl Canvas {
 
     /// Straight lines from point to point.
     pub(super) fn polyline(&mut self, points: Vec<[f64; 2]>, stroke: Stroke) {
-        self.shapes.push(Shape::Path { points, closed: false, fill: None, stroke: Some(stroke) });
+        self.shapes.push(Drawing::Path { points, closed: false, fill: None, stroke: Some(stroke) });
     }
 
     pub(super) fn circle(
@@ -196,16 +196,16 @@ impl Canvas {
         fill: Option<Colour>,
         stroke: Option<Stroke>,
     ) {
-        self.shapes.push(Shape::Circle { centre, radius, fill, stroke });
+        self.shapes.push(Drawing::Circle { centre, radius, fill, stroke });
     }
 
     pub(super) fn text(&mut self, at: [f64; 2], text: impl Into<String>, style: TextStyle) {
-        self.shapes.push(Shape::Text { at, text: text.into(), style });
+        self.shapes.push(Drawing::Text { at, text: text.into(), style });
     }
 
     /// Pixels stretched over an area.
     pub(super) fn picture(&mut self, area: Area, raster: Raster) {
-        self.shapes.push(Shape::Picture { area, raster });
+        self.shapes.push(Drawing::Picture { area, raster });
     }
 
     /// Clips to an area what `draw` draws.
@@ -213,6 +213,6 @@ impl Canvas {
         let below = std::mem::take(&mut self.shapes);
         draw(self);
         let shapes = std::mem::replace(&mut self.shapes, below);
-        self.shapes.push(Shape::Clip { area, shapes });
+        self.shapes.push(Drawing::Clip { area, shapes });
     }
 }

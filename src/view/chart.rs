@@ -235,7 +235,7 @@ fn draw_names(canvas: &mut Canvas, chart: &LineChart, scale: &Scale) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::view::canvas::Shape;
+    use crate::view::canvas::Drawing;
 
     fn chart(lines: &[(&str, &[[f64; 2]])]) -> LineChart {
         let lines =
@@ -264,7 +264,7 @@ mod tests {
             .shapes
             .iter()
             .filter_map(|shape| match shape {
-                Shape::Text { at, text, .. } if ["one", "two", "three"].contains(&&text[..]) => {
+                Drawing::Text { at, text, .. } if ["one", "two", "three"].contains(&&text[..]) => {
                     Some(at[1])
                 }
                 _ => None,
@@ -291,7 +291,7 @@ mod tests {
     fn dots_are_numbered() {
         let page = line_chart(&chart(&[("one", &[[1.0, 2.0]]), ("two", &[[5.0, 6.0]])]));
         let said = |wanted: &str| {
-            page.shapes.iter().any(|s| matches!(s, Shape::Text { text, .. } if text == wanted))
+            page.shapes.iter().any(|s| matches!(s, Drawing::Text { text, .. } if text == wanted))
         };
         assert!(said("1") && said("2") && said("1  one") && said("2  two"));
     }
@@ -300,6 +300,6 @@ mod tests {
     fn nothing_to_draw_is_a_page_with_axes() {
         let nothing = chart(&[("empty", &[]), ("odd", &[[f64::NAN, 1.0]])]);
         let page = line_chart(&nothing);
-        assert!(page.shapes.iter().all(|shape| !matches!(shape, Shape::Circle { .. })));
+        assert!(page.shapes.iter().all(|shape| !matches!(shape, Drawing::Circle { .. })));
     }
 }

@@ -4,9 +4,9 @@ use super::canvas::{Anchor, Area, Canvas, Stroke, opaque};
 use super::font::{self, Weight};
 use super::layout::{self, Caption, GAP, INNER_WIDTH, MARGIN, WIDTH, slot_width};
 use super::legend::Key;
-use super::plane::{Plane, Region};
+use super::plane::{Plane, PlaneRegion};
 use super::plane_panel::birds_eye;
-use super::scene::{Scene, Window, row_from_top};
+use super::scene::{FrameScene, Window, row_from_top};
 use super::{range_panel, theme};
 use crate::diagnose::explain::{BorderPair, Explanation, Place, PointFacts};
 use crate::text::grouped;
@@ -21,7 +21,7 @@ const HEADLINE_LINES: usize = 3;
 
 /// Draws an explanation under its headline: components with the pairs of pixels that voted,
 /// instances, and the plane around the points, which are marked A and B.
-pub fn explanation(scene: &Scene, found: &Explanation, headline: &str, dpi: f64) -> Canvas {
+pub fn explanation(scene: &FrameScene, found: &Explanation, headline: &str, dpi: f64) -> Canvas {
     let mut canvas = layout::page();
     let top = title(&mut canvas, scene, headline);
     let pairs = found.pairs();
@@ -53,7 +53,7 @@ pub fn explanation(scene: &Scene, found: &Explanation, headline: &str, dpi: f64)
 }
 
 /// Draws the headline and below it the frame. Returns where they end.
-fn title(canvas: &mut Canvas, scene: &Scene, headline: &str) -> f64 {
+fn title(canvas: &mut Canvas, scene: &FrameScene, headline: &str) -> f64 {
     let mut baseline = MARGIN;
     for line in wrapped(headline, INNER_WIDTH) {
         baseline += theme::HEADING + 4.0;
@@ -106,7 +106,7 @@ fn captioned(canvas: &mut Canvas, slot: Area, caption: Caption) -> Area {
 }
 
 /// The part of the range image around the points; all columns if the seam parts them.
-fn window(scene: &Scene, points: &[PointFacts]) -> Window {
+fn window(scene: &FrameScene, points: &[PointFacts]) -> Window {
     let image = &scene.stages.image;
     let pixels = points.iter().filter_map(|point| point.pixel);
     let pixels = pixels.map(|[row, column]| (row_from_top(image, row), column));
@@ -127,7 +127,7 @@ fn window(scene: &Scene, points: &[PointFacts]) -> Window {
 /// A part of the range image in an area of the page.
 #[derive(Clone, Copy)]
 struct Panel<'a> {
-    scene: &'a Scene<'a>,
+    scene: &'a FrameScene<'a>,
     window: &'a Window,
     area: Area,
 }
@@ -190,13 +190,13 @@ fn mark(canvas: &mut Canvas, area: Area, [x, y]: [f64; 2], name: &str) {
 }
 
 /// The instances from above around the points.
-fn plane(canvas: &mut Canvas, scene: &Scene, points: &[PointFacts], area: Area, dpi: f64) {
+fn plane(canvas: &mut Canvas, scene: &FrameScene, points: &[PointFacts], area: Area, dpi: f64) {
     let places: Vec<[f64; 2]> = points
         .iter()
         .map(|point| [0, 1].map(|axis| f64::from(point.position[axis])))
         .filter(|[x, y]| x.is_finite() && y.is_finite())
         .collect();
-    let plane = Plane::new(area, &Region::whole(&places, 4.0, 12.0));
+    let plane = Plane::new(area, &PlaneRegion::whole(&places, 4.0, 12.0));
     birds_eye(canvas, scene, &plane, dpi);
     for (name, point) in named(points) {
         let [x, y, _] = point.position.map(f64::from);

@@ -5,8 +5,8 @@ use super::layout::{self, Caption, GAP, HEADING_ROW, MARGIN, slot_width};
 use super::legend::Key;
 use super::numbers::quantile;
 use super::options::{FigureOptions, Panel};
-use super::plane::{Plane, Region};
-use super::scene::{Scene, Window};
+use super::plane::{Plane, PlaneRegion};
+use super::scene::{FrameScene, Window};
 use super::vote_graph::{self, Decision};
 use super::{plane_panel, ramp, range_panel, theme};
 use crate::error::{FigureError, Result};
@@ -24,14 +24,15 @@ const MAX_CLASSES: usize = 8;
 /// # Errors
 /// [`Error::Figure`](crate::error::Error::Figure) if there is no panel, the crop is empty, or a
 /// panel shows intensity and the cloud has none.
-pub fn figure(scene: &Scene, options: &FigureOptions) -> Result<Canvas> {
+pub fn figure(scene: &FrameScene, options: &FigureOptions) -> Result<Canvas> {
     let image = &scene.stages.image;
     if options.panels.is_empty() {
         return Err(FigureError::NoPanel.into());
     }
     let window = options.crop.within(image.rows(), image.columns())?;
-    let region =
-        options.region.unwrap_or_else(|| Region::of_objects(scene, &window, options.crop.is_all()));
+    let region = options
+        .region
+        .unwrap_or_else(|| PlaneRegion::of_objects(scene, &window, options.crop.is_all()));
     let panels = Panels { scene, options, window, region };
     let mut page = Page { canvas: layout::page(), y: MARGIN + HEADING_ROW, count: 0, slots: 1 };
     layout::heading(&mut page.canvas, scene);
@@ -96,12 +97,12 @@ impl Page {
 
 /// What the panels of a figure show.
 struct Panels<'a> {
-    scene: &'a Scene<'a>,
+    scene: &'a FrameScene<'a>,
     options: &'a FigureOptions,
     /// The part of the range image.
     window: Window,
     /// The part of the plane.
-    region: Region,
+    region: PlaneRegion,
 }
 
 impl Panels<'_> {
@@ -194,7 +195,7 @@ fn other_key() -> Key {
     Key::square(theme::OTHER_RETURNS[1], "other returns")
 }
 
-fn intensity_key(scene: &Scene) -> Result<Key> {
+fn intensity_key(scene: &FrameScene) -> Result<Key> {
     let values = scene.intensity.ok_or(FigureError::NoIntensity)?;
     let high = brightest(values);
     let high = if high < 10.0 { format!("{high:.2}") } else { format!("{high:.0}") };
@@ -202,7 +203,7 @@ fn intensity_key(scene: &Scene) -> Result<Key> {
 }
 
 /// The things that occur, the most frequent first.
-fn mask_keys(scene: &Scene) -> Vec<Key> {
+fn mask_keys(scene: &FrameScene) -> Vec<Key> {
     if scene.classes.is_empty() {
         return vec![Key::square(theme::OBJECT, "object"), other_key()];
     }
@@ -219,7 +220,7 @@ fn mask_keys(scene: &Scene) -> Vec<Key> {
     seen.iter().take(MAX_CLASSES).map(square).chain([other_key()]).collect()
 }
 
-fn instance_count(scene: &Scene) -> String {
+fn instance_count(scene: &FrameScene) -> String {
     let (instances, merged) = (scene.stages.instances.len(), scene.stages.merge.count as usize);
     match merged == instances {
         true => format!("(n = {})", text(instances)),
@@ -227,7 +228,7 @@ fn instance_count(scene: &Scene) -> String {
     }
 }
 
-fn instance_keys(scene: &Scene) -> Vec<Key> {
+fn instance_keys(scene: &FrameScene) -> Vec<Key> {
     let reasons = [Reason::TooSmall, Reason::Unreached];
     let occurring =
         reasons.into_iter().filter(|reason| scene.stages.labels.reason.contains(reason));
@@ -236,7 +237,7 @@ fn instance_keys(scene: &Scene) -> Vec<Key> {
     [words].into_iter().chain(occurring.map(of_reason)).chain([other_key()]).collect()
 }
 
-fn vote_keys(scene: &Scene) -> Vec<Key> {
+fn vote_keys(scene: &FrameScene) -> Vec<Key> {
     let decisions = vote_graph::decisions(scene);
     let count = |of: Decision| decisions.iter().filter(|(_, decision)| *decision == of).count();
     let line = |colour, words: &str, count| Key::line(colour, format!("{words} ({})", text(count)));
@@ -258,7 +259,7 @@ fn brightest(intensity: &[f32]) -> f64 {
 }
 
 /// Far end of the range's ramp in metres.
-fn far(scene: &Scene) -> f64 {
+fn far(scene: &FrameScene) -> f64 {
     let far = quantile(scene.seen_points().map(|point| scene.range(point)), 0.99);
     (far / 5.0).ceil().max(1.0) * 5.0
 }

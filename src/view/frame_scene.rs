@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::colour_tracker::ColourTracker;
-use super::scene::Scene;
+use super::scene::FrameScene;
 use crate::annotate::{AnnotateConfig, Clustered, cluster};
-use crate::diagnose::explain::{ExplanationReport, Frame, Subject, explain};
+use crate::diagnose::explain::{ClusteredCloud, ExplanationReport, Subject, explain};
 use crate::error::Result;
 use crate::frames::EncodedCloud;
 
@@ -41,16 +41,16 @@ impl<'a> ClusteredMessage<'a> {
         method: &'s AnnotateConfig,
         start_ns: u64,
         colours: &mut ColourTracker,
-    ) -> Scene<'s> {
+    ) -> FrameScene<'s> {
         let Clustered { cloud, stages, semantics, .. } = &self.clustered;
         let has_classes = semantics.starts_with("field:");
         let seconds = self.message.log_time_ns().saturating_sub(start_ns) as f64 * 1e-9;
-        Scene {
+        FrameScene {
             cloud,
             stages,
             classes: if has_classes { method.taxonomy.classes() } else { &[] },
             intensity: self.intensity.as_deref(),
-            merge_ratio: method.config.cluster.merge_ratio,
+            merge_ratio: method.pipeline.cluster.merge_ratio,
             colour_numbers: colours.colour_numbers(&stages.instances),
             heading: format!("frame {}  ·  {seconds:.3} s", self.message.number),
             remark: format!(
@@ -59,7 +59,7 @@ impl<'a> ClusteredMessage<'a> {
                 stages.image.rows(),
                 stages.image.columns(),
                 stages.image.projection.describe(),
-                method.config.describe(),
+                method.pipeline.describe(),
             ),
         }
     }
@@ -70,7 +70,7 @@ pub fn explanation_report(
     file: &Path,
     message: &EncodedCloud,
     semantics: &str,
-    frame: &Frame,
+    frame: &ClusteredCloud,
     subject: Subject,
 ) -> ExplanationReport {
     ExplanationReport {
@@ -89,8 +89,11 @@ pub fn explanation_report(
 }
 
 /// The scene of an explanation's figure.
-pub fn explained_scene<'a>(frame: &Frame<'a>, report: &ExplanationReport) -> Scene<'a> {
-    Scene {
+pub fn explained_scene<'a>(
+    frame: &ClusteredCloud<'a>,
+    report: &ExplanationReport,
+) -> FrameScene<'a> {
+    FrameScene {
         cloud: frame.cloud,
         stages: frame.stages,
         classes: &[],

@@ -3,7 +3,7 @@
 use super::canvas::{Anchor, Canvas};
 use super::font::{self, Weight};
 use super::legend::{self, Key};
-use super::scene::Scene;
+use super::scene::FrameScene;
 use super::theme;
 
 /// Width of a figure in page units.
@@ -35,7 +35,7 @@ pub fn slot_width(count: usize) -> f64 {
 }
 
 /// The scene's heading on the left, its remark on the right.
-pub fn heading(canvas: &mut Canvas, scene: &Scene) {
+pub fn heading(canvas: &mut Canvas, scene: &FrameScene) {
     let baseline = MARGIN + theme::HEADING;
     canvas.text([MARGIN, baseline], &scene.heading, theme::heading());
     let taken = font::width(&scene.heading, theme::HEADING, Weight::Medium);

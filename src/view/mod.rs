@@ -1,7 +1,7 @@
 //! Pictures of a clustered cloud: figures as PNG or SVG, pages of triage cases, and the stream to
 //! the Rerun viewer (`rerun_stream`, with the feature `rerun`). Viewing changes no result.
 //!
-//! A [`Scene`] is what is shown. [`figure`](figure()), [`step_figure`](step_figure()) and
+//! A [`FrameScene`] is what is shown. [`figure`](figure()), [`step_figure`](step_figure()) and
 //! [`explanation`](explanation()) lay it out on a [`Canvas`]; [`png`](png()) and [`svg`](svg())
 //! draw that. No display and no font of the system is needed: the same input gives the same bytes.
 
@@ -42,11 +42,11 @@ pub use figure::figure;
 pub use frame_scene::{ClusteredMessage, explained_scene, explanation_report};
 pub use matrix::merge_moves;
 pub use options::{FigureOptions, Panel};
-pub use plane::Region;
+pub use plane::PlaneRegion;
 pub use png::{png, size_in_pixels};
-pub use scene::{Crop, Scene, Window};
+pub use scene::{Crop, FrameScene, Window};
 pub use step_figure::step_figure;
-pub use steps::{Step, steps};
+pub use steps::{FigureStep, steps};
 pub use svg::{inline_svg, svg};
 pub use target::Target;
 pub use viewer_layout::{ShownTopic, viewer_layout};

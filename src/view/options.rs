@@ -1,6 +1,6 @@
 //! What a figure is made of: its panels and how they are laid out.
 
-use super::plane::Region;
+use super::plane::PlaneRegion;
 use super::scene::Crop;
 
 /// A panel of a figure.
@@ -51,7 +51,7 @@ pub struct FigureOptions {
     /// Part of the range image that is shown. Default: all.
     pub crop: Crop,
     /// Part of the plane that is shown. Default: around the objects that are shown.
-    pub region: Option<Region>,
+    pub region: Option<PlaneRegion>,
     /// Pixels to the inch; a figure is 10.4 inches wide. Default 192.
     pub dpi: f64,
 }

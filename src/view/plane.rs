@@ -3,24 +3,24 @@
 use super::canvas::{Anchor, Area, Canvas, Raster, Stroke, between, opaque};
 use super::numbers::{extent, quantile, round_steps};
 use super::range_panel::backdrop;
-use super::scene::{Scene, Window};
+use super::scene::{FrameScene, Window};
 use super::theme;
 use divmerge_core::geometry::footprint::Rectangle;
 
 /// A part of the plane in metres, sensor frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Region {
+pub struct PlaneRegion {
     /// Least and greatest x.
     pub x: [f64; 2],
     /// Least and greatest y.
     pub y: [f64; 2],
 }
 
-impl Region {
+impl PlaneRegion {
     /// Around all but the most remote of some points, to whole multiples of `step` metres and no
     /// smaller than `least` metres.
     pub fn around(points: &[[f64; 2]], step: f64, least: f64) -> Self {
-        Region::by_axis(points, |values| {
+        PlaneRegion::by_axis(points, |values| {
             let low = quantile(values.iter().copied(), 0.01);
             let high = quantile(values.iter().copied(), 0.99);
             let short = (least - (high - low)).max(0.0) / 2.0;
@@ -30,7 +30,7 @@ impl Region {
 
     /// Around all of some points with a margin, and no smaller than `least` metres.
     pub fn whole(points: &[[f64; 2]], margin: f64, least: f64) -> Self {
-        Region::by_axis(points, |values| {
+        PlaneRegion::by_axis(points, |values| {
             let [low, high] = extent(values.iter().copied()).unwrap_or([0.0; 2]);
             let more = margin.max((least - (high - low)) / 2.0);
             [low - more, high + more]
@@ -39,7 +39,7 @@ impl Region {
 
     fn by_axis(points: &[[f64; 2]], span: impl Fn(&[f64]) -> [f64; 2]) -> Self {
         let [x, y] = [0, 1].map(|axis| points.iter().map(|point| point[axis]).collect::<Vec<_>>());
-        Region { x: span(&x), y: span(&y) }
+        PlaneRegion { x: span(&x), y: span(&y) }
     }
 
     /// Width over height.
@@ -49,7 +49,7 @@ impl Region {
 
     /// The part of the plane with the objects of a window; with the sensor too if the window is the
     /// whole image.
-    pub fn of_objects(scene: &Scene, window: &Window, is_all: bool) -> Self {
+    pub fn of_objects(scene: &FrameScene, window: &Window, is_all: bool) -> Self {
         let inside = scene.object_pixels().zip(&scene.stages.objects.position);
         let mut points: Vec<[f64; 2]> = inside
             .filter(|&((row, column, _), _)| window.contains(row, column))
@@ -60,7 +60,7 @@ impl Region {
             points.extend(std::iter::repeat_n([0.0; 2], points.len() / 50 + 1));
         }
         let [step, least] = if is_all { [2.0, 10.0] } else { [1.0, 6.0] };
-        Region::around(&points, step, least)
+        PlaneRegion::around(&points, step, least)
     }
 }
 
@@ -76,7 +76,7 @@ pub struct Plane {
 
 impl Plane {
     /// The region in the middle of the area, as large as fits.
-    pub fn new(area: Area, region: &Region) -> Self {
+    pub fn new(area: Area, region: &PlaneRegion) -> Self {
         let sides = [region.x[1] - region.x[0], region.y[1] - region.y[0]];
         let scale = (area.width / sides[0]).min(area.height / sides[1]);
         let centre = [region.x[0] + sides[0] / 2.0, region.y[0] + sides[1] / 2.0];
@@ -102,7 +102,7 @@ impl Plane {
     pub fn points(
         &self,
         canvas: &mut Canvas,
-        scene: &Scene,
+        scene: &FrameScene,
         density: f64,
         colour: impl Fn(usize) -> [u8; 3],
     ) {
@@ -232,7 +232,7 @@ mod tests {
     #[test]
     fn forward_is_right_and_left_is_up() {
         let area = Area { x: 10.0, y: 20.0, width: 200.0, height: 100.0 };
-        let plane = Plane::new(area, &Region { x: [-10.0, 10.0], y: [-10.0, 10.0] });
+        let plane = Plane::new(area, &PlaneRegion { x: [-10.0, 10.0], y: [-10.0, 10.0] });
         assert_eq!(plane.scale, 5.0);
         assert_eq!(plane.to_page([0.0, 0.0]), [110.0, 70.0]);
         assert_eq!(plane.to_page([10.0, 10.0]), [160.0, 20.0]);
@@ -241,8 +241,8 @@ mod tests {
 
     #[test]
     fn regions_have_a_size_even_around_nothing() {
-        let region = Region::around(&[], 5.0, 20.0);
-        assert_eq!(region, Region { x: [-10.0, 10.0], y: [-10.0, 10.0] });
+        let region = PlaneRegion::around(&[], 5.0, 20.0);
+        assert_eq!(region, PlaneRegion { x: [-10.0, 10.0], y: [-10.0, 10.0] });
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::canvas::{Anchor, Area, Canvas, Stroke, between, opaque};
 use super::font::{self, Weight};
 use super::plane::{LabelSpots, Plane};
-use super::scene::Scene;
+use super::scene::FrameScene;
 use super::{theme, vote_graph};
 use crate::messages::palette::reason_colour;
 use divmerge_core::cloud::Instance;
@@ -13,7 +13,7 @@ use divmerge_core::geometry::footprint::Rectangle;
 const NUMBER: f64 = 8.5;
 
 /// Components and votes over the dimmed cloud.
-pub fn votes(canvas: &mut Canvas, scene: &Scene, plane: &Plane, dpi: f64) {
+pub fn votes(canvas: &mut Canvas, scene: &FrameScene, plane: &Plane, dpi: f64) {
     let instance = &scene.stages.labels.instance;
     plane.points(canvas, scene, dpi / 96.0, |point| {
         between(theme::PANEL, scene.colour(instance[point]), 0.38)
@@ -23,7 +23,7 @@ pub fn votes(canvas: &mut Canvas, scene: &Scene, plane: &Plane, dpi: f64) {
 }
 
 /// The instances with their boxes; the largest have their numbers where there is room.
-pub fn birds_eye(canvas: &mut Canvas, scene: &Scene, plane: &Plane, dpi: f64) {
+pub fn birds_eye(canvas: &mut Canvas, scene: &FrameScene, plane: &Plane, dpi: f64) {
     let labels = &scene.stages.labels;
     plane.points(canvas, scene, dpi / 96.0, |point| match labels.instance[point] {
         0 => reason_colour(labels.reason[point] as u8),

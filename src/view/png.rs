@@ -5,7 +5,7 @@ use tiny_skia::{
     PixmapPaint, Rect, StrokeDash, Transform,
 };
 
-use super::canvas::{Anchor, Area, Canvas, Colour, Raster, Shape, Stroke, TextStyle};
+use super::canvas::{Anchor, Area, Canvas, Colour, Drawing, Raster, Stroke, TextStyle};
 use super::font;
 
 /// Page units to the inch.
@@ -65,23 +65,23 @@ struct Brush {
 }
 
 impl Brush {
-    fn shapes(&mut self, shapes: &[Shape]) {
+    fn shapes(&mut self, shapes: &[Drawing]) {
         for shape in shapes {
             match shape {
-                Shape::Path { points, closed, fill, stroke } => {
+                Drawing::Path { points, closed, fill, stroke } => {
                     if let Some(path) = polyline(points, *closed) {
                         self.path(&path, *fill, *stroke);
                     }
                 }
-                Shape::Circle { centre, radius, fill, stroke } => {
+                Drawing::Circle { centre, radius, fill, stroke } => {
                     let [x, y] = centre.map(|c| c as f32);
                     if let Some(path) = PathBuilder::from_circle(x, y, *radius as f32) {
                         self.path(&path, *fill, *stroke);
                     }
                 }
-                Shape::Text { at, text, style } => self.text(*at, text, style),
-                Shape::Picture { area, raster } => self.picture(area, raster),
-                Shape::Clip { area, shapes } => {
+                Drawing::Text { at, text, style } => self.text(*at, text, style),
+                Drawing::Picture { area, raster } => self.picture(area, raster),
+                Drawing::Clip { area, shapes } => {
                     let outer = self.mask.take();
                     self.mask = self.mask_of(area);
                     self.shapes(shapes);

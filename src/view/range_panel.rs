@@ -1,14 +1,14 @@
 //! Panels of the range image: a pixel of the panel for each row and column.
 
 use super::canvas::{Raster, between};
-use super::scene::{Scene, Window, row_from_top};
+use super::scene::{FrameScene, Window, row_from_top};
 use super::{ramp, theme};
 use crate::messages::palette::{instance_colour, reason_colour};
 use divmerge_core::cloud::Reason;
 
 /// Colours a part of the range image by `colour(pixel, point)` of each pixel with a return.
 pub fn raster(
-    scene: &Scene,
+    scene: &FrameScene,
     window: &Window,
     mut colour: impl FnMut(usize, usize) -> [u8; 3],
 ) -> Raster {
@@ -27,7 +27,7 @@ pub fn raster(
 }
 
 /// Colour of a return that is not an object: the nearer, the brighter.
-pub fn backdrop(scene: &Scene, point: usize) -> [u8; 3] {
+pub fn backdrop(scene: &FrameScene, point: usize) -> [u8; 3] {
     const NEAR: f64 = 4.0;
     const FAR: f64 = 60.0;
     let part = (scene.range(point) / NEAR).max(1.0).ln() / (FAR / NEAR).ln();
@@ -35,7 +35,7 @@ pub fn backdrop(scene: &Scene, point: usize) -> [u8; 3] {
 }
 
 /// The object mask, coloured by class where there are classes.
-pub fn mask(scene: &Scene, window: &Window) -> Raster {
+pub fn mask(scene: &FrameScene, window: &Window) -> Raster {
     let (mask, places) = (&scene.stages.mask, scene.thing_places());
     raster(scene, window, |_, point| {
         if !mask.is_object[point] {
@@ -49,7 +49,7 @@ pub fn mask(scene: &Scene, window: &Window) -> Raster {
 }
 
 /// The local components of the divide step, each in a colour of its own.
-pub fn components(scene: &Scene, window: &Window) -> Raster {
+pub fn components(scene: &FrameScene, window: &Window) -> Raster {
     let component = scene.component_of_pixel();
     let mask = &scene.stages.mask;
     raster(scene, window, |pixel, point| match component[pixel] {
@@ -60,7 +60,7 @@ pub fn components(scene: &Scene, window: &Window) -> Raster {
 }
 
 /// The instances.
-pub fn instances(scene: &Scene, window: &Window) -> Raster {
+pub fn instances(scene: &FrameScene, window: &Window) -> Raster {
     let (labels, mask) = (&scene.stages.labels, &scene.stages.mask);
     raster(scene, window, |_, point| match labels.instance[point] {
         0 if mask.is_object[point] => reason_colour(labels.reason[point] as u8),
@@ -70,12 +70,12 @@ pub fn instances(scene: &Scene, window: &Window) -> Raster {
 }
 
 /// The range image by range in metres up to `far`.
-pub fn range(scene: &Scene, window: &Window, far: f64) -> Raster {
+pub fn range(scene: &FrameScene, window: &Window, far: f64) -> Raster {
     raster(scene, window, |_, point| ramp::near_to_far((scene.range(point) / far).sqrt()))
 }
 
 /// The range image by the square root of the intensity, 0 to `high`.
-pub fn intensity(scene: &Scene, window: &Window, intensity: &[f32], high: f64) -> Raster {
+pub fn intensity(scene: &FrameScene, window: &Window, intensity: &[f32], high: f64) -> Raster {
     raster(scene, window, |_, point| {
         ramp::grey((f64::from(intensity[point]) / high).max(0.0).sqrt())
     })

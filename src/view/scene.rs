@@ -11,7 +11,7 @@ use divmerge_core::range_image::RangeImage;
 
 /// One clustered cloud and what is written about it.
 #[derive(Debug, Clone)]
-pub struct Scene<'a> {
+pub struct FrameScene<'a> {
     /// The cloud.
     pub cloud: &'a PointCloud,
     /// Every intermediate of its run.
@@ -30,7 +30,7 @@ pub struct Scene<'a> {
     pub remark: String,
 }
 
-impl Scene<'_> {
+impl FrameScene<'_> {
     /// Colour of a final instance.
     pub fn colour(&self, instance: u32) -> [u8; 3] {
         let number = self.colour_numbers.get((instance as usize).wrapping_sub(1));

@@ -6,9 +6,9 @@ use super::font::{self, Weight};
 use super::layout::{self, Caption, GAP, HEADING_ROW, INNER_WIDTH, MARGIN, TITLE_ROW, slot_width};
 use super::legend::Key;
 use super::options::FigureOptions;
-use super::plane::{LabelSpots, Plane, Region};
-use super::scene::{Scene, Window, instance_of_component};
-use super::steps::{Role, Step, kept_apart, roles};
+use super::plane::{LabelSpots, Plane, PlaneRegion};
+use super::scene::{FrameScene, Window, instance_of_component};
+use super::steps::{FigureStep, Role, kept_apart, roles};
 use super::vote_graph::{self, Decision};
 use super::{range_panel, theme};
 use crate::text::{counted, grouped};
@@ -30,9 +30,9 @@ const AGAINST: Colour = [255, 196, 168, 255];
 
 /// Draws one step, the `number`th of `total`.
 pub fn step_figure(
-    scene: &Scene,
+    scene: &FrameScene,
     options: &FigureOptions,
-    step: &Step,
+    step: &FigureStep,
     number: usize,
     total: usize,
 ) -> Canvas {
@@ -60,9 +60,14 @@ pub fn step_figure(
 }
 
 /// The scene under the heading of a step.
-fn headed<'a>(scene: &Scene<'a>, step: &Step, number: usize, total: usize) -> Scene<'a> {
-    let Step { opener, instance, .. } = step;
-    Scene {
+fn headed<'a>(
+    scene: &FrameScene<'a>,
+    step: &FigureStep,
+    number: usize,
+    total: usize,
+) -> FrameScene<'a> {
+    let FigureStep { opener, instance, .. } = step;
+    FrameScene {
         heading: format!(
             "merge {number} of {total}  ·  component {opener} opens instance {instance}"
         ),
@@ -95,14 +100,14 @@ fn votes_caption() -> Caption {
     Caption { title: "votes on the plane", keys, ..Caption::default() }
 }
 
-fn decisions_caption(scene: &Scene) -> Caption {
+fn decisions_caption(scene: &FrameScene) -> Caption {
     let count = format!("(V+ : V−, more than {:.0} % to join)", scene.merge_ratio * 100.0);
     Caption { title: "decisions", count, ..Caption::default() }
 }
 
 /// What the pictures of a step show.
 struct StepPanel<'a> {
-    scene: &'a Scene<'a>,
+    scene: &'a FrameScene<'a>,
     options: &'a FigureOptions,
     roles: &'a [Role],
 }
@@ -173,7 +178,7 @@ impl StepPanel<'_> {
             .map(|label| (label, centres[label].0))
             .collect();
         let places: Vec<[f64; 2]> = nodes.iter().map(|&(_, centre)| centre).collect();
-        let plane = Plane::new(area, &Region::whole(&places, 0.8, 3.0));
+        let plane = Plane::new(area, &PlaneRegion::whole(&places, 0.8, 3.0));
         self.cloud(canvas, &plane);
         let on_page = |label: u32| plane.to_page(centres[label as usize - 1].0);
         canvas.clipped(area, |canvas| {

@@ -2,13 +2,13 @@
 //! it asked in vain.
 
 use super::options::FigureOptions;
-use super::scene::Scene;
+use super::scene::FrameScene;
 use crate::error::Result;
 use divmerge_core::cluster::{MergeStep, Vote};
 
 /// A state of the merge while an instance is gathered.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Step {
+pub struct FigureStep {
     /// Number of the instance in the merge.
     pub instance: u32,
     /// The component that opened it.
@@ -25,7 +25,11 @@ pub struct Step {
 ///
 /// # Errors
 /// [`Error::Figure`](crate::error::Error::Figure) if the crop lies outside of the range image.
-pub fn steps(scene: &Scene, options: &FigureOptions, by_decision: bool) -> Result<Vec<Step>> {
+pub fn steps(
+    scene: &FrameScene,
+    options: &FigureOptions,
+    by_decision: bool,
+) -> Result<Vec<FigureStep>> {
     let merge = &scene.stages.merge;
     let image = &scene.stages.image;
     let window = options.crop.within(image.rows(), image.columns())?;
@@ -60,10 +64,10 @@ struct Gathered {
 }
 
 impl Gathered {
-    fn steps(self, instance: u32, by_decision: bool) -> impl Iterator<Item = Step> {
+    fn steps(self, instance: u32, by_decision: bool) -> impl Iterator<Item = FigureStep> {
         let all = self.joined.len();
         let first = if by_decision { all.min(1) } else { all };
-        (first..=all).map(move |decided| Step {
+        (first..=all).map(move |decided| FigureStep {
             instance,
             opener: self.opener.unwrap_or(0),
             joined: self.joined[..decided].to_vec(),
@@ -100,7 +104,7 @@ impl Role {
 }
 
 /// The role of each component, component k at k - 1.
-pub fn roles(scene: &Scene, step: &Step) -> Vec<Role> {
+pub fn roles(scene: &FrameScene, step: &FigureStep) -> Vec<Role> {
     let instances = &scene.stages.merge.instance_of_component;
     let before = |&instance: &u32| match instance < step.instance {
         true => Role::Earlier,
@@ -125,7 +129,7 @@ pub fn roles(scene: &Scene, step: &Step) -> Vec<Role> {
 }
 
 /// Pairs of a member and a component that it asked in vain, those with most votes first.
-pub fn kept_apart(scene: &Scene, roles: &[Role]) -> Vec<(u32, u32, Vote)> {
+pub fn kept_apart(scene: &FrameScene, roles: &[Role]) -> Vec<(u32, u32, Vote)> {
     let role = |label: u32| roles[label as usize - 1];
     let mut pairs: Vec<(u32, u32, Vote)> = asked(scene)
         .filter(|&(a, b, _)| role(a).is_member() && role(b) == Role::KeptApart)
@@ -136,7 +140,7 @@ pub fn kept_apart(scene: &Scene, roles: &[Role]) -> Vec<(u32, u32, Vote)> {
 }
 
 /// Each pair of components with votes, both ways round.
-fn asked<'a>(scene: &Scene<'a>) -> impl Iterator<Item = (u32, u32, &'a Vote)> {
+fn asked<'a>(scene: &FrameScene<'a>) -> impl Iterator<Item = (u32, u32, &'a Vote)> {
     let pairs = scene.stages.votes.pairs.iter();
     pairs.flat_map(|vote| [(vote.a, vote.b, vote), (vote.b, vote.a, vote)])
 }

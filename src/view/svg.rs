@@ -5,7 +5,7 @@ use std::fmt::Write;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-use super::canvas::{Anchor, Area, Canvas, Colour, Shape, Stroke, TextStyle};
+use super::canvas::{Anchor, Area, Canvas, Colour, Drawing, Stroke, TextStyle};
 use super::font::{self, Weight};
 use super::png::raster_png;
 
@@ -53,23 +53,23 @@ fn content(out: &mut String, canvas: &Canvas) {
     *out += "</svg>\n";
 }
 
-fn shapes(out: &mut String, all: &[Shape]) {
+fn shapes(out: &mut String, all: &[Drawing]) {
     for shape in all {
         let _ = match shape {
-            Shape::Path { points, closed, fill, stroke } => {
+            Drawing::Path { points, closed, fill, stroke } => {
                 let name = if *closed { "polygon" } else { "polyline" };
                 let points: Vec<String> =
                     points.iter().map(|&[x, y]| format!("{},{}", number(x), number(y))).collect();
                 let (points, fill, line) = (points.join(" "), paint("fill", *fill), line(*stroke));
                 writeln!(out, "<{name} points=\"{points}\"{fill}{line}/>")
             }
-            Shape::Circle { centre, radius, fill, stroke } => {
+            Drawing::Circle { centre, radius, fill, stroke } => {
                 let [cx, cy, r] = [centre[0], centre[1], *radius].map(number);
                 let (fill, line) = (paint("fill", *fill), line(*stroke));
                 writeln!(out, "<circle cx=\"{cx}\" cy=\"{cy}\" r=\"{r}\"{fill}{line}/>")
             }
-            Shape::Text { at, text, style } => self::text(out, *at, text, style),
-            Shape::Picture { area, raster } => {
+            Drawing::Text { at, text, style } => self::text(out, *at, text, style),
+            Drawing::Picture { area, raster } => {
                 let png = STANDARD.encode(raster_png(raster).unwrap_or_default());
                 writeln!(
                     out,
@@ -79,7 +79,7 @@ fn shapes(out: &mut String, all: &[Shape]) {
                     place(area)
                 )
             }
-            Shape::Clip { area, shapes } => {
+            Drawing::Clip { area, shapes } => {
                 // A nested page clips at its edges.
                 let [x, y, width, height] = [area.x, area.y, area.width, area.height].map(number);
                 let view = format!("viewBox=\"{x} {y} {width} {height}\"");

@@ -2,7 +2,7 @@
 
 use super::canvas::{Canvas, Stroke, opaque};
 use super::plane::Plane;
-use super::scene::{Scene, component_centroids, instance_of_component};
+use super::scene::{FrameScene, component_centroids, instance_of_component};
 use super::theme;
 use divmerge_core::cluster::Vote;
 
@@ -21,7 +21,7 @@ pub enum Decision {
 }
 
 /// The outcome for a pair, given the final instance of each component.
-fn decision(scene: &Scene, last: &[u32], vote: &Vote) -> Decision {
+fn decision(scene: &FrameScene, last: &[u32], vote: &Vote) -> Decision {
     let same = |instance: &[u32]| instance[vote.a as usize - 1] == instance[vote.b as usize - 1];
     if same(&scene.stages.merge.instance_of_component) {
         Decision::Merged
@@ -33,26 +33,26 @@ fn decision(scene: &Scene, last: &[u32], vote: &Vote) -> Decision {
 }
 
 /// Whether the pair's own votes were close to the threshold.
-pub fn is_thin(scene: &Scene, vote: &Vote) -> bool {
+pub fn is_thin(scene: &FrameScene, vote: &Vote) -> bool {
     let total = f64::from(vote.positive) + f64::from(vote.negative);
     (f64::from(vote.positive) - scene.merge_ratio * total).abs() <= THIN * total
 }
 
 /// The outcome of each pair.
-pub fn decisions<'a>(scene: &Scene<'a>) -> Vec<(&'a Vote, Decision)> {
+pub fn decisions<'a>(scene: &FrameScene<'a>) -> Vec<(&'a Vote, Decision)> {
     let last = instance_of_component(scene.stages);
     let pairs = scene.stages.votes.pairs.iter();
     pairs.map(|vote| (vote, decision(scene, &last, vote))).collect()
 }
 
 /// Centre on the plane of each component, component k at k - 1, and the number of its pixels.
-pub fn centres(scene: &Scene) -> Vec<([f64; 2], usize)> {
+pub fn centres(scene: &FrameScene) -> Vec<([f64; 2], usize)> {
     let centroids = component_centroids(scene.stages).into_iter();
     centroids.map(|([x, y, _], count)| ([x, y], count)).collect()
 }
 
 /// The edge of a pair, wider with more votes; `scale` is 1 for a plane of some 50 m.
-pub fn edge(scene: &Scene, vote: &Vote, decision: Decision, scale: f64) -> Stroke {
+pub fn edge(scene: &FrameScene, vote: &Vote, decision: Decision, scale: f64) -> Stroke {
     let votes = f64::from(vote.positive + vote.negative);
     let width = (0.45 + 0.25 * votes.sqrt()).min(4.0) * scale;
     let ([r, g, b], opacity) = match decision {
@@ -65,7 +65,7 @@ pub fn edge(scene: &Scene, vote: &Vote, decision: Decision, scale: f64) -> Strok
 }
 
 /// Draws edges and nodes; pairs that stayed apart lie over the others.
-pub fn draw(canvas: &mut Canvas, plane: &Plane, scene: &Scene) {
+pub fn draw(canvas: &mut Canvas, plane: &Plane, scene: &FrameScene) {
     let centres = centres(scene);
     let instance = instance_of_component(scene.stages);
     let is_seen = |label: u32| plane.shows(centres[label as usize - 1].0);

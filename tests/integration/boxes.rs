@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use divmerge::annotate::{AnnotateConfig, Options};
+use divmerge::annotate::{AnnotateConfig, AnnotateOptions};
 use divmerge::cloud::{Detection, UprightBox};
 use divmerge::comparison::methods::Boxes;
 use divmerge::frames::{BoxSource, CloudKey, FrameBoxes};
@@ -26,12 +26,12 @@ use crate::recordings::{drive, run};
 const BOXES: &str = "/boxes";
 
 /// Cuts by the boxes of a source.
-fn by_boxes(source: &BoxSource, recording: &Path) -> Result<Options> {
+fn by_boxes(source: &BoxSource, recording: &Path) -> Result<AnnotateOptions> {
     let boxes = FrameBoxes::open(source, recording, &Taxonomy::semantic_kitti())?;
     let other_method = Some(Arc::new(Boxes::default()) as _);
-    let config = Config { other_method, ..Config::best() };
-    let method = AnnotateConfig { config, boxes, ..AnnotateConfig::default() };
-    Ok(Options { method, force: true, ..Options::default() })
+    let pipeline = Config { other_method, ..Config::best() };
+    let config = AnnotateConfig { pipeline, boxes, ..AnnotateConfig::default() };
+    Ok(AnnotateOptions { config, force: true, ..AnnotateOptions::default() })
 }
 
 fn of_topic(topic: &str) -> BoxSource {
@@ -118,7 +118,7 @@ fn agreement(reference: &[u32], found: &[u32]) -> f64 {
 #[test]
 fn points_get_the_instance_of_their_box() {
     let (_folder, input) = drive(3);
-    let (annotated, _) = run(&input, &Options::default()).expect("annotated");
+    let (annotated, _) = run(&input, &AnnotateOptions::default()).expect("annotated");
     let recording = detected(&annotated, |_| true);
     let options = by_boxes(&of_topic(BOXES), &recording).expect("boxes");
     let (output, report) = run(&recording, &options).expect("annotated");
@@ -138,7 +138,7 @@ fn points_get_the_instance_of_their_box() {
 #[test]
 fn a_cloud_without_boxes_is_told_once_and_counted() {
     let (_folder, input) = drive(4);
-    let (annotated, _) = run(&input, &Options::default()).expect("annotated");
+    let (annotated, _) = run(&input, &AnnotateOptions::default()).expect("annotated");
     let recording = detected(&annotated, |number| number == 2);
     let options = by_boxes(&of_topic(BOXES), &recording).expect("boxes");
     let (output, report) = run(&recording, &options).expect("annotated");

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use divmerge::annotate::{
-    AnnotateConfig, AnnotationReport, Event, MessageTypes, Options, Semantics, annotate,
+    AnnotateConfig, AnnotateOptions, AnnotationReport, MessageTypes, RunEvent, Semantics, annotate,
     annotate_message,
 };
 use divmerge::frames::EncodedCloud;
@@ -188,11 +188,11 @@ fn recording(messages: &[(u64, Vec<u8>)]) -> (TempDir, PathBuf) {
 
 fn annotate_all(input: &Path) -> Result<(PathBuf, AnnotationReport)> {
     let output = input.with_extension("out.mcap");
-    let options = Options {
-        method: AnnotateConfig { semantics: Semantics::All, ..AnnotateConfig::default() },
-        ..Options::default()
+    let options = AnnotateOptions {
+        config: AnnotateConfig { semantics: Semantics::All, ..AnnotateConfig::default() },
+        ..AnnotateOptions::default()
     };
-    let report = annotate(input, &output, &options, &mut |_: Event| ControlFlow::Continue(()))?;
+    let report = annotate(input, &output, &options, &mut |_: RunEvent| ControlFlow::Continue(()))?;
     Ok((output, report))
 }
 

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use divmerge::annotate::{AnnotateConfig, AnnotationReport, Options, Semantics};
+use divmerge::annotate::{AnnotateConfig, AnnotateOptions, AnnotationReport, Semantics};
 use divmerge::datasets::drive::{CLOUD_TOPIC, SENSOR_FRAME};
 use divmerge::datasets::semantic_kitti::write_labels;
 use divmerge::frames::{
@@ -99,8 +99,11 @@ fn run(
             Semantics::Given(Arc::new(FrameClasses::open(&source, input, &taxonomy, TOLERANCE_NS)?))
         }
     };
-    let method = AnnotateConfig { semantics, ..AnnotateConfig::default() };
-    recordings::run(input, &Options { method, threads, force: true, ..Options::default() })
+    let config = AnnotateConfig { semantics, ..AnnotateConfig::default() };
+    recordings::run(
+        input,
+        &AnnotateOptions { config, threads, force: true, ..AnnotateOptions::default() },
+    )
 }
 
 fn instances(annotated: &Path) -> Vec<Vec<u8>> {

@@ -5,7 +5,8 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use divmerge::diagnose::explain::{
-    Answer, Flip, Frame, Link, Rule, Subject, VoteEvidence, WhatIf, answer, explain, what_if,
+    Answer, ClusteredCloud, Flip, Link, Rule, Subject, VoteEvidence, WhatIf, answer, explain,
+    what_if,
 };
 use divmerge::pipeline::{self, Config, Stages};
 use divmerge::semantics::MaskSource;
@@ -35,7 +36,7 @@ fn counted(link: &Link) -> (u64, u64) {
     (2 * in_favour, 2 * (link.pairs.len() as u64 - in_favour))
 }
 
-fn check_link(link: &Link, frame: &Frame, changes_hands: bool) {
+fn check_link(link: &Link, frame: &ClusteredCloud, changes_hands: bool) {
     let inherited = link.inherited.iter();
     let (positive, negative) = inherited
         .fold((link.own_positive, link.own_negative), |sum, donor| {
@@ -62,7 +63,7 @@ fn answers_are_those_of_the_labels_and_chains_those_of_the_merge() {
     let mask = MaskSource::Classes(&taxonomy);
     for config in presets() {
         let stages = pipeline::run(&cloud, mask, &config);
-        let frame = Frame { cloud: &cloud, mask, config: &config, stages: &stages };
+        let frame = ClusteredCloud { cloud: &cloud, mask, config: &config, stages: &stages };
         let points = some_points(&stages, 400);
         let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
         for pair in points.windows(2).filter(|pair| pair[0] != pair[1]) {
@@ -117,7 +118,7 @@ fn every_merge_is_explained_by_its_own_votes() {
     let mask = MaskSource::Classes(&taxonomy);
     for config in presets() {
         let stages = pipeline::run(&cloud, mask, &config);
-        let frame = Frame { cloud: &cloud, mask, config: &config, stages: &stages };
+        let frame = ClusteredCloud { cloud: &cloud, mask, config: &config, stages: &stages };
         let mut point_of: BTreeMap<u32, usize> = BTreeMap::new();
         for (object, &label) in stages.components.label.iter().enumerate() {
             let pixel = stages.objects.pixel[object] as usize;
@@ -150,7 +151,7 @@ fn reported_changes_flip_the_answer_and_smaller_ones_do_not() {
     let mut flips = 0;
     for config in [Config::paper(), Config::best()] {
         let stages = pipeline::run(&cloud, mask, &config);
-        let frame = Frame { cloud: &cloud, mask, config: &config, stages: &stages };
+        let frame = ClusteredCloud { cloud: &cloud, mask, config: &config, stages: &stages };
         let largest = stages.instances.iter().max_by_key(|instance| instance.points);
         let largest = largest.expect("an instance").id;
         let of_largest: Vec<usize> =

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use divmerge::Result;
-use divmerge::annotate::{AnnotationReport, Event, Form, Options, annotate};
+use divmerge::annotate::{AnnotateOptions, AnnotationReport, Form, RunEvent, annotate};
 use divmerge::datasets::drive::CLOUD_TOPIC;
 use divmerge::messages::clouds::CloudFormat;
 use divmerge::recording::{
@@ -15,12 +15,12 @@ use divmerge::recording::{
 use crate::cli::{divmerge, path, text};
 use crate::recordings::{drive, records};
 
-fn run(input: &Path, output: &Path, options: &Options) -> Result<AnnotationReport> {
-    annotate(input, output, options, &mut |_: Event| ControlFlow::Continue(()))
+fn run(input: &Path, output: &Path, options: &AnnotateOptions) -> Result<AnnotationReport> {
+    annotate(input, output, options, &mut |_: RunEvent| ControlFlow::Continue(()))
 }
 
-fn options(form: Form) -> Options {
-    Options { form, force: true, threads: 2, ..Options::default() }
+fn options(form: Form) -> AnnotateOptions {
+    AnnotateOptions { form, force: true, threads: 2, ..AnnotateOptions::default() }
 }
 
 /// Messages of a topic.
@@ -120,13 +120,13 @@ fn run_until(
     frames: usize,
     input: &Path,
     output: &Path,
-    options: &Options,
+    options: &AnnotateOptions,
 ) -> (usize, Result<AnnotationReport>) {
     let mut seen = 0;
-    let done = annotate(input, output, options, &mut |event: Event| {
-        seen += usize::from(matches!(event, Event::Frame(_)));
+    let done = annotate(input, output, options, &mut |event: RunEvent| {
+        seen += usize::from(matches!(event, RunEvent::Frame(_)));
         match event {
-            Event::Progress { .. } if seen >= frames => ControlFlow::Break(()),
+            RunEvent::Progress { .. } if seen >= frames => ControlFlow::Break(()),
             _ => ControlFlow::Continue(()),
         }
     });
@@ -138,14 +138,14 @@ fn a_run_that_is_continued_gives_the_same_bytes() {
     let (folder, input) = drive(40);
     let output = folder.path().join("out.mcap");
     for form in [Form::Beside, Form::InPlace, Form::Only] {
-        let whole = Options { compression: Some(Compression::Lz4), ..options(form) };
+        let whole = AnnotateOptions { compression: Some(Compression::Lz4), ..options(form) };
         let report = run(&input, &output, &whole).expect("annotated");
         let expected = std::fs::read(&output).expect("the output");
         std::fs::remove_file(&output).expect("removed");
         assert_eq!(report.topics[CLOUD_TOPIC].resumed, 0);
 
         // Cut off twice, then done.
-        let resume = Options { resume: true, force: false, ..whole };
+        let resume = AnnotateOptions { resume: true, force: false, ..whole };
         for frames in [20, 12] {
             let (_, broken) = run_until(frames, &input, &output, &resume);
             let said = broken.expect_err("interrupted").to_string();
@@ -167,7 +167,7 @@ fn a_run_that_is_continued_gives_the_same_bytes() {
 fn what_was_left_may_be_cut_anywhere() {
     let (folder, input) = drive(30);
     let output = folder.path().join("out.mcap");
-    let resume = Options { resume: true, force: false, ..options(Form::Beside) };
+    let resume = AnnotateOptions { resume: true, force: false, ..options(Form::Beside) };
     run(&input, &output, &resume).expect("annotated");
     let expected = std::fs::read(&output).expect("the output");
     for (keep_partial, keep_journal) in [(1.0, 0.5), (0.5, 1.0), (0.0, 1.0), (0.7, 0.0)] {
@@ -212,9 +212,9 @@ fn another_run_is_not_continued() {
     let (folder, drive) = drive(20);
     let [input, output] = ["input.mcap", "out.mcap"].map(|name| folder.path().join(name));
     uncompressed(&drive, &input, 0);
-    let resume = Options { resume: true, force: false, ..options(Form::Beside) };
+    let resume = AnnotateOptions { resume: true, force: false, ..options(Form::Beside) };
     run_until(15, &input, &output, &resume).1.expect_err("interrupted");
-    let other = Options { from_ns: Some(5), ..resume.clone() };
+    let other = AnnotateOptions { from_ns: Some(5), ..resume.clone() };
     let refused = run(&input, &output, &other).expect_err("another window").to_string();
     assert!(refused.contains("another from") && refused.contains("without --resume"), "{refused}");
 
@@ -224,7 +224,7 @@ fn another_run_is_not_continued() {
     assert!(refused.contains("is not the one"), "{refused}");
     assert!(!output.exists());
     // Without, it begins anew, and nothing of the old run is left.
-    let anew = Options { resumable: true, ..options(Form::Beside) };
+    let anew = AnnotateOptions { resumable: true, ..options(Form::Beside) };
     run(&input, &output, &anew).expect("annotated");
     assert_eq!(left(folder.path()), ["input.mcap", "out.mcap"]);
 }

@@ -4,7 +4,9 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use divmerge::annotate::{AnnotateConfig, AnnotationReport, Event, Options, Semantics, annotate};
+use divmerge::annotate::{
+    AnnotateConfig, AnnotateOptions, AnnotationReport, RunEvent, Semantics, annotate,
+};
 use divmerge::network::runtime::{HAS_TRACT, has_onnx_runtime};
 use divmerge::network::{Network, NetworkImage, NetworkOptions};
 use divmerge::range_image::ProjectionParams;
@@ -75,9 +77,9 @@ fn trained() -> NetworkOptions {
     options(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/network/network.onnx"))
 }
 
-fn run(input: &Path, name: &str, options: &Options) -> Result<(PathBuf, AnnotationReport)> {
+fn run(input: &Path, name: &str, options: &AnnotateOptions) -> Result<(PathBuf, AnnotationReport)> {
     let output = input.with_file_name(name);
-    let report = annotate(input, &output, options, &mut |_: Event| ControlFlow::Continue(()))?;
+    let report = annotate(input, &output, options, &mut |_: RunEvent| ControlFlow::Continue(()))?;
     Ok((output, report))
 }
 
@@ -135,8 +137,8 @@ fn several_at_once_and_several_threads_change_nothing() {
     let (folder, input) = drive(5);
     let mut outputs = Vec::new();
     for (batch, threads) in [(1, 1), (2, 1), (3, 3), (1, 4), (8, 2)] {
-        let method = by_network(NetworkOptions { batch, ..trained() });
-        let options = Options { method, threads, ..Options::default() };
+        let config = by_network(NetworkOptions { batch, ..trained() });
+        let options = AnnotateOptions { config, threads, ..AnnotateOptions::default() };
         let name = format!("{batch}-{threads}.mcap");
         let (output, report) = run(&input, &name, &options).unwrap();
         let topic = report.topics.values().next().unwrap();
@@ -268,14 +270,14 @@ fn a_network_that_gives_no_numbers_for_a_cloud_ends_the_run() {
     let mut model = by_height();
     model.weights[1] = vec![1e38, 0.0, 0.0, 0.0, 0.0];
     model.weights[2] = vec![1e38, 1e38, 0.0, 0.0, 0.0];
-    let method = by_network(options(files(folder.path(), &model, CONFIG)));
+    let config = by_network(options(files(folder.path(), &model, CONFIG)));
     for batch in [1, 2] {
         let network =
             Network::open(NetworkOptions { batch, ..options(folder.path().join("model.onnx")) });
         let semantics = Semantics::Network(Arc::new(network.unwrap()));
-        let options = Options {
-            method: AnnotateConfig { semantics, ..method.clone() },
-            ..Options::default()
+        let options = AnnotateOptions {
+            config: AnnotateConfig { semantics, ..config.clone() },
+            ..AnnotateOptions::default()
         };
         let error = run(&input, "out.mcap", &options).unwrap_err().to_string();
         assert!(error.contains("no numbers"), "{error}");

@@ -14,10 +14,10 @@ use divmerge::pipeline::{self, Config};
 use divmerge::range_image::{Geometry, NO_NEIGHBOUR, Projection, ProjectionParams, RangeImage};
 use divmerge::recording::WriteOptions;
 use divmerge::semantics::{GroundParams, MaskSource};
-use divmerge::simulate::{Drive, Frame, Rig, Scene, Sensor};
+use divmerge::simulate::{Drive, Rig, Scene, Sensor, SimulatedFrame};
 use divmerge::{PointCloud, PointColumns, Taxonomy};
 
-fn frame(sensor: Sensor) -> Frame {
+fn frame(sensor: Sensor) -> SimulatedFrame {
     Drive::new(sensor, Scene::Street, 2).frame(5)
 }
 
@@ -239,14 +239,14 @@ fn the_ground_is_found_in_the_frame_of_the_vehicle() {
 }
 
 /// The clouds of the street seen by a sensor that hangs upside down, in its own frame.
-fn hanging() -> Frame {
+fn hanging() -> SimulatedFrame {
     let mut drive = Drive::new(Sensor::Hdl32e, Scene::Street, 2);
     drive.mount.roll = PI;
     drive.frame(5)
 }
 
 fn annotated(
-    frame: &Frame,
+    frame: &SimulatedFrame,
     method: &AnnotateConfig,
 ) -> (Vec<u8>, Annotated, divmerge::annotate::Clustered) {
     let mut message = Vec::new();

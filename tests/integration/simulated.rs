@@ -2,10 +2,10 @@
 
 use divmerge::pipeline::{self, Config};
 use divmerge::semantics::{GroundParams, MaskSource};
-use divmerge::simulate::{Drive, Frame, Scene, Sensor};
+use divmerge::simulate::{Drive, Scene, Sensor, SimulatedFrame};
 use divmerge::{PointCloud, PointColumns, Taxonomy};
 
-fn frame(sensor: Sensor) -> Frame {
+fn frame(sensor: Sensor) -> SimulatedFrame {
     Drive::new(sensor, Scene::Parking, 3).frame(2)
 }
 

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use divmerge::Result;
 use divmerge::annotate::slices::{Plan, Slice, plan, recordings};
 use divmerge::annotate::{
-    AnnotateConfig, AnnotationReport, Event, Form, JoinOptions, Options, Semantics, SliceFile,
-    annotate, by_recording, join,
+    AnnotateConfig, AnnotateOptions, AnnotationReport, Form, JoinOptions, RunEvent, Semantics,
+    SliceFile, annotate, by_recording, join,
 };
 use divmerge::datasets::drive::CLOUD_TOPIC;
 use rand::{RngExt, SeedableRng};
@@ -19,7 +19,7 @@ use crate::cli::{divmerge, path, text};
 use crate::recordings::{drive, records};
 use crate::shapes::{each_shape, run};
 
-fn go_on(_: Event) -> ControlFlow<()> {
+fn go_on(_: RunEvent) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
@@ -29,10 +29,11 @@ fn planned(input: &Path, shards: usize) -> Vec<Slice> {
 }
 
 /// Annotates slices into a folder, the last first.
-fn annotated(slices: &[Slice], folder: &Path, options: &Options) -> Vec<PathBuf> {
+fn annotated(slices: &[Slice], folder: &Path, options: &AnnotateOptions) -> Vec<PathBuf> {
     let one = |slice: &Slice| {
         let output = folder.join(slice.file_name());
-        let options = Options { slice: Some(slice.clone()), force: true, ..options.clone() };
+        let options =
+            AnnotateOptions { slice: Some(slice.clone()), force: true, ..options.clone() };
         annotate(&slice.input, &output, &options, &mut go_on).expect("a slice");
         output
     };
@@ -65,7 +66,7 @@ fn by_hand(input: &Path) -> Vec<Slice> {
 }
 
 /// The bytes of a recording that was annotated in slices.
-fn sliced(input: &Path, slices: &[Slice], options: &Options) -> Vec<u8> {
+fn sliced(input: &Path, slices: &[Slice], options: &AnnotateOptions) -> Vec<u8> {
     let files = annotated(slices, input.parent().expect("a folder"), options);
     let output = input.with_extension("joined.mcap");
     joined(&files, &output).expect("joined");
@@ -84,8 +85,13 @@ fn every_shape_comes_out_as_if_it_had_not_been_cut() {
             (Form::InPlace, None),
             (Form::Only, None),
         ] {
-            let options =
-                Options { form, compression, threads: 2, force: true, ..Options::default() };
+            let options = AnnotateOptions {
+                form,
+                compression,
+                threads: 2,
+                force: true,
+                ..AnnotateOptions::default()
+            };
             let whole = run(input, &options);
             let what = format!("{shape:?} {form:?} {compression:?} in {count} slices");
             assert!(sliced(input, &planned, &options) == whole, "{what}");
@@ -126,19 +132,22 @@ fn clouds_that_lie_windows_and_ground_come_out_alike() {
     let overview = Overview::read(&input).expect("a recording");
     let start = overview.start_ns.expect("messages");
     let ground = AnnotateConfig { semantics: Semantics::Ground, ..AnnotateConfig::default() };
-    let usual = Options { threads: 2, force: true, ..Options::default() };
+    let usual = AnnotateOptions { threads: 2, force: true, ..AnnotateOptions::default() };
     for options in [
         usual.clone(),
-        Options { method: ground, form: Form::InPlace, ..usual.clone() },
-        Options { from_ns: Some(start + 150_000_000), ..usual.clone() },
-        Options { to_ns: Some(start + 450_000_000), form: Form::Only, ..usual.clone() },
-        Options { topics: vec![CLOUD_TOPIC.into()], unchecked: true, ..usual },
+        AnnotateOptions { config: ground, form: Form::InPlace, ..usual.clone() },
+        AnnotateOptions { from_ns: Some(start + 150_000_000), ..usual.clone() },
+        AnnotateOptions { to_ns: Some(start + 450_000_000), form: Form::Only, ..usual.clone() },
+        AnnotateOptions { topics: vec![CLOUD_TOPIC.into()], unchecked: true, ..usual },
     ] {
         let whole = run(&input, &options);
         assert!(sliced(&input, &planned(&input, 3), &options) == whole, "{options:?}");
     }
-    let files =
-        annotated(&planned(&input, 7), input.parent().expect("a folder"), &Options::default());
+    let files = annotated(
+        &planned(&input, 7),
+        input.parent().expect("a folder"),
+        &AnnotateOptions::default(),
+    );
     assert_eq!(files.len(), 7);
     let output = input.with_extension("joined.mcap");
     let report = joined(&files, &output).expect("joined");
@@ -151,7 +160,7 @@ fn clouds_that_lie_windows_and_ground_come_out_alike() {
 fn what_is_lost_repeated_or_other_is_named() {
     let (folder, input) = with_lies(6);
     let slices = planned(&input, 3);
-    let files = annotated(&slices, folder.path(), &Options::default());
+    let files = annotated(&slices, folder.path(), &AnnotateOptions::default());
     let output = folder.path().join("out.mcap");
     let problem = |files: &[PathBuf]| joined(files, &output).expect_err("refused").to_string();
 
@@ -162,8 +171,9 @@ fn what_is_lost_repeated_or_other_is_named() {
 
     let of_others = folder.path().join("others");
     std::fs::create_dir(&of_others).expect("a folder");
-    let method = AnnotateConfig { semantics: Semantics::Ground, ..AnnotateConfig::default() };
-    let others = annotated(&slices, &of_others, &Options { method, ..Options::default() });
+    let config = AnnotateConfig { semantics: Semantics::Ground, ..AnnotateConfig::default() };
+    let others =
+        annotated(&slices, &of_others, &AnnotateOptions { config, ..AnnotateOptions::default() });
     let mixed = problem(&[files[0].clone(), files[1].clone(), others[2].clone()]);
     assert!(mixed.contains("they differ in semantics"), "{mixed}");
 
@@ -185,7 +195,11 @@ fn what_is_lost_repeated_or_other_is_named() {
     std::fs::write(&input, &bytes).expect("written");
     let changed = problem(&files);
     assert!(changed.contains("bytes, and had"), "{changed}");
-    let run = Options { slice: Some(slices[0].clone()), force: true, ..Options::default() };
+    let run = AnnotateOptions {
+        slice: Some(slices[0].clone()),
+        force: true,
+        ..AnnotateOptions::default()
+    };
     let changed = annotate(&input, &output, &run, &mut go_on).expect_err("refused").to_string();
     assert!(changed.contains("plan them anew"), "{changed}");
     let options = JoinOptions { input: Some(other), ..JoinOptions::default() };
@@ -196,7 +210,7 @@ fn what_is_lost_repeated_or_other_is_named() {
 #[test]
 fn no_flipped_byte_of_a_slice_changes_the_output() {
     let (folder, input) = with_lies(4);
-    let files = annotated(&planned(&input, 2), folder.path(), &Options::default());
+    let files = annotated(&planned(&input, 2), folder.path(), &AnnotateOptions::default());
     let output = folder.path().join("out.mcap");
     joined(&files, &output).expect("joined");
     let expected = std::fs::read(&output).expect("the output");
@@ -231,7 +245,11 @@ fn a_slice_reads_its_own_bytes() {
     let size = std::fs::metadata(&input).expect("the input").len();
     for slice in planned(&input, 4) {
         assert!(slice.clouds == 2 && slice.end - slice.start < size / 3);
-        let options = Options { slice: Some(slice.clone()), force: true, ..Options::default() };
+        let options = AnnotateOptions {
+            slice: Some(slice.clone()),
+            force: true,
+            ..AnnotateOptions::default()
+        };
         let output = folder.path().join(slice.file_name());
         let report = annotate(&input, &output, &options, &mut go_on).expect("a slice");
         let read = report.input_bytes_read;

@@ -4,7 +4,9 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use divmerge::Result;
-use divmerge::annotate::{AnnotateConfig, AnnotationReport, Event, Options, Semantics, annotate};
+use divmerge::annotate::{
+    AnnotateConfig, AnnotateOptions, AnnotationReport, RunEvent, Semantics, annotate,
+};
 use divmerge::datasets::drive::write_drive;
 use divmerge::recording::{
     Compression, Item, Overview, Part, Record, RecordingReader, RecordingWriter, WriteOptions,
@@ -27,25 +29,27 @@ fn drive(frames: usize, compression: Compression) -> (TempDir, PathBuf) {
     (folder, path)
 }
 
-fn options(threads: usize) -> Options {
-    let method = AnnotateConfig { semantics: Semantics::Auto, ..AnnotateConfig::default() };
-    Options { method, threads, force: true, ..Options::default() }
+fn options(threads: usize) -> AnnotateOptions {
+    let config = AnnotateConfig { semantics: Semantics::Auto, ..AnnotateConfig::default() };
+    AnnotateOptions { config, threads, force: true, ..AnnotateOptions::default() }
 }
 
-fn run(input: &Path, options: &Options) -> Result<(Vec<u8>, AnnotationReport)> {
+fn run(input: &Path, options: &AnnotateOptions) -> Result<(Vec<u8>, AnnotationReport)> {
     let (output, report) = recordings::run(input, options)?;
     Ok((std::fs::read(output).expect("the output"), report))
 }
 
 /// What happened, but for how far the input was read: frames and warnings in their order.
-fn events(input: &Path, options: &Options) -> Vec<String> {
+fn events(input: &Path, options: &AnnotateOptions) -> Vec<String> {
     let mut events = Vec::new();
     let output = input.with_extension("annotated.mcap");
     let _ = annotate(input, &output, options, &mut |event| {
         match event {
-            Event::Frame(frame) => events.push(format!("{} {}", frame.key.topic, frame.key.number)),
-            Event::Warning(warning) => events.push(warning.to_owned()),
-            Event::Progress { .. } => {}
+            RunEvent::Frame(frame) => {
+                events.push(format!("{} {}", frame.key.topic, frame.key.number))
+            }
+            RunEvent::Warning(warning) => events.push(warning.to_owned()),
+            RunEvent::Progress { .. } => {}
         }
         ControlFlow::Continue(())
     });
@@ -77,9 +81,11 @@ fn contains(bytes: &[u8], part: &[u8]) -> bool {
 fn the_bytes_are_the_same_on_any_number_of_threads() {
     let (_folder, input) = drive(FRAMES, Compression::Zstd);
     let start = Overview::read(&input).expect("a recording").start_ns.expect("messages");
-    let window = |options| Options { from_ns: Some(start + 250_000_000), ..options };
-    let lz4 = |options| Options { compression: Some(Compression::Lz4), ..options };
-    for change in [&|options| options, &window, &lz4] as [&dyn Fn(Options) -> Options; 3] {
+    let window = |options| AnnotateOptions { from_ns: Some(start + 250_000_000), ..options };
+    let lz4 = |options| AnnotateOptions { compression: Some(Compression::Lz4), ..options };
+    for change in
+        [&|options| options, &window, &lz4] as [&dyn Fn(AnnotateOptions) -> AnnotateOptions; 3]
+    {
         let [(one, _), (two, _), (eight, _)] =
             [1, 2, 8].map(|threads| run(&input, &change(options(threads))).expect("annotated"));
         assert!(one == two && one == eight);
@@ -141,7 +147,7 @@ fn another_compression_and_a_window_fall_back_to_messages() {
     let count = chunks(&source).len();
     for compression in [Compression::Lz4, Compression::None] {
         let (output, report) =
-            run(&input, &Options { compression: Some(compression), ..options(2) })
+            run(&input, &AnnotateOptions { compression: Some(compression), ..options(2) })
                 .expect("annotated");
         assert_eq!(report.profile.write.verbatim_chunks, 0);
         assert!(chunks(&source).iter().all(|chunk| !contains(&output, chunk)));
@@ -149,7 +155,7 @@ fn another_compression_and_a_window_fall_back_to_messages() {
     }
     // A window that cuts one chunk: those behind it stay.
     let start = Overview::read(&input).expect("a recording").start_ns.expect("messages");
-    let cut = Options { from_ns: Some(start + 50_000_000), ..options(2) };
+    let cut = AnnotateOptions { from_ns: Some(start + 50_000_000), ..options(2) };
     let (output, report) = run(&input, &cut).expect("annotated");
     assert_eq!(report.profile.write.verbatim_chunks, count as u64 - 1);
     assert!(!contains(&output, chunks(&source)[0]));
@@ -243,7 +249,7 @@ fn an_interruption_in_the_middle_leaves_nothing() {
     for threads in [1, 2, 8] {
         let (output, mut frames) = (folder.path().join("out.mcap"), 0);
         let broken = annotate(&input, &output, &options(threads), &mut |event| {
-            frames += usize::from(matches!(event, Event::Frame(_)));
+            frames += usize::from(matches!(event, RunEvent::Frame(_)));
             if frames < 7 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         });
         assert!(broken.expect_err("interrupted").to_string().contains("interrupted"));

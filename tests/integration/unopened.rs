@@ -5,7 +5,7 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use divmerge::Result;
-use divmerge::annotate::{AnnotationReport, Event, Options, annotate};
+use divmerge::annotate::{AnnotateOptions, AnnotationReport, RunEvent, annotate};
 use divmerge::recording::{MessageHeader, Overview, Record, RecordingReader};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -71,8 +71,9 @@ fn write(bytes: &[u8]) -> (TempDir, PathBuf) {
 
 fn run(input: &Path, unchecked: bool) -> Result<(PathBuf, AnnotationReport)> {
     let output = input.with_extension(format!("{unchecked}.mcap"));
-    let options = Options { unchecked, force: true, threads: 2, ..Options::default() };
-    let go_on = &mut |_: Event| std::ops::ControlFlow::Continue(());
+    let options =
+        AnnotateOptions { unchecked, force: true, threads: 2, ..AnnotateOptions::default() };
+    let go_on = &mut |_: RunEvent| std::ops::ControlFlow::Continue(());
     annotate(input, &output, &options, go_on).map(|report| (output, report))
 }
 

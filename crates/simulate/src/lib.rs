@@ -65,7 +65,7 @@ pub struct Drive {
 
 /// One sweep with its truth. Columns have one entry for each point of the cloud.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Frame {
+pub struct SimulatedFrame {
     /// Points in the sensor's frame, metres, with beam numbers and SemanticKITTI's raw class ids. A
     /// pixel of an organised cloud without a return is the origin with class 0.
     pub cloud: PointCloud,
@@ -97,7 +97,7 @@ impl Drive {
     }
 
     /// Frame `number`, 100 ms after the one before; independent of which frames were made earlier.
-    pub fn frame(&self, number: usize) -> Frame {
+    pub fn frame(&self, number: usize) -> SimulatedFrame {
         let view = self.view(number);
         let returns = view.cast();
         let stamp_ns = EPOCH_NS + number as u64 * sensor::TURN_NS;
@@ -128,9 +128,9 @@ fn store(
     returns: &[[Option<Return>; 2]],
     stamp_ns: u64,
     pose: Isometry3<f64>,
-) -> Frame {
+) -> SimulatedFrame {
     let is_organised = sensor.is_organised();
-    let mut frame = Frame::empty(stamp_ns, pose);
+    let mut frame = SimulatedFrame::empty(stamp_ns, pose);
     let mut columns = PointColumns::default();
     let (mut ring, mut class) = (Vec::new(), Vec::new());
     for (row, column) in sensor.storage_order() {
@@ -157,9 +157,9 @@ fn store(
     frame
 }
 
-impl Frame {
+impl SimulatedFrame {
     fn empty(stamp_ns: u64, pose: Isometry3<f64>) -> Self {
-        Frame {
+        SimulatedFrame {
             cloud: PointCloud::default(),
             intensity: Vec::new(),
             true_instance: Vec::new(),

@@ -1,6 +1,6 @@
 //! Several sensors on one vehicle, and the one cloud that a driver makes of their sweeps.
 
-use super::{Drive, Frame, Mount, Scene, Sensor};
+use super::{Drive, Mount, Scene, Sensor, SimulatedFrame};
 use divmerge_core::cloud::PointColumns;
 
 /// Sensors that drive through a scene together.
@@ -44,14 +44,14 @@ impl Rig {
     /// All sweeps of frame `number` as one, in the frame of the vehicle's foot (z up from the
     /// ground), sensor after sensor; the source of a point is the number of its sensor. The pose is
     /// that of the vehicle's foot.
-    pub fn frame(&self, number: usize) -> Frame {
-        let mut merged: Option<Frame> = None;
+    pub fn frame(&self, number: usize) -> SimulatedFrame {
+        let mut merged: Option<SimulatedFrame> = None;
         let mut columns = PointColumns::default();
         for (source, drive) in (0_u16..).zip(&self.drives) {
             let frame = drive.frame(number);
             let vehicle_from_sensor = drive.mount.vehicle_from_sensor();
             let pose = frame.pose * vehicle_from_sensor.inverse();
-            let merged = merged.get_or_insert_with(|| Frame::empty(frame.stamp_ns, pose));
+            let merged = merged.get_or_insert_with(|| SimulatedFrame::empty(frame.stamp_ns, pose));
             let count = frame.cloud.len();
             for point in 0..count {
                 let position = frame.cloud.position(point).map(f64::from);
@@ -74,10 +74,10 @@ impl Rig {
     }
 
     /// The same without what tells the sensors apart.
-    pub fn anonymous(&self, number: usize) -> Frame {
+    pub fn anonymous(&self, number: usize) -> SimulatedFrame {
         let frame = self.frame(number);
         let cloud = frame.cloud.with(|columns| (columns.ring, columns.source) = (None, None));
-        Frame { cloud: cloud.expect("fewer columns"), ..frame }
+        SimulatedFrame { cloud: cloud.expect("fewer columns"), ..frame }
     }
 }
 

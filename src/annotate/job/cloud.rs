@@ -8,7 +8,7 @@ use super::pending::{CloudResult, PendingCloud};
 use super::state::Job;
 use crate::annotate::checkpoint::{Checkpoint, CloudOutcome, CompletedCloud};
 use crate::annotate::clustered::Clustered;
-use crate::annotate::event::{ClusteredFrame, Event};
+use crate::annotate::event::{ClusteredFrame, RunEvent};
 use crate::annotate::form::Form;
 use crate::annotate::message::Annotated;
 use crate::annotate::report::FrameReport;
@@ -56,7 +56,7 @@ impl Job<'_> {
         clustered: &Clustered,
         annotated: &Annotated,
     ) -> Result<()> {
-        let taxonomy = &self.options.method.taxonomy;
+        let taxonomy = &self.options.config.taxonomy;
         let report = FrameReport::new(clustered, &annotated.frame_id, taxonomy);
         let messages = [(&*annotated.cloud, None), (&*annotated.objects, None)];
         self.add(encoded, messages, &report, Some(annotated.times))?;
@@ -75,7 +75,7 @@ impl Job<'_> {
             remarks: &remarks,
         };
         self.report.profile.take(&frame, encoded.data.len(), annotated);
-        let _ = (self.on_event)(Event::Frame(frame));
+        let _ = (self.on_event)(RunEvent::Frame(frame));
         Ok(())
     }
 

@@ -46,7 +46,7 @@ impl Job<'_> {
     fn stays(&self, chunk: &SourceChunk) -> bool {
         let (first, last) = chunk.times();
         let is_kept = chunk.message_count() == 0
-            || (self.wanted.is_in_window(first) && self.wanted.is_in_window(last));
+            || (self.filter.is_in_window(first) && self.filter.is_in_window(last));
         let may_stay = match self.options.form {
             Form::Beside => true,
             Form::InPlace => self.clouds_of(chunk).next().is_none(),
@@ -67,7 +67,7 @@ impl Job<'_> {
     fn item(&mut self, bytes: u64, item: Item) -> Result<()> {
         match &item {
             Item::Message { header, position, .. }
-                if !self.wanted.is_in_window(header.log_time) || !self.is_in_slice(*position) =>
+                if !self.filter.is_in_window(header.log_time) || !self.is_in_slice(*position) =>
             {
                 if let Some(cloud) = self.clouds.get(&header.channel_id) {
                     self.counter.skip(&cloud.topic, 1);

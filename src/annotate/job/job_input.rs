@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::annotate::checkpoint::CompletedClouds;
 use crate::annotate::form::Form;
-use crate::annotate::options::Options;
+use crate::annotate::options::AnnotateOptions;
 use crate::annotate::profile::Profile;
 use crate::annotate::report::{AnnotationReport, TopicReport};
 use crate::annotate::resume::{CutOffRun, Journal, clean_up};
@@ -27,7 +27,7 @@ pub(in crate::annotate) struct JobInput {
 
 impl JobInput {
     /// A stream.
-    pub(in crate::annotate) fn of_stream(overview: Overview, options: &Options) -> Self {
+    pub(in crate::annotate) fn of_stream(overview: Overview, options: &AnnotateOptions) -> Self {
         let parameters = RunParameters::new(&overview, options);
         JobInput { overview, parameters, clouds: BTreeMap::new(), is_stream: true }
     }
@@ -50,7 +50,7 @@ impl JobInput {
     pub(super) fn open_output(
         &self,
         output: &Path,
-        options: &Options,
+        options: &AnnotateOptions,
         workers: &Workers,
     ) -> Result<(Option<CompletedClouds>, RecordingWriter, Option<Journal>)> {
         let JobInput { overview, parameters, .. } = self;
@@ -77,7 +77,7 @@ impl JobInput {
     }
 
     /// What is to be read.
-    pub(super) fn wanted(&self, options: &Options) -> ReadFilter {
+    pub(super) fn filter(&self, options: &AnnotateOptions) -> ReadFilter {
         let numbered = self.clouds.iter().map(|(&id, cloud)| (id, cloud.topic.to_string()));
         ReadFilter {
             unopened: options.unchecked.then_some(self.parameters.compression),
@@ -94,7 +94,7 @@ impl JobInput {
     pub(super) fn report(
         &self,
         output: &Path,
-        options: &Options,
+        options: &AnnotateOptions,
         workers: &Workers,
     ) -> AnnotationReport {
         let topics = self.clouds.values().map(|cloud| {

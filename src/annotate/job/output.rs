@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use super::pending::{Pending, PendingItem};
 use super::state::Job;
-use crate::annotate::event::Event;
+use crate::annotate::event::RunEvent;
 use crate::annotate::metadata::{METADATA_NAME, metadata};
 use crate::annotate::report::AnnotationReport;
 use crate::annotate::resume::{clean_up, journal_of};
@@ -52,7 +52,7 @@ impl Job<'_> {
 
     fn progress(&mut self, bytes: u64) -> Result<()> {
         let (bytes, total) = self.of_slice(bytes);
-        match (self.on_event)(Event::Progress { bytes, total }) {
+        match (self.on_event)(RunEvent::Progress { bytes, total }) {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(()) => Err(Error::Interrupted { path: self.report.output.clone() }),
         }

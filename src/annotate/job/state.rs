@@ -12,9 +12,9 @@ use super::pending::Queue;
 use crate::annotate::added_topics::refuse_annotated;
 use crate::annotate::checkpoint::CompletedClouds;
 use crate::annotate::config::AnnotateConfig;
-use crate::annotate::event::Event;
+use crate::annotate::event::RunEvent;
 use crate::annotate::form::Form;
-use crate::annotate::options::Options;
+use crate::annotate::options::AnnotateOptions;
 use crate::annotate::report::AnnotationReport;
 use crate::annotate::resume::Journal;
 use crate::annotate::run_parameters::RunParameters;
@@ -26,8 +26,8 @@ use divmerge_recording::{Compression, Overview, ReadFilter, RecordingWriter};
 /// An annotation under way.
 pub(in crate::annotate) struct Job<'a> {
     pub(in crate::annotate) overview: Overview,
-    pub(super) options: &'a Options,
-    pub(super) on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
+    pub(super) options: &'a AnnotateOptions,
+    pub(super) on_event: &'a mut dyn FnMut(RunEvent) -> ControlFlow<()>,
     pub(super) workers: Workers,
     pub(super) config: Arc<AnnotateConfig>,
     pub(super) parameters: RunParameters,
@@ -36,7 +36,7 @@ pub(in crate::annotate) struct Job<'a> {
     pub(super) queue: Queue,
     /// Topic and format of each channel whose clouds are annotated.
     pub(super) clouds: BTreeMap<u16, CloudTopic>,
-    pub(in crate::annotate) wanted: ReadFilter,
+    pub(in crate::annotate) filter: ReadFilter,
     pub(super) compression: Compression,
     /// Whether topics and the rest become known only as they come.
     pub(super) is_stream: bool,
@@ -65,17 +65,17 @@ impl<'a> Job<'a> {
     pub(in crate::annotate) fn new(
         input: JobInput,
         output: &Path,
-        options: &'a Options,
+        options: &'a AnnotateOptions,
         workers: &Workers,
-        on_event: &'a mut dyn FnMut(Event) -> ControlFlow<()>,
+        on_event: &'a mut dyn FnMut(RunEvent) -> ControlFlow<()>,
     ) -> Result<Self> {
         let (completed, writer, journal) = input.open_output(output, options, workers)?;
-        let (report, wanted) = (input.report(output, options, workers), input.wanted(options));
+        let (report, filter) = (input.report(output, options, workers), input.filter(options));
         let JobInput { overview, parameters, clouds, is_stream } = input;
-        let config = Arc::new(options.method.clone());
+        let config = Arc::new(options.config.clone());
         let mut job = Job {
             report,
-            wanted,
+            filter,
             overview,
             is_stream,
             options,
@@ -135,7 +135,7 @@ impl<'a> Job<'a> {
 
     /// Warns of something that concerns one channel alone.
     pub(super) fn warn(&mut self, warning: String) {
-        let _ = (self.on_event)(Event::Warning(&warning));
+        let _ = (self.on_event)(RunEvent::Warning(&warning));
         self.report.warnings.push(warning);
     }
 }

@@ -165,13 +165,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 }
 
 fn measure_here(arguments: &Arguments, contender: Contender) -> Result<Row> {
-    let mut method = arguments.objects.method(&arguments.truth.clouds.input)?;
-    method.config = contender.config(&method.taxonomy);
+    let mut method = arguments.objects.config(&arguments.truth.clouds.input)?;
+    method.pipeline = contender.config(&method.taxonomy);
     if contender == Contender::Method(BOXES) {
         let (source, taxonomy) = (arguments.boxes.source(true)?, &method.taxonomy);
         method.boxes =
             BoxArguments::open(source.as_ref(), &arguments.truth.clouds.input, taxonomy)?;
-        arguments.boxes.set(&mut method.config);
+        arguments.boxes.set(&mut method.pipeline);
     }
     let frames = arguments.truth.clouds.open(&method)?;
     let bar = frame_bar(&contender.name(), frames.remaining());

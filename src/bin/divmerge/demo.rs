@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::Args;
 use divmerge::Taxonomy;
-use divmerge::annotate::{AnnotationReport, Options, annotate};
+use divmerge::annotate::{AnnotateOptions, AnnotationReport, annotate};
 use divmerge::datasets::drive::{CLOUD_TOPIC, write_drive};
 use divmerge::evaluate::panoptic::{MIN_POINTS, Panoptic};
 use divmerge::frames::EncodedClouds;
@@ -47,8 +47,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let drive = folder.join("drive.mcap");
     let annotated = folder.join("annotated.mcap");
     simulate(&drive, arguments)?;
-    let method = arguments.objects.method(&drive)?;
-    let options = Options { force: true, method, ..Options::default() };
+    let config = arguments.objects.config(&drive)?;
+    let options = AnnotateOptions { force: true, config, ..AnnotateOptions::default() };
     let progress = RecordingProgress::new("annotating", &drive);
     let report = annotate(&drive, &annotated, &options, &mut |event| {
         progress.show(&event);
@@ -56,12 +56,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     })?;
     drop(progress);
     println!("{}", report::text(&report));
-    let taxonomy = &options.method.taxonomy;
+    let taxonomy = &options.config.taxonomy;
     print_scores(&score(&annotated, taxonomy)?, taxonomy, &classes_of(&report));
     let figure = folder.join("figure.png");
     if arguments.frames > 0 {
         let middle = arguments.frames as u64 / 2;
-        figure::draw(&drive, middle, &figure, &options.method)?;
+        figure::draw(&drive, middle, &figure, &options.config)?;
     }
     print_next(&drive, &annotated, &figure);
     Ok(Outcome::Done)

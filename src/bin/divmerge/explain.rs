@@ -7,8 +7,8 @@ use clap::Args;
 use clap::error::ErrorKind;
 use divmerge::annotate::AnnotateConfig;
 use divmerge::diagnose::explain::{
-    ExplanationReport, ExplanationText, Frame, PointFacts, Subject, nearest_points, return_at,
-    what_if,
+    ClusteredCloud, ExplanationReport, ExplanationText, PointFacts, Subject, nearest_points,
+    return_at, what_if,
 };
 use divmerge::frames::{CloudAt, EncodedCloud, encoded_cloud_at};
 use divmerge::pipeline;
@@ -87,8 +87,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     for output in arguments.output.iter().chain(&arguments.rerun) {
         refuse_existing(output, arguments.force)?;
     }
-    let method = arguments.method.method(&arguments.input)?;
-    if let Some(other) = &method.config.other_method {
+    let method = arguments.method.config(&arguments.input)?;
+    if let Some(other) = &method.pipeline.other_method {
         bail!(
             "{} has no votes or merges to explain; `divmerge figure --method {0}` draws its result",
             other.name()
@@ -110,9 +110,9 @@ fn explain_message(
 ) -> Result<()> {
     let wire = message.decode()?;
     let decoded = method.decode(&wire, &message.key(&wire))?;
-    let (cloud, mask, config) = (&decoded.cloud, decoded.mask, &method.config);
+    let (cloud, mask, config) = (&decoded.cloud, decoded.mask, &method.pipeline);
     let stages = pipeline::run(cloud, mask, config);
-    let frame = Frame { cloud, mask, config, stages: &stages };
+    let frame = ClusteredCloud { cloud, mask, config, stages: &stages };
     let report = requested(arguments, message, &decoded.semantics, &frame)?;
     match arguments.json {
         true => println!("{}", serde_json::to_string_pretty(&report)?),
@@ -152,7 +152,7 @@ fn requested(
     arguments: &Arguments,
     message: &EncodedCloud,
     semantics: &str,
-    frame: &Frame,
+    frame: &ClusteredCloud,
 ) -> Result<ExplanationReport> {
     // Positions are given in the recording's frame.
     let positions: Vec<[f64; 3]> =
@@ -180,7 +180,11 @@ fn check_usage(arguments: &Arguments) -> Result<(), WrongUsage> {
     Err(WrongUsage(ErrorKind::WrongNumberOfValues, problem))
 }
 
-fn subject(arguments: &Arguments, requested: &[[f64; 3]], frame: &Frame) -> Result<Subject> {
+fn subject(
+    arguments: &Arguments,
+    requested: &[[f64; 3]],
+    frame: &ClusteredCloud,
+) -> Result<Subject> {
     if let &[a, b] = &arguments.instance[..] {
         if a == b {
             bail!("--instance {a} is given twice; give two different instances");

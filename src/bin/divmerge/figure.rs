@@ -12,7 +12,7 @@ use divmerge::error::{Error, NoCloud};
 use divmerge::frames::{CloudAt, EncodedCloud, EncodedClouds, encoded_cloud_at};
 use divmerge::recording::Overview;
 use divmerge::view::{
-    self, ClusteredMessage, ColourTracker, Crop, FigureOptions, Panel, Region, Scene,
+    self, ClusteredMessage, ColourTracker, Crop, FigureOptions, FrameScene, Panel, PlaneRegion,
 };
 
 use crate::arguments::method::MethodArguments;
@@ -73,7 +73,7 @@ pub struct Arguments {
     /// Show this part of the bird's-eye plane: x/y in metres, as in -10..40/-15..15 [default:
     /// around the objects]
     #[arg(long, value_name = "X/Y", value_parser = region, allow_hyphen_values = true)]
-    view: Option<Region>,
+    view: Option<PlaneRegion>,
 
     /// Write numbered pictures of the merge, step by step, to this folder
     #[arg(long, value_name = "DIR")]
@@ -114,8 +114,8 @@ const STEPS: &[NamedValue<Step>] = &[
 ];
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
-    let method = arguments.method.method(&arguments.input)?;
-    let panels = match (arguments.panels.as_slice(), &method.config.other_method) {
+    let method = arguments.method.config(&arguments.input)?;
+    let panels = match (arguments.panels.as_slice(), &method.pipeline.other_method) {
         ([], None) => FigureOptions::default().panels,
         ([], Some(_)) => vec![Panel::Mask, Panel::Instances, Panel::BirdsEye],
         (chosen, _) => chosen.to_vec(),
@@ -218,7 +218,7 @@ fn video(
         if options.region.is_none() {
             let image = &frame.clustered.stages.image;
             let window = options.crop.within(image.rows(), image.columns())?;
-            options.region = Some(Region::of_objects(&scene, &window, options.crop.is_all()));
+            options.region = Some(PlaneRegion::of_objects(&scene, &window, options.crop.is_all()));
         }
         write_picture(&output, &view::figure(&scene, &options)?, options.dpi, arguments.force)?;
         drawn += 1;
@@ -235,7 +235,7 @@ fn is_of_one_cloud(error: &anyhow::Error) -> bool {
 }
 
 fn steps(
-    scene: &Scene,
+    scene: &FrameScene,
     options: &FigureOptions,
     arguments: &Arguments,
     folder: &Path,
@@ -286,7 +286,7 @@ fn crop(text: &str) -> Result<Crop, String> {
     Ok(Crop { columns: part(columns)?, rows: rows.map(part).transpose()?.flatten() })
 }
 
-fn region(text: &str) -> Result<Region, String> {
+fn region(text: &str) -> Result<PlaneRegion, String> {
     let wrong = || "use x/y in metres, as in -10..40/-15..15, a metre to 2 km wide".to_owned();
     let (x, y) = text.split_once('/').ok_or_else(wrong)?;
     let part = |text: &str| {
@@ -294,7 +294,7 @@ fn region(text: &str) -> Result<Region, String> {
         let is_wide = (1.0..=2000.0).contains(&(part.end - part.start));
         if is_wide { Ok([part.start, part.end]) } else { Err(wrong()) }
     };
-    Ok(Region { x: part(x)?, y: part(y)? })
+    Ok(PlaneRegion { x: part(x)?, y: part(y)? })
 }
 
 #[cfg(test)]
@@ -310,7 +310,10 @@ mod tests {
         assert_eq!(crop("5..9/1..3"), Ok(both));
         assert_eq!(crop("/1..3"), Ok(Crop { columns: None, rows: Some(1..3) }));
         assert!(crop("5").is_err());
-        assert_eq!(region("-10..40/-15..15"), Ok(Region { x: [-10.0, 40.0], y: [-15.0, 15.0] }));
+        assert_eq!(
+            region("-10..40/-15..15"),
+            Ok(PlaneRegion { x: [-10.0, 40.0], y: [-15.0, 15.0] })
+        );
         assert!(region("0..0.1/0..9").is_err() && region("0..inf/0..9").is_err());
         assert!(region("nan..2/0..9").is_err());
         assert_eq!(aspect("1:8"), Ok(0.125));

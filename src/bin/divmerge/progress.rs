@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::path::Path;
 use std::time::Duration;
 
-use divmerge::annotate::Event;
+use divmerge::annotate::RunEvent;
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// A bar over frames.
@@ -27,16 +27,16 @@ impl<'a> RecordingProgress<'a> {
     }
 
     /// Moves the bar or prints a warning. Frames show nothing.
-    pub fn show(&self, event: &Event) {
+    pub fn show(&self, event: &RunEvent) {
         match event {
-            Event::Progress { bytes, total } => {
+            RunEvent::Progress { bytes, total } => {
                 self.bar.set_length(*total.max(bytes));
                 self.bar.set_position(*bytes);
             }
-            Event::Warning(warning) => {
+            RunEvent::Warning(warning) => {
                 self.bar.suspend(|| eprintln!("warning: {}: {warning}", self.input.display()));
             }
-            Event::Frame(_) => {}
+            RunEvent::Frame(_) => {}
         }
     }
 }

@@ -144,13 +144,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             configs.push((value, config));
         }
     }
-    let mut method = arguments.objects.method(&arguments.truth.clouds.input)?;
+    let mut method = arguments.objects.config(&arguments.truth.clouds.input)?;
     let frames = arguments.truth.clouds.open(&method)?.remaining();
     let bar = frame_bar("sweeping", frames * configs.len() as u64);
     let mut rows = Vec::with_capacity(configs.len());
     for (value, config) in configs {
         let preset = config.preset;
-        method.config = config;
+        method.pipeline = config;
         let frames = arguments.truth.clouds.open(&method)?;
         let measured = measure(frames, &method, arguments.truth.min_points, || bar.inc(1));
         let measured = measured.map_err(with_hint)?;

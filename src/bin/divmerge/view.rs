@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use clap::Args;
-use divmerge::annotate::{Event, for_each_frame};
+use divmerge::annotate::{RunEvent, for_each_frame};
 use divmerge::view::Target;
 
 use crate::arguments::method::MethodArguments;
@@ -59,19 +59,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         refuse_existing(path, *force)?;
     }
     let selection = arguments.selection.selection(&arguments.input)?;
-    let method = arguments.method.method(&arguments.input)?;
+    let method = arguments.method.config(&arguments.input)?;
     // Before a viewer is started.
     selection.check(&arguments.input)?;
     let mut stream = viewer::open(&target, &arguments.input, &method)?;
     let progress = RecordingProgress::new("showing", &arguments.input);
     let output = PathBuf::from(target.to_string());
     let mut streaming = Duration::ZERO;
-    let visited = for_each_frame(&arguments.input, &selection, &method, &mut |event: Event| {
+    let visited = for_each_frame(&arguments.input, &selection, &method, &mut |event: RunEvent| {
         progress.show(&event);
         match event {
-            Event::Progress { .. } => interrupt::check_for(&output),
-            Event::Warning(warning) => stream.warn(warning),
-            Event::Frame(frame) => {
+            RunEvent::Progress { .. } => interrupt::check_for(&output),
+            RunEvent::Warning(warning) => stream.warn(warning),
+            RunEvent::Frame(frame) => {
                 let started = Instant::now();
                 let logged = stream.log(&frame);
                 streaming += started.elapsed();

@@ -8,7 +8,7 @@ type Parsed<T> = std::result::Result<T, String>;
 
 /// A line of `calib.txt` for each camera, and how the scanner stands to the first.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Calibration {
+pub struct OdometryCalibration {
     /// Cameras with their P, 3 x 4 and row by row: takes metres in the frame of camera 0 to pixels
     /// of this one.
     pub projections: Vec<(u8, [f64; 12])>,
@@ -16,11 +16,11 @@ pub struct Calibration {
     pub camera_from_scanner: Option<Isometry3<f64>>,
 }
 
-impl Calibration {
+impl OdometryCalibration {
     /// Reads lines of a key, a colon and twelve numbers. Keys other than P0 to P3 and Tr are passed
     /// over.
     pub fn parse(text: &str) -> Parsed<Self> {
-        let mut calibration = Calibration::default();
+        let mut calibration = OdometryCalibration::default();
         for (number, line) in lines(text) {
             let Some((key, numbers)) = line.split_once(':') else {
                 return Err(format!("line {number} has no colon"));
@@ -131,14 +131,14 @@ mod tests {
     #[test]
     fn calibration_with_and_without_the_scanner() {
         let text = format!("P0: {QUARTER}\nP2: {QUARTER}\nother: 1 2\nTr: {QUARTER}\n");
-        let calibration = Calibration::parse(&text).unwrap();
+        let calibration = OdometryCalibration::parse(&text).unwrap();
         assert_eq!(calibration.projections.iter().map(|(n, _)| *n).collect::<Vec<_>>(), [0, 2]);
         assert_eq!(calibration.projections[1].1[4..8], [1.0, 0.0, 0.0, 2.0]);
         assert!(calibration.camera_from_scanner.is_some());
-        let without = Calibration::parse(&format!("P0: {QUARTER}")).unwrap();
+        let without = OdometryCalibration::parse(&format!("P0: {QUARTER}")).unwrap();
         assert_eq!(without.camera_from_scanner, None);
-        assert!(Calibration::parse("P0: 1 2").unwrap_err().contains("line 1: 2 numbers"));
-        assert!(Calibration::parse("P0").unwrap_err().contains("no colon"));
+        assert!(OdometryCalibration::parse("P0: 1 2").unwrap_err().contains("line 1: 2 numbers"));
+        assert!(OdometryCalibration::parse("P0").unwrap_err().contains("no colon"));
     }
 
     #[test]

@@ -8,7 +8,7 @@ use divmerge_recording::WriteOptions;
 use nalgebra::Isometry3;
 
 use super::checks::{check_classes, check_labels, known, scan_sizes};
-use super::drive_files::{self, Calibration};
+use super::drive_files::{self, OdometryCalibration};
 use crate::datasets::cloud_recording::{CloudRecording, Transform};
 use crate::datasets::files::{file_name, names, read};
 use crate::datasets::problems::Problems;
@@ -63,7 +63,7 @@ pub struct Sequence {
     labels: Vec<LabelFolder>,
     times: Option<Vec<u64>>,
     start_ns: u64,
-    calibration: Option<(Calibration, Vec<u8>)>,
+    calibration: Option<(OdometryCalibration, Vec<u8>)>,
     poses: Option<Vec<Isometry3<f64>>>,
 }
 
@@ -199,7 +199,7 @@ impl Sequence {
 
     fn write_calibration(
         &self,
-        calibration: &Calibration,
+        calibration: &OdometryCalibration,
         text: &[u8],
         recording: &mut CloudRecording,
     ) -> Result<()> {
@@ -229,8 +229,12 @@ impl Sequence {
             problems,
         )?;
         self.check_lines("times.txt", self.times.as_ref().map(Vec::len), problems);
-        let calibration =
-            self.drive_file("calib.txt", "no camera, no /tf", Calibration::parse, problems)?;
+        let calibration = self.drive_file(
+            "calib.txt",
+            "no camera, no /tf",
+            OdometryCalibration::parse,
+            problems,
+        )?;
         if let Some(calibration) = calibration {
             self.calibration = Some((calibration, read(&self.path.join("calib.txt"))?));
         }

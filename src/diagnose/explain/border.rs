@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::frame::Frame;
 use super::places::{Place, distance, place_of_object};
+use super::subject::ClusteredCloud;
 use divmerge_core::cluster::params::Rays;
 use divmerge_core::range_image::NO_NEIGHBOUR;
 
@@ -69,7 +69,7 @@ impl BorderPair {
 }
 
 /// The pair of an object pixel and its neighbour in a direction, which must be there.
-pub(super) fn pair(frame: &Frame, from: usize, direction: usize) -> BorderPair {
+pub(super) fn pair(frame: &ClusteredCloud, from: usize, direction: usize) -> BorderPair {
     let stages = frame.stages;
     let objects = &stages.objects;
     let to = objects.neighbours[from][direction] as usize;
@@ -111,8 +111,8 @@ pub(super) fn pair(frame: &Frame, from: usize, direction: usize) -> BorderPair {
 
 /// The rule of nearness, if it is in force: in space without classes, else by the size of the class
 /// where that is known, the left or upper pixel's.
-fn nearness(frame: &Frame, from: usize, to: usize, direction: usize) -> Option<Rule> {
-    let Frame { stages, config, .. } = frame;
+fn nearness(frame: &ClusteredCloud, from: usize, to: usize, direction: usize) -> Option<Rule> {
+    let ClusteredCloud { stages, config, .. } = frame;
     let objects = &stages.objects;
     if let (Some(a), Some(b)) = (objects.reach.get(from), objects.reach.get(to)) {
         let separation = objects.separation(from, to);
@@ -131,7 +131,7 @@ fn nearness(frame: &Frame, from: usize, to: usize, direction: usize) -> Option<R
 /// All pairs with one pixel in a component that `is_left` accepts and the other in one that
 /// `is_right` accepts, those nearest to the other verdict first.
 pub(super) fn border(
-    frame: &Frame,
+    frame: &ClusteredCloud,
     is_left: impl Fn(u32) -> bool,
     is_right: impl Fn(u32) -> bool,
 ) -> Vec<BorderPair> {

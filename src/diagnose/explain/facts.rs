@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::border::{BorderPair, pair};
-use super::frame::Frame;
 use super::places::{Place, place_of_object};
+use super::subject::ClusteredCloud;
 use divmerge_core::cloud::Reason;
 use divmerge_core::cluster::back_projection::label_source;
 use divmerge_core::pipeline::Stages;
@@ -70,8 +70,8 @@ pub struct PointFacts {
 
 impl PointFacts {
     /// Gathers them.
-    pub(super) fn of(frame: &Frame, point: usize) -> Self {
-        let Frame { cloud, stages, .. } = frame;
+    pub(super) fn of(frame: &ClusteredCloud, point: usize) -> Self {
+        let ClusteredCloud { cloud, stages, .. } = frame;
         let labels = &stages.labels;
         let image = &stages.image;
         let pixel = image.pixel_of(point);
@@ -102,7 +102,7 @@ impl PointFacts {
     }
 }
 
-fn place(frame: &Frame, pixel: usize) -> Place {
+fn place(frame: &ClusteredCloud, pixel: usize) -> Place {
     let image = &frame.stages.image;
     Place {
         row: pixel / image.columns(),
@@ -139,7 +139,7 @@ pub(super) fn pixels_of_group(stages: &Stages, number: u32) -> Vec<usize> {
     (0..stages.objects.len()).filter(|&object| stages.merged_instance(object) == number).collect()
 }
 
-fn neighbours(frame: &Frame, object: usize) -> Vec<BorderPair> {
+fn neighbours(frame: &ClusteredCloud, object: usize) -> Vec<BorderPair> {
     let neighbours = frame.stages.objects.neighbours[object];
     let present = (0..NEIGHBOURS).filter(|&direction| neighbours[direction] != NO_NEIGHBOUR);
     present.map(|direction| pair(frame, object, direction)).collect()

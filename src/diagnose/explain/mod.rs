@@ -13,7 +13,7 @@
 //! in the order in which they were opened. Instances are numbered as in [`PointLabels`].
 //!
 //! ```
-//! use divmerge::diagnose::explain::{Answer, Frame, Subject, explain};
+//! use divmerge::diagnose::explain::{Answer, ClusteredCloud, Subject, explain};
 //! use divmerge::pipeline::{self, Config};
 //! use divmerge::semantics::MaskSource;
 //! use divmerge::simulate::{Drive, Scene, Sensor};
@@ -21,7 +21,7 @@
 //! let cloud = Drive::new(Sensor::Vlp16, Scene::Parking, 1).frame(0).cloud;
 //! let (mask, config) = (MaskSource::All, Config::paper());
 //! let stages = pipeline::run(&cloud, mask, &config);
-//! let frame = Frame { cloud: &cloud, mask, config: &config, stages: &stages };
+//! let frame = ClusteredCloud { cloud: &cloud, mask, config: &config, stages: &stages };
 //! let explanation = explain(&frame, Subject::Pair(0, 1));
 //! let [a, b] = [0, 1].map(|point| stages.labels.instance[point]);
 //! assert_eq!(explanation.answer == Answer::OneInstance, a == b && a != 0);
@@ -31,9 +31,9 @@
 
 pub mod border;
 pub mod facts;
-mod frame;
 mod places;
 pub mod post_merge;
+mod subject;
 pub mod text;
 pub mod votes;
 pub mod what_if;
@@ -48,9 +48,9 @@ use divmerge_core::cloud::Reason;
 pub use border::{BorderPair, Rule};
 pub use divmerge_core::cluster::SizeTest;
 pub use facts::{ComponentFacts, GroupFacts, PointFacts};
-pub use frame::{Answer, Frame, Subject, answer};
 pub use places::{Place, nearest_points, return_at};
 pub use post_merge::{GapTest, PostMergeStage};
+pub use subject::{Answer, ClusteredCloud, Subject, answer};
 pub use text::{ExplanationReport, ExplanationText};
 pub use votes::{Donor, Link, VoteEvidence};
 pub use what_if::{Choice, Flip, Number, WhatIf, what_if};
@@ -125,7 +125,7 @@ impl Explanation {
 ///
 /// # Panics
 /// If a point is not in the cloud.
-pub fn explain(frame: &Frame, subject: Subject) -> Explanation {
+pub fn explain(frame: &ClusteredCloud, subject: Subject) -> Explanation {
     let points: Vec<PointFacts> =
         subject.points().into_iter().map(|point| PointFacts::of(frame, point)).collect();
     let votes = match &points[..] {

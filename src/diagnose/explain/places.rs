@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::frame::Frame;
+use super::subject::ClusteredCloud;
 use crate::error::{Error, Result};
 use divmerge_core::cloud::PointCloud;
 use divmerge_core::pipeline::Stages;
@@ -41,7 +41,7 @@ pub fn return_at(cloud: &PointCloud, at: [f64; 3], within: f64) -> Result<usize>
 ///
 /// # Errors
 /// [`Error::NoInstance`] if one of them does not exist.
-pub fn nearest_points(frame: &Frame, a: u32, b: u32) -> Result<(usize, usize)> {
+pub fn nearest_points(frame: &ClusteredCloud, a: u32, b: u32) -> Result<(usize, usize)> {
     let count = frame.stages.instances.len() as u32;
     if let Some(&id) = [a, b].iter().find(|&&id| id == 0 || id > count) {
         return Err(Error::NoInstance { id, count });

@@ -11,8 +11,8 @@ use std::collections::{BTreeSet, VecDeque};
 use serde::Serialize;
 
 use super::facts::{GroupFacts, PointFacts, group};
-use super::frame::Frame;
 use super::places::{self, Place};
+use super::subject::ClusteredCloud;
 use divmerge_core::cloud::Reason;
 use divmerge_core::cluster::params::{BirdsEye, FragmentMerge, GapMerge, Region};
 use divmerge_core::cluster::{InstanceRegion, Join, SizeTest, regions};
@@ -96,7 +96,7 @@ pub struct GapTest {
 }
 
 /// What the stages after the vote merge did with the points.
-pub(super) fn evidence(frame: &Frame, points: &[PointFacts]) -> Vec<PostMergeStage> {
+pub(super) fn evidence(frame: &ClusteredCloud, points: &[PointFacts]) -> Vec<PostMergeStage> {
     let of_pair = match points {
         [a, b] => merge_of(frame, a, b),
         _ => None,
@@ -113,7 +113,11 @@ fn back_projection(point: usize, facts: &PointFacts) -> Option<PostMergeStage> {
     Some(PostMergeStage::BackProjection { point, from, distance: places::distance(p, q) })
 }
 
-fn minimum_size(frame: &Frame, point: usize, facts: &PointFacts) -> Option<PostMergeStage> {
+fn minimum_size(
+    frame: &ClusteredCloud,
+    point: usize,
+    facts: &PointFacts,
+) -> Option<PostMergeStage> {
     if facts.reason != Reason::TooSmall {
         return None;
     }
@@ -124,12 +128,12 @@ fn minimum_size(frame: &Frame, point: usize, facts: &PointFacts) -> Option<PostM
 }
 
 /// The instance after the last merge that a group belongs to, from 1.
-fn instance_of(frame: &Frame, group: u32) -> u32 {
+fn instance_of(frame: &ClusteredCloud, group: u32) -> u32 {
     frame.stages.post_merge.instance[group as usize - 1]
 }
 
 /// What the last merge did with the groups of two points; none where they are one group.
-fn merge_of(frame: &Frame, a: &PointFacts, b: &PointFacts) -> Option<PostMergeStage> {
+fn merge_of(frame: &ClusteredCloud, a: &PointFacts, b: &PointFacts) -> Option<PostMergeStage> {
     let (from, to) = (a.group?.number, b.group?.number);
     if from == to {
         return None;
@@ -151,11 +155,11 @@ fn merge_of(frame: &Frame, a: &PointFacts, b: &PointFacts) -> Option<PostMergeSt
     })
 }
 
-fn are_joined(frame: &Frame, from: u32, to: u32) -> bool {
+fn are_joined(frame: &ClusteredCloud, from: u32, to: u32) -> bool {
     instance_of(frame, from) == instance_of(frame, to)
 }
 
-fn by_gaps(frame: &Frame, from: u32, to: u32, params: GapMerge) -> PostMergeStage {
+fn by_gaps(frame: &ClusteredCloud, from: u32, to: u32, params: GapMerge) -> PostMergeStage {
     let joined = are_joined(frame, from, to);
     let joins = &frame.stages.post_merge.joins;
     PostMergeStage::Gaps {
@@ -165,7 +169,12 @@ fn by_gaps(frame: &Frame, from: u32, to: u32, params: GapMerge) -> PostMergeStag
     }
 }
 
-fn by_size_of_class(frame: &Frame, from: u32, to: u32, params: &FragmentMerge) -> PostMergeStage {
+fn by_size_of_class(
+    frame: &ClusteredCloud,
+    from: u32,
+    to: u32,
+    params: &FragmentMerge,
+) -> PostMergeStage {
     let post_merge = &frame.stages.post_merge;
     if are_joined(frame, from, to) {
         let joins = joins_between(&post_merge.joins, from, to);
@@ -208,7 +217,7 @@ fn joins_between(joins: &[Join], from: u32, to: u32) -> Vec<Join> {
 }
 
 /// How near the nearest pixels of two instances come to one another.
-fn gap_test(frame: &Frame, from: u32, to: u32, params: GapMerge) -> Option<GapTest> {
+fn gap_test(frame: &ClusteredCloud, from: u32, to: u32, params: GapMerge) -> Option<GapTest> {
     let stages = frame.stages;
     let pixels_of = |instance: u32| -> Vec<usize> {
         let is_in = |group: u32| group != 0 && instance_of(frame, group) == instance;
@@ -228,7 +237,7 @@ fn gap_test(frame: &Frame, from: u32, to: u32, params: GapMerge) -> Option<GapTe
     })
 }
 
-fn on_the_plane(frame: &Frame, from: u32, to: u32, params: BirdsEye) -> PostMergeStage {
+fn on_the_plane(frame: &ClusteredCloud, from: u32, to: u32, params: BirdsEye) -> PostMergeStage {
     let stages = frame.stages;
     let kept = &stages.post_merge.regions;
     // Without any class the merge compares no regions.

@@ -56,9 +56,9 @@ impl Scene {
         Scene { cloud, columns, taxonomy, config, stages }
     }
 
-    fn frame(&self) -> Frame<'_> {
+    fn frame(&self) -> ClusteredCloud<'_> {
         let mask = MaskSource::Classes(&self.taxonomy);
-        Frame { cloud: &self.cloud, mask, config: &self.config, stages: &self.stages }
+        ClusteredCloud { cloud: &self.cloud, mask, config: &self.config, stages: &self.stages }
     }
 
     fn at(&self, (row, column): (usize, usize)) -> usize {

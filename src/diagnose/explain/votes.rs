@@ -12,8 +12,8 @@ use serde::Serialize;
 
 use super::border::{BorderPair, border};
 use super::facts::{GroupFacts, PointFacts, group, group_of, pixels_of_group};
-use super::frame::Frame;
 use super::places::{Place, nearest_pair, place_of_object};
+use super::subject::ClusteredCloud;
 use divmerge_core::cluster::params::Accumulation;
 use divmerge_core::pipeline::Stages;
 
@@ -120,7 +120,11 @@ pub enum VoteEvidence {
 }
 
 /// The evidence on two points; none if one of them has no component.
-pub(super) fn evidence(frame: &Frame, a: &PointFacts, b: &PointFacts) -> Option<VoteEvidence> {
+pub(super) fn evidence(
+    frame: &ClusteredCloud,
+    a: &PointFacts,
+    b: &PointFacts,
+) -> Option<VoteEvidence> {
     let stages = frame.stages;
     let (from, to) = (a.component?.label, b.component?.label);
     if from == to {
@@ -165,7 +169,7 @@ const LONGEST_WAY: usize = 4;
 
 /// The votes and the tree of merges.
 struct Ledger<'a> {
-    frame: &'a Frame<'a>,
+    frame: &'a ClusteredCloud<'a>,
     stages: &'a Stages,
     /// For each component that joined another, that other.
     parent: FxHashMap<u32, u32>,
@@ -174,7 +178,7 @@ struct Ledger<'a> {
 }
 
 impl<'a> Ledger<'a> {
-    fn new(frame: &'a Frame<'a>) -> Self {
+    fn new(frame: &'a ClusteredCloud<'a>) -> Self {
         let mut children: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
         let mut parent = FxHashMap::default();
         for step in &frame.stages.merge.steps {

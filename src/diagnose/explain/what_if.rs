@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde::Serialize;
 
-use super::frame::{Answer, Frame, Subject, answer};
+use super::subject::{Answer, ClusteredCloud, Subject, answer};
 use divmerge_core::cluster::params::{BirdsEye, ClusterParams, Region};
 use divmerge_core::pipeline;
 use divmerge_core::pipeline::Config;
@@ -179,7 +179,7 @@ const DIALS: [Dial; 8] = [
 ///
 /// # Panics
 /// If a point is not in the cloud.
-pub fn what_if(frame: &Frame, subject: Subject) -> Vec<WhatIf> {
+pub fn what_if(frame: &ClusteredCloud, subject: Subject) -> Vec<WhatIf> {
     let is_object = |point: usize| frame.stages.mask.is_object[point];
     if !subject.points().into_iter().all(is_object) {
         return Vec::new();
@@ -210,7 +210,7 @@ pub fn what_if(frame: &Frame, subject: Subject) -> Vec<WhatIf> {
 }
 
 struct Search<'a> {
-    frame: &'a Frame<'a>,
+    frame: &'a ClusteredCloud<'a>,
     subject: Subject,
     now: Answer,
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::diagnose::explain::Frame;
+use crate::diagnose::explain::ClusteredCloud;
 use crate::evaluate::verdict::{JudgedObject, Labelling, MatchRules, Verdicts, verdicts};
 use divmerge_core::cloud::Detection;
 use divmerge_core::cloud::taxonomy::Taxonomy;
@@ -11,7 +11,7 @@ use divmerge_core::cloud::taxonomy::Taxonomy;
 #[derive(Debug, Clone, Copy)]
 pub struct LabelledRun<'a> {
     /// The run whose failures are looked for.
-    pub frame: Frame<'a>,
+    pub frame: ClusteredCloud<'a>,
     /// What a detector found in the frame, for methods that use detections.
     pub detections: &'a [Detection],
     /// N: true class in the recording's ids.
@@ -46,7 +46,7 @@ impl LabelledRun<'_> {
 /// Whose object it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Side {
+pub enum ObjectOrigin {
     /// A true object.
     True,
     /// A found instance.
@@ -55,7 +55,7 @@ pub enum Side {
 
 /// A failure whose cause is looked for.
 pub(super) struct Target {
-    pub side: Side,
+    pub side: ObjectOrigin,
     pub judged: JudgedObject,
     /// Its points.
     pub points: Vec<usize>,

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::case::{LabelledRun, Side, Target};
+use super::case::{LabelledRun, ObjectOrigin, Target};
 use super::cause::Cause;
 use super::oracles::Oracles;
 use super::search;
@@ -13,7 +13,7 @@ use divmerge_core::pipeline::Stages;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Failure {
     /// Whose object it is.
-    pub side: Side,
+    pub side: ObjectOrigin,
     /// The object and its verdict.
     #[serde(flatten)]
     pub judged: JudgedObject,
@@ -79,18 +79,18 @@ fn targets(run: &LabelledRun, true_class: &[u16], verdicts: &Verdicts) -> Vec<Ta
     let of_found = verdicts.found.iter().filter(|one| one.is_failure() && !is_accounted(one));
     let instance = &run.frame.stages.labels.instance;
     let classes = run.taxonomy.classes();
-    let target = |side: Side, judged: &JudgedObject| {
+    let target = |side: ObjectOrigin, judged: &JudgedObject| {
         let Segment { class, id } = judged.object;
         let is_own = |&point: &usize| match side {
-            Side::True => true_class[point] == class && run.true_id[point] == id,
-            Side::Found => instance[point] == id,
+            ObjectOrigin::True => true_class[point] == class && run.true_id[point] == id,
+            ObjectOrigin::Found => instance[point] == id,
         };
         let is_counted = |&point: &usize| !classes[usize::from(true_class[point])].is_ignored;
         let points = (0..true_class.len()).filter(is_counted).filter(is_own).collect();
         Target { side, judged: judged.clone(), points }
     };
-    let of_truth = of_truth.map(|judged| target(Side::True, judged));
-    of_truth.chain(of_found.map(|judged| target(Side::Found, judged))).collect()
+    let of_truth = of_truth.map(|judged| target(ObjectOrigin::True, judged));
+    of_truth.chain(of_found.map(|judged| target(ObjectOrigin::Found, judged))).collect()
 }
 
 fn pixel_bounds(stages: &Stages, points: &[usize]) -> Option<PixelBounds> {

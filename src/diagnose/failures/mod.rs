@@ -47,7 +47,7 @@ mod words;
 #[cfg(test)]
 mod tests;
 
-pub use case::{LabelledRun, Side};
+pub use case::{LabelledRun, ObjectOrigin};
 pub use cause::{Cause, DivideCause, MergeCause, PostMergeCause};
 pub use find::{Failure, Failures, PixelBounds, failures};
 pub use summary::{FailureSummary, VerdictCount, check_classes};

@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
-use super::case::{LabelledRun, Side, Target};
+use super::case::{LabelledRun, ObjectOrigin, Target};
 use crate::evaluate::verdict::{Labelling, Segment, Verdict, Verdicts};
 use divmerge_core::geometry::statistics::most_frequent;
 use divmerge_core::pipeline;
@@ -79,7 +79,7 @@ impl OracleVerdicts {
     /// Whether a failure is none for this oracle: a true object has a match; most points of a found
     /// one are in an instance that is no failure, or in none.
     pub fn is_right(&self, target: &Target) -> bool {
-        if target.side == Side::True {
+        if target.side == ObjectOrigin::True {
             let judged = self.verdicts.of_true(target.judged.object);
             return judged.is_some_and(|judged| judged.verdict == Verdict::Correct);
         }

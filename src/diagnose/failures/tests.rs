@@ -6,7 +6,7 @@
 //! large as the world, a seed on each side of straight ahead.
 
 use super::*;
-use crate::diagnose::explain::{Frame, PostMergeStage};
+use crate::diagnose::explain::{ClusteredCloud, PostMergeStage};
 use crate::evaluate::verdict::Verdict;
 use divmerge_core::cloud::taxonomy::Taxonomy;
 use divmerge_core::cloud::{PointCloud, PointColumns};
@@ -75,7 +75,8 @@ impl Scene {
         let taxonomy = Taxonomy::semantic_kitti();
         let mask = MaskSource::Classes(&taxonomy);
         let stages = pipeline::run(&self.cloud, mask, &self.config);
-        let frame = Frame { cloud: &self.cloud, mask, config: &self.config, stages: &stages };
+        let frame =
+            ClusteredCloud { cloud: &self.cloud, mask, config: &self.config, stages: &stages };
         let found = failures(&LabelledRun {
             detections: &[],
             frame,
@@ -90,7 +91,7 @@ impl Scene {
     /// The failure of the true object of that letter.
     fn of(&self, letter: char) -> Failure {
         let is_wanted = |failure: &Failure| {
-            failure.side == Side::True && failure.judged.object.id == u32::from(letter)
+            failure.side == ObjectOrigin::True && failure.judged.object.id == u32::from(letter)
         };
         let mut all = self.failures().into_iter();
         all.find(is_wanted).unwrap_or_else(|| panic!("{letter} is right"))
@@ -127,7 +128,10 @@ fn the_mask_loses_misnames_and_invents() {
     assert_eq!((named.judged.verdict, named.cause.step()), (Verdict::WrongClass, "mask"));
 
     let invented = Scene::new(&["aaaaaaaa"], &["........"], &["AAAA...."], as_it_is).failures();
-    assert_eq!((invented[0].side, invented[0].judged.verdict), (Side::Found, Verdict::Spurious));
+    assert_eq!(
+        (invented[0].side, invented[0].judged.verdict),
+        (ObjectOrigin::Found, Verdict::Spurious)
+    );
     assert_eq!((invented.len(), invented[0].cause.step()), (1, "mask"));
 
     // A ghost between two cars: with true classes they are apart.
@@ -210,7 +214,7 @@ fn nothing_links_two_parts() {
     let reseeded = |params: &mut ClusterParams| params.leftovers = Leftovers::Reseeded;
     let failures = Scene::new(&["aaaaaacc"], truth, truth, reseeded).failures();
     let told: Vec<_> = failures.iter().map(|one| (one.side, one.judged.points)).collect();
-    assert_eq!(told, [(Side::Found, 2)]);
+    assert_eq!(told, [(ObjectOrigin::Found, 2)]);
     assert_eq!(failures[0].cause.step(), "merge");
 }
 

@@ -1,7 +1,7 @@
 //! The facts that triage uses of every instance of a frame, gathered once.
 
-use super::suspect::{Concern, Params, Suspect, SuspectKind, ramp};
-use crate::diagnose::explain::Frame;
+use super::suspect::{Concern, Suspect, SuspectKind, TriageParams, ramp};
+use crate::diagnose::explain::ClusteredCloud;
 use divmerge_core::cloud::Instance;
 use divmerge_core::cloud::taxonomy::ClassSize;
 use divmerge_core::cluster::params::{ClusterParams, FragmentMerge};
@@ -28,7 +28,7 @@ pub(super) struct InstanceFacts<'a> {
 /// A run, its instances, and which instance each object pixel belongs to.
 pub(super) struct FrameFacts<'a> {
     /// The run.
-    pub frame: &'a Frame<'a>,
+    pub frame: &'a ClusteredCloud<'a>,
     /// Points of an instance from which on suspects have their full score.
     full_stake: f64,
     /// The merge by size whose limits gaps and sizes are compared with: the run's own, or that of
@@ -44,7 +44,7 @@ pub(super) struct FrameFacts<'a> {
 
 impl<'a> FrameFacts<'a> {
     /// Gathers the facts. O(M log M) in the object pixels.
-    pub fn of(frame: &'a Frame<'a>, params: &Params) -> Self {
+    pub fn of(frame: &'a ClusteredCloud<'a>, params: &TriageParams) -> Self {
         let stages = frame.stages;
         let instance_of = instance_of(frame);
         let mut objects = vec![Vec::new(); stages.instances.len()];
@@ -155,20 +155,20 @@ impl<'a> FrameFacts<'a> {
 }
 
 /// M: the final instance of each object pixel.
-fn instance_of(frame: &Frame) -> Vec<u32> {
+fn instance_of(frame: &ClusteredCloud) -> Vec<u32> {
     let stages = frame.stages;
     let seen = |&pixel: &u32| stages.image.point_at(pixel as usize);
     let instance = |pixel| seen(pixel).map_or(0, |point| stages.labels.instance[point]);
     stages.objects.pixel.iter().map(instance).collect()
 }
 
-fn on_plane(frame: &Frame, object: u32) -> PlanePoint {
+fn on_plane(frame: &ClusteredCloud, object: u32) -> PlanePoint {
     let [x, y, _] = frame.stages.objects.position[object as usize];
     [f64::from(x), f64::from(y)]
 }
 
 fn instance_facts<'a>(
-    frame: &Frame<'a>,
+    frame: &ClusteredCloud<'a>,
     instance: &'a Instance,
     objects: Vec<u32>,
 ) -> InstanceFacts<'a> {

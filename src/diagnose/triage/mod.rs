@@ -25,8 +25,8 @@
 //!   states;
 //! - the kind's *weight* ([`SuspectKind::weight`]): about how often it is right at full evidence,
 //!   chosen on simulated drives other than those that the example reports on;
-//! - the *stake*: the points of the instance most in doubt as a share of [`Params::min_points`],
-//!   below which evaluation counts no failure.
+//! - the *stake*: the points of the instance most in doubt as a share of
+//!   [`TriageParams::min_points`], below which evaluation counts no failure.
 //!
 //! An instance that several suspects name has the score 1 - prod(1 - s), as if they were
 //! independent. A second instance that a suspect names has the part of the suspect's score that the
@@ -35,18 +35,18 @@
 //!
 //! ```
 //! use divmerge::Taxonomy;
-//! use divmerge::diagnose::explain::Frame;
+//! use divmerge::diagnose::explain::ClusteredCloud;
 //! use divmerge::pipeline::{self, Config};
 //! use divmerge::semantics::MaskSource;
 //! use divmerge::simulate::{Drive, Scene, Sensor};
-//! use divmerge::diagnose::triage::{Params, triage};
+//! use divmerge::diagnose::triage::{TriageParams, triage};
 //!
 //! let cloud = Drive::new(Sensor::Vlp16, Scene::Parking, 1).frame(0).cloud;
 //! let taxonomy = Taxonomy::semantic_kitti();
 //! let (mask, config) = (MaskSource::Classes(&taxonomy), Config::paper());
 //! let stages = pipeline::run(&cloud, mask, &config);
-//! let frame = Frame { cloud: &cloud, mask, config: &config, stages: &stages };
-//! let found = triage(&frame, &Params::default());
+//! let frame = ClusteredCloud { cloud: &cloud, mask, config: &config, stages: &stages };
+//! let found = triage(&frame, &TriageParams::default());
 //! assert!(found.suspects.is_sorted_by(|a, b| a.score >= b.score));
 //! println!("{}", found.suspects[0].sentence);
 //! ```
@@ -67,4 +67,4 @@ mod tests;
 mod votes;
 
 pub use score::{Case, Triage, triage};
-pub use suspect::{Concern, Params, Suspect, SuspectKind};
+pub use suspect::{Concern, Suspect, SuspectKind, TriageParams};

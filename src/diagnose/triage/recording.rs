@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::score::{Triage, triage};
-use super::suspect::{Params, Suspect, SuspectKind};
+use super::suspect::{Suspect, SuspectKind, TriageParams};
 use crate::annotate::{
-    AnnotateConfig, ClusteredFrame, Event, FrameVisitor, VisitedFrames, added_metadata,
+    AnnotateConfig, ClusteredFrame, FrameVisitor, RunEvent, VisitedFrames, added_metadata,
     for_each_frame, refuse_same_file, refuse_topic,
 };
 use crate::diagnose::explain;
@@ -32,7 +32,7 @@ pub const LEAST: f64 = 0.01;
 
 /// The recording that is written.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Output<'a> {
+pub struct TriageOutput<'a> {
     /// The file.
     pub path: &'a Path,
     /// Its compression.
@@ -63,9 +63,9 @@ pub type OnFrame<'a> = dyn FnMut(&ClusteredFrame, &Triage) -> Result<()> + 'a;
 /// is the input or the input has a topic `T/suspicion` already.
 pub fn triage_recording(
     input: &Path,
-    output: Option<Output>,
-    (selection, method, params): (&Selection, &AnnotateConfig, &Params),
-    on_event: &mut dyn FnMut(Event) -> Result<()>,
+    output: Option<TriageOutput>,
+    (selection, method, params): (&Selection, &AnnotateConfig, &TriageParams),
+    on_event: &mut dyn FnMut(RunEvent) -> Result<()>,
     on_frame: &mut OnFrame,
 ) -> Result<Triaged> {
     let overview = Overview::read(input)?;
@@ -78,8 +78,8 @@ pub fn triage_recording(
 
 struct Job<'a> {
     method: &'a AnnotateConfig,
-    params: &'a Params,
-    on_event: &'a mut dyn FnMut(Event) -> Result<()>,
+    params: &'a TriageParams,
+    on_event: &'a mut dyn FnMut(RunEvent) -> Result<()>,
     on_frame: &'a mut OnFrame<'a>,
     copy: Option<Copy<'a>>,
 }
@@ -93,8 +93,8 @@ impl FrameVisitor for Job<'_> {
         self.copy.as_mut().map_or(Ok(()), |copy| copy.record(record))
     }
 
-    fn event(&mut self, event: Event) -> Result<()> {
-        if let Event::Frame(frame) = &event {
+    fn event(&mut self, event: RunEvent) -> Result<()> {
+        if let RunEvent::Frame(frame) = &event {
             let found = triage_frame(frame, self.method, self.params);
             if let Some(copy) = &mut self.copy {
                 copy.suspicion(frame, &found)?;
@@ -106,10 +106,14 @@ impl FrameVisitor for Job<'_> {
 }
 
 /// Triages a cloud of a recording that a method has clustered.
-pub fn triage_frame(frame: &ClusteredFrame, method: &AnnotateConfig, params: &Params) -> Triage {
+pub fn triage_frame(
+    frame: &ClusteredFrame,
+    method: &AnnotateConfig,
+    params: &TriageParams,
+) -> Triage {
     let ClusteredFrame { cloud, stages, .. } = *frame;
-    let (mask, config) = (method.mask(cloud), &method.config);
-    let mut found = triage(&explain::Frame { cloud, mask, config, stages }, params);
+    let (mask, config) = (method.mask(cloud), &method.pipeline);
+    let mut found = triage(&explain::ClusteredCloud { cloud, mask, config, stages }, params);
     for suspect in &mut found.suspects {
         suspect.position = cloud.recorded(suspect.position);
     }
@@ -128,7 +132,7 @@ struct Copy<'a> {
 }
 
 impl<'a> Copy<'a> {
-    fn new(overview: &'a Overview, output: &Output, topics: &[String]) -> Result<Self> {
+    fn new(overview: &'a Overview, output: &TriageOutput, topics: &[String]) -> Result<Self> {
         refuse(overview, output.path, topics)?;
         let mut writer = RecordingWriter::create(
             output.path,

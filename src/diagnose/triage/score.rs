@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::facts::FrameFacts;
-use super::suspect::{Params, Suspect, SuspectKind};
+use super::suspect::{Suspect, SuspectKind, TriageParams};
 use super::{joins, pairs, points, sizes, votes};
-use crate::diagnose::explain::Frame;
+use crate::diagnose::explain::ClusteredCloud;
 
 /// What is suspect in a frame.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -62,7 +62,7 @@ impl Triage {
 
 /// Looks for suspects in a frame. Time grows with the object pixels and with the pairs of instances
 /// near each other.
-pub fn triage(frame: &Frame, params: &Params) -> Triage {
+pub fn triage(frame: &ClusteredCloud, params: &TriageParams) -> Triage {
     let facts = FrameFacts::of(frame, params);
     let found = [
         joins::thin_joins(&facts),

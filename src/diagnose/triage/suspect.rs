@@ -89,15 +89,15 @@ impl SuspectKind {
 
 /// Parameters of triage.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Params {
+pub struct TriageParams {
     /// Instances of fewer points weigh less, in proportion. Default 50, from which on
     /// semantic-kitti-api counts a segment without a match.
     pub min_points: u64,
 }
 
-impl Default for Params {
+impl Default for TriageParams {
     fn default() -> Self {
-        Params { min_points: crate::evaluate::panoptic::MIN_POINTS }
+        TriageParams { min_points: crate::evaluate::panoptic::MIN_POINTS }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Scenes drawn from blocks of points, where what is suspect is known by hand.
 
 use super::*;
-use crate::diagnose::explain::Frame;
+use crate::diagnose::explain::ClusteredCloud;
 use divmerge_core::cloud::taxonomy::Taxonomy;
 use divmerge_core::cloud::{PointCloud, PointColumns};
 use divmerge_core::pipeline;
@@ -78,7 +78,7 @@ impl Scene {
     fn triage(&self) -> Triage {
         let Scene { cloud, taxonomy, config, stages } = self;
         let mask = MaskSource::Classes(taxonomy);
-        triage(&Frame { cloud, mask, config, stages }, &Params::default())
+        triage(&ClusteredCloud { cloud, mask, config, stages }, &TriageParams::default())
     }
 
     /// The suspects of one kind.
@@ -311,8 +311,9 @@ fn without_classes_there_are_no_sizes_but_neighbours() {
     }
     let stages = pipeline::run(&alone, MaskSource::All, &config);
     assert_eq!(stages.instances.len(), 2);
-    let frame = Frame { cloud: &alone, mask: MaskSource::All, config: &config, stages: &stages };
-    let found = triage(&frame, &Params::default());
+    let frame =
+        ClusteredCloud { cloud: &alone, mask: MaskSource::All, config: &config, stages: &stages };
+    let found = triage(&frame, &TriageParams::default());
     let kinds: Vec<SuspectKind> = found.suspects.iter().map(|suspect| suspect.kind).collect();
     assert_eq!(kinds, [SuspectKind::AlmostTouching], "{found:?}");
 }

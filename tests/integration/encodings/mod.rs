@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use divmerge::annotate::{AnnotateConfig, Flavor, MessageTypes, Options, Semantics};
+use divmerge::annotate::{AnnotateConfig, AnnotateOptions, Flavor, MessageTypes, Semantics};
 use divmerge::datasets::drive::{CLOUD_TOPIC, cloud_message, cloud_message_in, write_drive_in};
 use divmerge::frames::{EncodedCloud, EncodedClouds};
 use divmerge::messages::clouds::{CloudFormat, CloudMessage, CloudPose};
@@ -32,10 +32,10 @@ fn drive(format: CloudFormat) -> (TempDir, PathBuf) {
     (folder, path)
 }
 
-fn with(flavor: Flavor) -> Options {
-    let method = AnnotateConfig { semantics: Semantics::All, ..AnnotateConfig::default() };
+fn with(flavor: Flavor) -> AnnotateOptions {
+    let config = AnnotateConfig { semantics: Semantics::All, ..AnnotateConfig::default() };
     let types = MessageTypes { flavor, ..MessageTypes::default() };
-    Options { method, types, force: true, ..Options::default() }
+    AnnotateOptions { config, types, force: true, ..AnnotateOptions::default() }
 }
 
 fn messages(path: &Path, topic: &str) -> Vec<EncodedCloud> {
@@ -95,7 +95,7 @@ fn every_format_is_annotated_in_itself_with_the_same_labels() {
     let mut first: Option<Vec<[Vec<u32>; 4]>> = None;
     for format in CloudFormat::ALL {
         let (_folder, input) = drive(format);
-        let (output, report) = run(&input, &Options::default()).expect("annotated");
+        let (output, report) = run(&input, &AnnotateOptions::default()).expect("annotated");
         assert!(report.is_complete() && report.warnings.is_empty(), "{:?}", report.warnings);
         assert_passed_through(&input, &output);
         let overview = Overview::read(&output).expect("a recording");
@@ -180,7 +180,7 @@ fn objects_go_with_their_clouds() {
         (CloudFormat::FoxgloveJson, ("foxglove.SceneUpdate", "json")),
     ] {
         let (_folder, input) = drive(format);
-        let (output, report) = run(&input, &Options::default()).expect("annotated");
+        let (output, report) = run(&input, &AnnotateOptions::default()).expect("annotated");
         let overview = Overview::read(&output).expect("a recording");
         let objects = channel(&overview, &format!("{CLOUD_TOPIC}/objects"));
         let schema = overview.schema_of(objects.id).expect("a schema");

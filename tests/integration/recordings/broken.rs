@@ -171,7 +171,7 @@ fn clouds_of_no_rows_or_no_columns() {
     for semantics in [Semantics::All, Semantics::Ground, Semantics::Auto] {
         for config in [Config::paper(), Config::authors(), Config::best()] {
             let mut options = options(semantics.clone());
-            options.method.config = config;
+            options.config.pipeline = config;
             options.force = true;
             let (_, report) = run(&input, &options).expect("annotated");
             assert_eq!(report.topics["/points"].frames, 3, "{:?}", report.warnings);

@@ -7,7 +7,9 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use divmerge::Result;
-use divmerge::annotate::{AnnotateConfig, AnnotationReport, Event, Options, Semantics, annotate};
+use divmerge::annotate::{
+    AnnotateConfig, AnnotateOptions, AnnotationReport, RunEvent, Semantics, annotate,
+};
 use divmerge::datasets::drive::{CLOUD_TOPIC, write_drive};
 use divmerge::messages::clouds::CloudFormat;
 use divmerge::recording::{MessageHeader, Overview, Record, RecordingReader, WriteOptions};
@@ -16,10 +18,10 @@ use tempfile::TempDir;
 
 use crate::shared_data::shared_data;
 
-fn options(semantics: Semantics) -> Options {
-    Options {
-        method: AnnotateConfig { semantics, ..AnnotateConfig::default() },
-        ..Options::default()
+fn options(semantics: Semantics) -> AnnotateOptions {
+    AnnotateOptions {
+        config: AnnotateConfig { semantics, ..AnnotateConfig::default() },
+        ..AnnotateOptions::default()
     }
 }
 
@@ -34,9 +36,9 @@ pub fn drive(frames: usize) -> (TempDir, PathBuf) {
 }
 
 /// Annotates a recording; the output stands beside it.
-pub fn run(input: &Path, options: &Options) -> Result<(PathBuf, AnnotationReport)> {
+pub fn run(input: &Path, options: &AnnotateOptions) -> Result<(PathBuf, AnnotationReport)> {
     let output = input.with_extension("annotated.mcap");
-    let report = annotate(input, &output, options, &mut |_: Event| ControlFlow::Continue(()))?;
+    let report = annotate(input, &output, options, &mut |_: RunEvent| ControlFlow::Continue(()))?;
     Ok((output, report))
 }
 
@@ -175,7 +177,7 @@ fn an_output_is_not_replaced_unasked_and_the_input_never() {
     assert!(run(&input, &options).is_err());
     assert_eq!(std::fs::read(&output).expect("bytes"), b"mine");
     options.force = true;
-    let itself = annotate(&input, &input, &options, &mut |_: Event| ControlFlow::Continue(()));
+    let itself = annotate(&input, &input, &options, &mut |_: RunEvent| ControlFlow::Continue(()));
     assert!(itself.is_err(), "the input must not be its own output");
     assert!(before == std::fs::read(&input).expect("bytes"));
 }
@@ -184,13 +186,9 @@ fn an_output_is_not_replaced_unasked_and_the_input_never() {
 fn an_interrupted_run_leaves_nothing() {
     let (folder, input) = drive(3);
     let output = folder.path().join("out.mcap");
-    let broken =
-        annotate(
-            &input,
-            &output,
-            &options(Semantics::Auto),
-            &mut |_: Event| ControlFlow::Break(()),
-        );
+    let broken = annotate(&input, &output, &options(Semantics::Auto), &mut |_: RunEvent| {
+        ControlFlow::Break(())
+    });
     assert!(broken.expect_err("interrupted").to_string().contains("interrupted"));
     assert_eq!(std::fs::read_dir(folder.path()).expect("folder").count(), 1);
 }
@@ -254,8 +252,8 @@ fn frames_are_numbered_whatever_is_passed_over() {
     let mut options = options(Semantics::Auto);
     (options.from_ns, options.to_ns) = (Some(start + 4_000_000_000), Some(start + 4_200_000_000));
     let (output, mut numbers) = (input.with_file_name("out.mcap"), Vec::new());
-    annotate(&input, &output, &options, &mut |event: Event| {
-        if let Event::Frame(frame) = event {
+    annotate(&input, &output, &options, &mut |event: RunEvent| {
+        if let RunEvent::Frame(frame) = event {
             numbers.push(frame.key.number);
         }
         ControlFlow::Continue(())
@@ -281,7 +279,7 @@ fn real_recordings_of_every_sensor() {
             let mut options = options(semantics);
             options.force = true;
             let report =
-                annotate(&input, &output, &options, &mut |_: Event| ControlFlow::Continue(()))
+                annotate(&input, &output, &options, &mut |_: RunEvent| ControlFlow::Continue(()))
                     .expect(name);
             assert!(report.is_complete(), "{name}: {:?}", report.warnings);
             assert!(report.topics.values().all(|topic| topic.instances > 0), "{name}");

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use divmerge::annotate::{Event, Options, annotate};
+use divmerge::annotate::{AnnotateOptions, RunEvent, annotate};
 use divmerge::datasets::drive::cloud_message;
 use divmerge::messages::definitions::POINT_CLOUD2;
 use divmerge::recording::Compression;
@@ -223,9 +223,9 @@ fn assert_truthful(file: &[u8], what: &str) {
     }
 }
 
-pub fn run(input: &Path, options: &Options) -> Vec<u8> {
+pub fn run(input: &Path, options: &AnnotateOptions) -> Vec<u8> {
     let output = input.with_extension("out.mcap");
-    annotate(input, &output, options, &mut |_: Event| ControlFlow::Continue(()))
+    annotate(input, &output, options, &mut |_: RunEvent| ControlFlow::Continue(()))
         .expect("annotated");
     std::fs::read(output).expect("the output")
 }
@@ -252,12 +252,12 @@ fn the_input_is_a_subsequence_of_the_output() {
             compressions.into_iter().flat_map(|c| [(c, false), (c, true)])
         {
             let what = format!("{shape:?} {compression:?} {unchecked}");
-            let options = |threads| Options {
+            let options = |threads| AnnotateOptions {
                 compression,
                 unchecked,
                 threads,
                 force: true,
-                ..Options::default()
+                ..AnnotateOptions::default()
             };
             let output = run(path, &options(1));
             assert_subsequence(bytes, &output, !unchecked, &what);
@@ -274,7 +274,7 @@ fn the_same_through_a_pipe() {
         let pipe = path.with_extension("pipe");
         let made = std::process::Command::new("mkfifo").arg(&pipe).status().expect("mkfifo");
         assert!(made.success());
-        let options = Options { threads: 2, force: true, ..Options::default() };
+        let options = AnnotateOptions { threads: 2, force: true, ..AnnotateOptions::default() };
         let output = std::thread::scope(|scope| {
             scope.spawn(|| std::fs::write(&pipe, bytes).expect("written"));
             run(&pipe, &options)

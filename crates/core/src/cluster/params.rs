@@ -185,7 +185,8 @@ pub struct FragmentMerge {
     pub excess_weight: f64,
     /// Metres of gap that a fragment of one pixel waits in the order of merging; one of n pixels
     /// waits an n-th of that.
-    pub wait: f64,
+    #[serde(rename = "wait")]
+    pub delay: f64,
 }
 
 impl FragmentMerge {
@@ -308,7 +309,7 @@ impl ClusterParams {
                 slack: 1.2,
                 perimeter_weight: 0.02,
                 excess_weight: 0.1,
-                wait: 0.3,
+                delay: 0.3,
             }),
             gaps: Some(GapMerge {
                 across: 0.4,

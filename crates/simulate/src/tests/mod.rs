@@ -21,20 +21,20 @@ fn counts(keys: &[u16]) -> BTreeMap<u16, usize> {
     counts
 }
 
-fn classes(frame: &Frame) -> &[u16] {
+fn classes(frame: &SimulatedFrame) -> &[u16] {
     frame.cloud.class.as_deref().unwrap()
 }
 
-fn rings(frame: &Frame) -> &[u16] {
+fn rings(frame: &SimulatedFrame) -> &[u16] {
     frame.cloud.ring.as_deref().unwrap()
 }
 
-fn in_world(frame: &Frame, index: usize) -> Point3<f64> {
+fn in_world(frame: &SimulatedFrame, index: usize) -> Point3<f64> {
     frame.pose * Point3::from(frame.cloud.position(index).map(f64::from))
 }
 
 /// Middle of the returns of every instance, in the world frame, with its number of points.
-fn middles(frame: &Frame) -> BTreeMap<u16, (Point3<f64>, usize)> {
+fn middles(frame: &SimulatedFrame) -> BTreeMap<u16, (Point3<f64>, usize)> {
     let mut sums: BTreeMap<u16, (Point3<f64>, usize)> = BTreeMap::new();
     for (index, &id) in frame.true_instance.iter().enumerate() {
         let entry = sums.entry(id).or_insert((Point3::origin(), 0));
@@ -47,11 +47,11 @@ fn middles(frame: &Frame) -> BTreeMap<u16, (Point3<f64>, usize)> {
     sums
 }
 
-fn azimuth(frame: &Frame, index: usize) -> f64 {
+fn azimuth(frame: &SimulatedFrame, index: usize) -> f64 {
     f64::from(frame.cloud.y[index]).atan2(f64::from(frame.cloud.x[index]))
 }
 
-fn elevation(frame: &Frame, index: usize) -> f64 {
+fn elevation(frame: &SimulatedFrame, index: usize) -> f64 {
     let [x, y, z] = frame.cloud.position(index).map(f64::from);
     z.atan2(x.hypot(y))
 }
@@ -346,7 +346,7 @@ fn a_limited_field_of_view_is_a_part_of_the_whole() {
     let whole = drive.frame(0);
     drive.mount.field_of_view = FRAC_PI_2;
     let part = drive.frame(0);
-    let inside = |frame: &Frame| {
+    let inside = |frame: &SimulatedFrame| {
         let inside =
             (0..frame.cloud.len()).filter(|&i| azimuth(frame, i).abs() < 0.5 * FRAC_PI_2 - 0.01);
         inside.map(|i| frame.cloud.position(i)).collect::<Vec<_>>()

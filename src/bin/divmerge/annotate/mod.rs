@@ -11,7 +11,8 @@ use anyhow::{Result, bail};
 use clap::Args;
 use divmerge::annotate::time_spec::TimeSpec;
 use divmerge::annotate::{
-    AnnotationReport, Event, Flavor, Form, MessageTypes, Options, Slice, annotate, slices::Plan,
+    AnnotateOptions, AnnotationReport, Flavor, Form, MessageTypes, RunEvent, Slice, annotate,
+    slices::Plan,
 };
 use divmerge::messages::objects::ObjectKind;
 use divmerge::recording::{Compression, STANDARD_STREAM};
@@ -258,18 +259,18 @@ fn several(arguments: &Arguments, tasks: &Tasks, done: Vec<PathBuf>) -> Result<O
 fn one(arguments: &Arguments, task: &Task, slice: Option<Slice>) -> Result<AnnotationReport> {
     let input = task.input.as_path();
     let has_layout = !arguments.no_layout && slice.is_none();
-    let options = Options { slice, ..options(arguments, input)? };
+    let options = AnnotateOptions { slice, ..options(arguments, input)? };
     let layout = Layout::beside(&task.output, has_layout, arguments.force)?;
     let target = arguments.rerun.clone().map(|target| match target {
         Target::Save { path, .. } => Target::Save { path, force: arguments.force },
         other => other,
     });
-    let mut viewer = Watcher::open(target.as_ref(), input, &options.method)?;
+    let mut viewer = Watcher::open(target.as_ref(), input, &options.config)?;
     let progress = RecordingProgress::new("annotating", input);
     interrupt::is_writing(&task.output);
     let report = annotate(input, &task.output, &options, &mut |event| {
         progress.show(&event);
-        if let Event::Frame(frame) = event {
+        if let RunEvent::Frame(frame) = event {
             viewer.show(&frame);
         }
         interrupt::check()
@@ -286,11 +287,11 @@ fn one(arguments: &Arguments, task: &Task, slice: Option<Slice>) -> Result<Annot
     Ok(report)
 }
 
-fn options(arguments: &Arguments, input: &Path) -> Result<Options> {
+fn options(arguments: &Arguments, input: &Path) -> Result<AnnotateOptions> {
     let moments = (arguments.from, arguments.to);
     let (from_ns, to_ns) = window(input, moments, &arguments.topics)?;
-    Ok(Options {
-        method: arguments.method.method(input)?,
+    Ok(AnnotateOptions {
+        config: arguments.method.config(input)?,
         types: MessageTypes { flavor: arguments.flavor, objects: arguments.objects },
         topics: arguments.topics.clone(),
         from_ns,

@@ -125,15 +125,15 @@ const BIRDS_EYE_MERGES: &[NamedValue<BirdsEyeMerge>] = &[
 
 impl MethodArguments {
     /// The method for the clouds of a recording.
-    pub fn method(&self, recording: &Path) -> Result<AnnotateConfig> {
+    pub fn config(&self, recording: &Path) -> Result<AnnotateConfig> {
         let box_source = self.boxes.source(self.method == BOXES)?;
-        let mut config = self.overrides().config()?;
+        let mut pipeline = self.overrides().config()?;
         let (sensor_frame, transforms) = self.geometry.frame(recording)?;
-        let method = self.objects.method(recording)?;
-        config.other_method = methods::named(self.method, &method.taxonomy);
-        self.boxes.set(&mut config);
-        let boxes = BoxArguments::open(box_source.as_ref(), recording, &method.taxonomy)?;
-        Ok(AnnotateConfig { config, boxes, sensor_frame, transforms, ..method })
+        let config = self.objects.config(recording)?;
+        pipeline.other_method = methods::named(self.method, &config.taxonomy);
+        self.boxes.set(&mut pipeline);
+        let boxes = BoxArguments::open(box_source.as_ref(), recording, &config.taxonomy)?;
+        Ok(AnnotateConfig { pipeline, boxes, sensor_frame, transforms, ..config })
     }
 
     fn overrides(&self) -> Overrides {

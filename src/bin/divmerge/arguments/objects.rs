@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use anyhow::{Result, anyhow};
 use clap::Args;
-use divmerge::annotate::{AnnotateConfig, ObjectSource, Objects};
+use divmerge::annotate::{AnnotateConfig, ObjectOptions, ObjectSource};
 use divmerge::frames::TOLERANCE_NS;
 use divmerge::network::runtime::{Device, RuntimeKind, RuntimeOptions};
 use divmerge::network::{NetworkImage, NetworkOptions};
@@ -116,14 +116,14 @@ const DEVICES: &[NamedValue<Device>] = &[
 
 impl ObjectArguments {
     /// Preset `best` on these objects, for the clouds of a recording or a folder.
-    pub fn method(&self, recording: &Path) -> Result<AnnotateConfig> {
-        let objects = Objects {
+    pub fn config(&self, recording: &Path) -> Result<AnnotateConfig> {
+        let objects = ObjectOptions {
             source: self.semantics.clone(),
             taxonomy: self.taxonomy.as_deref().map(read_taxonomy).transpose()?,
             tolerance_ns: (self.tolerance * 1e9).round() as u64,
             network: self.network.options(),
         };
-        objects.method(recording).map_err(|error| match error {
+        objects.config(recording).map_err(|error| match error {
             Error::Parameter(wrong) => anyhow!("--{} {wrong}", wrong.name),
             other => other.into(),
         })

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::Args;
 use divmerge::annotate::AnnotateConfig;
-use divmerge::diagnose::explain::Frame;
+use divmerge::diagnose::explain::ClusteredCloud;
 use divmerge::diagnose::failures::{Failure, FailureSummary, LabelledRun, check_classes, failures};
 use divmerge::diagnose::triage::ranking::recorded_positions;
 use divmerge::evaluate::panoptic::MIN_POINTS;
@@ -80,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     for output in [&arguments.csv, &arguments.json].into_iter().flatten() {
         refuse_address(output)?;
     }
-    let method = arguments.method.method(&arguments.clouds.input)?;
+    let method = arguments.method.config(&arguments.clouds.input)?;
     let frames = arguments.clouds.open(&method)?;
     let bar = frame_bar("searching", frames.remaining());
     let (mut summary, mut rows) = (FailureSummary::default(), Vec::new());
@@ -103,8 +103,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if let Some(path) = &arguments.json {
         let value = FailuresJson {
             input: &arguments.clouds.input,
-            method: method.config.method_name(),
-            preset: method.config.preset,
+            method: method.pipeline.method_name(),
+            preset: method.pipeline.preset,
             taxonomy: &method.taxonomy.name,
             min_points: arguments.small,
             summary: &summary,
@@ -127,10 +127,10 @@ fn of_frame(
     let LabelledFrame { source, number, log_time_ns, cloud, truth, .. } = &frame;
     let at = format!("{}: cloud {number} of {source}", arguments.clouds.input.display());
     check_classes(&truth.class, &method.taxonomy, &at)?;
-    let (mask, config) = (method.mask(cloud), &method.config);
+    let (mask, config) = (method.mask(cloud), &method.pipeline);
     let stages = pipeline::run_with(cloud, mask, &detections, config);
     let found = failures(&LabelledRun {
-        frame: Frame { cloud, mask, config, stages: &stages },
+        frame: ClusteredCloud { cloud, mask, config, stages: &stages },
         detections: &detections,
         true_class: &truth.class,
         true_id: &truth.id,

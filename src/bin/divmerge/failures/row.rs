@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use divmerge::diagnose::failures::{Failure, PixelBounds, Side};
+use divmerge::diagnose::failures::{Failure, ObjectOrigin, PixelBounds};
 use serde::Serialize;
 
 use crate::shell::command_line;
@@ -104,9 +104,9 @@ pub fn csv(rows: &[Row]) -> String {
 }
 
 /// `true` or `found`.
-pub fn side_name(side: Side) -> &'static str {
+pub fn side_name(side: ObjectOrigin) -> &'static str {
     match side {
-        Side::True => "true",
-        Side::Found => "found",
+        ObjectOrigin::True => "true",
+        ObjectOrigin::Found => "found",
     }
 }

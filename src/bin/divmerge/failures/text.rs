@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use divmerge::diagnose::failures::{Cause, Failure, FailureSummary, Side, VerdictCount};
+use divmerge::diagnose::failures::{Cause, Failure, FailureSummary, ObjectOrigin, VerdictCount};
 use divmerge::evaluate::{JudgedObject, Verdict};
 
 use super::row::{Row, side_name};
@@ -92,11 +92,11 @@ fn print_failure(number: usize, row: &Row) {
 }
 
 /// The objects that share points with the object.
-fn shared_points(side: Side, judged: &JudgedObject) -> String {
+fn shared_points(side: ObjectOrigin, judged: &JudgedObject) -> String {
     const NAMED: usize = 3;
     let nothing = match side {
-        Side::True => "without an instance",
-        Side::Found => "outside true things",
+        ObjectOrigin::True => "without an instance",
+        ObjectOrigin::Found => "outside true things",
     };
     let number = |is_true: bool, id: u32| if is_true { true_number(id) } else { id };
     let parts = judged.parts.iter().map(|part| {
@@ -105,7 +105,7 @@ fn shared_points(side: Side, judged: &JudgedObject) -> String {
         format!(
             "{} of{name} {} ({} points)",
             grouped(part.shared),
-            number(side == Side::Found, part.object.id),
+            number(side == ObjectOrigin::Found, part.object.id),
             grouped(part.points)
         )
     });
@@ -116,7 +116,7 @@ fn shared_points(side: Side, judged: &JudgedObject) -> String {
     }
     let mut beside: Vec<String> = Vec::new();
     for share in &judged.beside {
-        let id = number(side == Side::True, share.object.id);
+        let id = number(side == ObjectOrigin::True, share.object.id);
         beside.push(format!("{} of {} {id}", grouped(share.shared), share.class_name));
     }
     let mut others = listed(&beside, NAMED);

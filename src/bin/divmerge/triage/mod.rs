@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use clap::Args;
-use divmerge::annotate::{AnnotateConfig, Event};
-use divmerge::diagnose::triage::Params;
+use divmerge::annotate::{AnnotateConfig, RunEvent};
+use divmerge::diagnose::triage::TriageParams;
 use divmerge::diagnose::triage::ranking::{RankedCase, Ranking};
-use divmerge::diagnose::triage::recording::{Output, Triaged, triage_recording};
+use divmerge::diagnose::triage::recording::{TriageOutput, Triaged, triage_recording};
 use divmerge::frames::Selection;
 use divmerge::recording::{Compression, Overview};
 
@@ -50,7 +50,7 @@ pub struct Arguments {
 
     /// Instances of fewer points weigh less, in proportion; in evaluation they never count as
     /// failures
-    #[arg(long, value_name = "N", default_value_t = Params::default().min_points)]
+    #[arg(long, value_name = "N", default_value_t = TriageParams::default().min_points)]
     #[arg(value_parser = clap::value_parser!(u64).range(1..))]
     weigh_points: u64,
 
@@ -81,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     refuse(arguments)?;
     let selection = arguments.selection.selection(&arguments.input)?;
     selection.check(&arguments.input)?;
-    let method = arguments.method.method(&arguments.input)?;
+    let method = arguments.method.config(&arguments.input)?;
     let start_ns = Overview::read(&arguments.input)?.start_ns.unwrap_or(0);
     let mut ranking = Ranking::new(arguments.limit, start_ns);
     let triaged = triage(arguments, &selection, &method, &mut ranking)?;
@@ -123,17 +123,17 @@ fn triage(
     method: &AnnotateConfig,
     ranking: &mut Ranking,
 ) -> Result<Triaged> {
-    let output = arguments.output.as_deref().map(|path| Output {
+    let output = arguments.output.as_deref().map(|path| TriageOutput {
         path,
         compression: arguments.compression,
         force: arguments.force,
     });
     let table = arguments.csv.as_deref().map(|path| SuspectTable::create(path, arguments.force));
     let mut table = table.transpose()?;
-    let params = Params { min_points: arguments.weigh_points };
+    let params = TriageParams { min_points: arguments.weigh_points };
     let progress = RecordingProgress::new("triaging", &arguments.input);
     let target = arguments.output.as_deref().unwrap_or(Path::new("the output"));
-    let mut on_event = |event: Event| {
+    let mut on_event = |event: RunEvent| {
         progress.show(&event);
         interrupt::check_for(target)
     };

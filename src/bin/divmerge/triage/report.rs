@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use divmerge::annotate::AnnotateConfig;
-use divmerge::diagnose::explain::{ExplanationReport, ExplanationText, Frame, Subject};
+use divmerge::diagnose::explain::{ClusteredCloud, ExplanationReport, ExplanationText, Subject};
 use divmerge::diagnose::triage::ranking::RankedCase;
 use divmerge::frames::{CloudAt, encoded_cloud_at};
 use divmerge::pipeline;
@@ -68,9 +68,9 @@ impl Report<'_> {
             let place = || format!("frame {frame} of {topic}");
             let wire = message.decode().with_context(place)?;
             let decoded = method.decode(&wire, &message.key(&wire)).with_context(place)?;
-            let (cloud, mask, config) = (&decoded.cloud, decoded.mask, &method.config);
+            let (cloud, mask, config) = (&decoded.cloud, decoded.mask, &method.pipeline);
             let stages = pipeline::run(cloud, mask, config);
-            let frame = Frame { cloud, mask, config, stages: &stages };
+            let frame = ClusteredCloud { cloud, mask, config, stages: &stages };
             for &number in of_frame {
                 let subject = subject(&cases[number]);
                 let semantics = &decoded.semantics;
@@ -83,7 +83,7 @@ impl Report<'_> {
         Ok(pages.into_iter().flatten().collect())
     }
 
-    fn page(&self, frame: &Frame, report: &ExplanationReport, number: usize) -> CasePage {
+    fn page(&self, frame: &ClusteredCloud, report: &ExplanationReport, number: usize) -> CasePage {
         const DPI: f64 = 120.0;
         let case = &self.cases[number];
         let suspect = &case.suspects[0];

@@ -1,6 +1,6 @@
 //! What is shared by the searches for a cause.
 
-use crate::diagnose::failures::case::{LabelledRun, Side, Target};
+use crate::diagnose::failures::case::{LabelledRun, ObjectOrigin, Target};
 use crate::diagnose::failures::cause::Cause;
 use crate::diagnose::failures::oracles::Oracles;
 use crate::diagnose::failures::tree::{Part, TreeCut, best_cut};
@@ -30,7 +30,7 @@ impl Search<'_> {
         let cloud = self.run.frame.cloud;
         let judged = &self.target.judged;
         let part = |number: usize| judged.parts.get(number).map(|part| part.object.id);
-        if let (Side::True, Some(holder)) = (self.target.side, part(0)) {
+        if let (ObjectOrigin::True, Some(holder)) = (self.target.side, part(0)) {
             let [a, b] = match (judged.verdict, part(1)) {
                 (Verdict::OverSegmented, Some(other)) => {
                     [holder, other].map(|id| self.seen(|point| labels[point] == id))

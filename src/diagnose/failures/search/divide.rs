@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 
 use super::context::{Found, Search};
-use crate::diagnose::failures::case::Side;
+use crate::diagnose::failures::case::ObjectOrigin;
 use crate::diagnose::failures::cause::{Cause, DivideCause};
 use divmerge_core::cloud::Reason;
 
 impl Search<'_> {
     pub fn divide(&self) -> Found {
-        if self.target.side == Side::Found || self.oracles.true_merge.is_right(self.target) {
+        if self.target.side == ObjectOrigin::Found || self.oracles.true_merge.is_right(self.target)
+        {
             return None;
         }
         let mut own: BTreeMap<u32, u64> = BTreeMap::new();

@@ -2,7 +2,7 @@
 
 use super::context::{Found, Search, edges, most_frequent_group};
 use crate::diagnose::explain::{Explanation, PostMergeStage, Subject, VoteEvidence, explain};
-use crate::diagnose::failures::case::Side;
+use crate::diagnose::failures::case::ObjectOrigin;
 use crate::diagnose::failures::cause::{Cause, MergeCause, PostMergeCause};
 use crate::evaluate::verdict::Segment;
 
@@ -13,8 +13,8 @@ impl Search<'_> {
         let judged = &self.target.judged;
         let id = |part: usize| judged.parts.get(part).map(|part| part.object.id);
         let (object, ids) = match self.target.side {
-            Side::True => (judged.object, [id(0)?, id(1)?]),
-            Side::Found => {
+            ObjectOrigin::True => (judged.object, [id(0)?, id(1)?]),
+            ObjectOrigin::Found => {
                 let object = judged.parts.first()?.object;
                 let found = self.oracles.seen.verdicts.of_true(object)?;
                 (object, [judged.object.id, found.parts.first()?.object.id])

@@ -7,7 +7,7 @@ mod mask;
 mod merge;
 mod post_merge;
 
-use crate::diagnose::failures::case::{LabelledRun, Side, Target};
+use crate::diagnose::failures::case::{LabelledRun, ObjectOrigin, Target};
 use crate::diagnose::failures::cause::Cause;
 use crate::diagnose::failures::oracles::Oracles;
 use crate::evaluate::verdict::Verdict;
@@ -38,8 +38,8 @@ fn other_method(search: &Search) -> Found {
 fn merges(search: &Search) -> Found {
     let judged = &search.target.judged;
     let object = match search.target.side {
-        Side::True => judged.object,
-        Side::Found => judged.parts.first()?.object,
+        ObjectOrigin::True => judged.object,
+        ObjectOrigin::Found => judged.parts.first()?.object,
     };
     match judged.verdict {
         Verdict::Missed => search.dropped(),

@@ -202,7 +202,7 @@ impl<'a> Assembly<'a> {
 
     /// Metres of gap by which a pair comes later because the smaller group has few pixels.
     fn delay(&self, a: usize, b: usize) -> f64 {
-        self.params.wait / f64::from(self.groups[a].pixels.min(self.groups[b].pixels).max(1))
+        self.params.delay / f64::from(self.groups[a].pixels.min(self.groups[b].pixels).max(1))
     }
 
     /// Whether no rectangle of an accepted size can hold two groups that do not touch: they reach

@@ -202,7 +202,7 @@ mod tests {
         let ghost = Fragment { pixels: 1, ..piece([-1.4, 0.9], [-1.4, 0.9]) };
         pieces.push(ghost.clone());
         assert_eq!(groups(&pieces), [1, 1, 2]);
-        let impatient = FragmentMerge { wait: 0.0, ..best() };
+        let impatient = FragmentMerge { delay: 0.0, ..best() };
         assert_eq!(assemble(&pieces, &impatient).instance, [1, 2, 1]);
     }
 

@@ -8,7 +8,7 @@ use divmerge_core::semantics::MaskSource;
 
 /// One run of the pipeline with what went into it.
 #[derive(Debug, Clone, Copy)]
-pub struct Frame<'a> {
+pub struct ClusteredCloud<'a> {
     /// The cloud that was clustered.
     pub cloud: &'a PointCloud,
     /// Where its object mask came from.
