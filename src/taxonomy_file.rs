@@ -22,7 +22,8 @@ struct File {
     thing_class: Option<BTreeMap<u16, bool>>,
 }
 
-/// Reads a YAML file in semantic-kitti-api's form (`labels`, `learning_map`, `learning_map_inv`,
+/// The known taxonomy of a name ([`Taxonomy::known`]), else that of a YAML file in
+/// semantic-kitti-api's form (`labels`, `learning_map`, `learning_map_inv`,
 /// `learning_ignore`). Things are those under `thing_class` (class to true or false) if the file
 /// has that map, else the classes with the names of movable objects that the field's data sets use.
 ///
@@ -30,6 +31,9 @@ struct File {
 /// [`Error::Io`] if it cannot be read, [`Error::Taxonomy`] if it is not such a file or has no
 /// thing.
 pub fn read_taxonomy(path: &Path) -> Result<Taxonomy> {
+    if let Some(known) = path.to_str().and_then(Taxonomy::named) {
+        return Ok(known.clone());
+    }
     let text =
         std::fs::read_to_string(path).map_err(|source| Error::Io { path: path.into(), source })?;
     let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());

@@ -8,7 +8,7 @@ use divmerge::frames::{EncodedClouds, choose_topics};
 use divmerge::messages::clouds::CloudMessage;
 use divmerge::recording::Overview;
 use divmerge::semantics::MaskSource;
-use divmerge::{FrameError, PointCloud};
+use divmerge::{FrameError, PointCloud, Taxonomy};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -217,6 +217,8 @@ struct Read {
     frame_id: String,
     cloud: PointCloud,
     objects: Objects,
+    /// The taxonomy of the classes, where it is not the one that was assumed.
+    recognised: Option<Taxonomy>,
     semantics: String,
     fields: Vec<Field>,
 }
@@ -232,10 +234,14 @@ impl Frames {
         Some(message.and_then(|message| {
             let wire = message.decode()?;
             let decoded = self.method.decode(&wire, &message.key(&wire))?;
-            let objects = match decoded.mask {
-                MaskSource::All => Objects::All,
-                MaskSource::Classes(_) => Objects::Classes,
-                _ => Objects::NotGround,
+            let own = &self.method.taxonomy.name;
+            let (objects, recognised) = match decoded.mask {
+                MaskSource::All => (Objects::All, None),
+                MaskSource::Classes(taxonomy) => {
+                    let other = Some(taxonomy).filter(|taxonomy| taxonomy.name != *own);
+                    (Objects::Classes, other.cloned())
+                }
+                _ => (Objects::NotGround, None),
             };
             let fields = self
                 .fields
@@ -251,6 +257,7 @@ impl Frames {
                 frame_id: wire.frame_id.clone(),
                 cloud,
                 objects,
+                recognised,
                 semantics,
                 fields,
             })
@@ -286,7 +293,10 @@ impl Read {
             points: PyOnceLock::new(),
             cloud: Arc::new(self.cloud),
             objects: self.objects,
-            taxonomy: frames.taxonomy.clone_ref(py),
+            taxonomy: match self.recognised {
+                Some(inner) => Py::new(py, PyTaxonomy { inner })?,
+                None => frames.taxonomy.clone_ref(py),
+            },
         })
     }
 }

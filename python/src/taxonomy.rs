@@ -10,8 +10,9 @@ use crate::errors::{raised, type_of, wrong_type};
 
 /// What the ids of classes mean: which are things, which are one class, what they are called.
 ///
-/// ``Taxonomy()`` is SemanticKITTI's; ``Taxonomy(path)`` reads a YAML file in semantic-kitti-api's
-/// form, with an optional map ``thing_class`` (class: true).
+/// ``Taxonomy()`` is SemanticKITTI's; ``Taxonomy("semantic-kitti")``, ``"nuscenes"``, ``"waymo"``,
+/// ``"carla"`` and ``"carla-0.9.13"`` are those data sets'; ``Taxonomy(path)`` reads a YAML file in
+/// semantic-kitti-api's form, with an optional map ``thing_class`` (class: true).
 #[pyclass(frozen, name = "Taxonomy", module = "divmerge")]
 pub struct PyTaxonomy {
     pub inner: Taxonomy,

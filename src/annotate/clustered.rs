@@ -5,13 +5,14 @@ use std::time::Instant;
 use nalgebra::Isometry3;
 
 use super::config::{AnnotateConfig, Decoded};
+use super::odd_field::OddField;
 use crate::error::{FrameError, Result, Unsupported, frame};
 use crate::frames::{CloudKey, FrameDetections};
 use crate::messages::clouds::CloudMessage;
-use divmerge_core::cloud::taxonomy::Taxonomy;
 use divmerge_core::cloud::{PointCloud, Reason};
 use divmerge_core::pipeline;
 use divmerge_core::pipeline::Stages;
+use divmerge_core::semantics::MaskSource;
 use divmerge_recording::stopwatch::ms_since;
 
 /// A cloud out of a message, clustered.
@@ -23,6 +24,10 @@ pub struct Clustered {
     pub stages: Stages,
     /// Where objects came from, as in `field:label`.
     pub semantics: String,
+    /// Name of the taxonomy of the classes, if there are classes.
+    pub taxonomy: String,
+    /// What `auto` found wrong with the ids of a field.
+    pub odd_field: Option<OddField>,
     /// Why the source of boxes says nothing about the cloud, where that is so.
     pub missing_boxes: Option<String>,
     /// Whether a network needs remission and the message has none.
@@ -50,7 +55,11 @@ pub(super) fn cluster_decoded(
     decoded: Decoded,
 ) -> Result<Clustered> {
     refuse_moved_boxes(wire, method)?;
-    let Decoded { cloud, mask, semantics, decode_ms, semantics_ms } = decoded;
+    let Decoded { cloud, mask, semantics, odd_field, decode_ms, semantics_ms } = decoded;
+    let taxonomy = match mask {
+        MaskSource::Classes(taxonomy) => taxonomy.name.clone(),
+        _ => String::new(),
+    };
     let started = Instant::now();
     let FrameDetections { detections, missing: missing_boxes } = method.boxes.of(key)?;
     let decode_ms = decode_ms + ms_since(started);
@@ -62,6 +71,8 @@ pub(super) fn cluster_decoded(
         cloud,
         stages,
         semantics,
+        taxonomy,
+        odd_field,
         missing_boxes,
         lacks_remission,
         repeated_field,
@@ -81,7 +92,7 @@ fn refuse_moved_boxes(wire: &CloudMessage, method: &AnnotateConfig) -> frame::Re
 }
 
 /// What is odd about a cloud that could be read: a word for the kind, and a sentence.
-pub fn remarks(clustered: &Clustered, taxonomy: &Taxonomy) -> Vec<(&'static str, String)> {
+pub fn remarks(clustered: &Clustered) -> Vec<(&'static str, String)> {
     let stages = &clustered.stages;
     let counts = stages.labels.counts();
     let points = stages.labels.reason.len() as u64;
@@ -106,10 +117,11 @@ pub fn remarks(clustered: &Clustered, taxonomy: &Taxonomy) -> Vec<(&'static str,
     if stages.mask.unknown_ids > 0 {
         let problem = format!(
             "{} points have a class that the taxonomy `{}` does not know",
-            stages.mask.unknown_ids, taxonomy.name
+            stages.mask.unknown_ids, clustered.taxonomy
         );
         remarks.push(("with unknown classes", problem));
     }
+    remarks.extend(clustered.odd_field.as_ref().map(|odd| (odd.kind(), odd.describe())));
     if let Some(name) = &clustered.repeated_field {
         let problem = format!("several fields are named `{name}`: the first of them is read");
         remarks.push(("with a field name that comes again", problem));

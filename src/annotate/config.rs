@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::Instant;
 
+use super::odd_field::OddField;
 use crate::error::{Result, frame};
 use crate::frames::{CloudKey, FrameBoxes, FrameClasses, LabelledFrame};
 use crate::messages::clouds::CloudMessage;
@@ -12,14 +13,15 @@ use divmerge_core::cloud::sensor_frame::{SensorFrame, Transforms};
 use divmerge_core::cloud::taxonomy::Taxonomy;
 use divmerge_core::cloud::{Detection, PointCloud};
 use divmerge_core::pipeline::Config;
+use divmerge_core::semantics::evidence::{self, Belief};
 use divmerge_core::semantics::{GroundParams, MaskSource};
 use divmerge_recording::stopwatch::ms_since;
 
 /// Where the object mask of a recording's clouds comes from.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum Semantics {
-    /// A field `label`, `semantic`, `class_id` or `class_ids` if the cloud has one, else ground
-    /// removal.
+    /// A field `label`, `semantic`, `class_id` or `class_ids` if the cloud has one whose ids are
+    /// believed ([`evidence`](divmerge_core::semantics::evidence)), else ground removal.
     #[default]
     Auto,
     /// The field of that name.
@@ -36,7 +38,7 @@ pub enum Semantics {
 
 impl Semantics {
     /// In a few words that name no file, as in `field:label`; of a cloud with the field that `auto`
-    /// found.
+    /// believes.
     pub(super) fn describe(&self, field: Option<&str>) -> String {
         match (self, field) {
             (Semantics::All, _) => "all".to_owned(),
@@ -56,6 +58,9 @@ pub struct AnnotateConfig {
     pub semantics: Semantics,
     /// What the ids of a semantic field mean.
     pub taxonomy: Taxonomy,
+    /// Whether somebody said so. Else [`Semantics::Auto`] takes `taxonomy` for a guess, which the
+    /// geometry of a cloud may disprove, and looks for a known one that agrees.
+    pub is_taxonomy_given: bool,
     /// Ground removal.
     pub ground: GroundParams,
     /// Projection and clustering.
@@ -79,6 +84,8 @@ pub struct Decoded<'a> {
     pub mask: MaskSource<'a>,
     /// The same in words, as in `field:label`.
     pub semantics: String,
+    /// What `auto` found wrong with the ids of a field.
+    pub odd_field: Option<OddField>,
     /// Milliseconds from message to cloud.
     pub decode_ms: f64,
     /// Milliseconds for classes that do not stand in the cloud itself.
@@ -89,11 +96,24 @@ impl AnnotateConfig {
     /// Where the object mask of a cloud comes from that has been decoded, with its classes if it
     /// has some.
     pub fn mask(&self, cloud: &PointCloud) -> MaskSource<'_> {
-        match self.semantics {
-            Semantics::All => MaskSource::All,
-            Semantics::Ground => MaskSource::NotGround(&self.ground),
-            _ if cloud.class.is_some() => MaskSource::Classes(&self.taxonomy),
-            _ => MaskSource::NotGround(&self.ground),
+        match (&self.semantics, &cloud.class) {
+            (Semantics::All, _) => MaskSource::All,
+            (Semantics::Ground, _) | (_, None) => MaskSource::NotGround(&self.ground),
+            (Semantics::Auto, Some(_)) => match self.belief(cloud) {
+                Belief::Classes(taxonomy) => MaskSource::Classes(taxonomy),
+                Belief::Doubt(_) => MaskSource::NotGround(&self.ground),
+            },
+            _ => MaskSource::Classes(&self.taxonomy),
+        }
+    }
+
+    /// What `auto` believes of the classes in an upright cloud.
+    fn belief(&self, cloud: &PointCloud) -> Belief<'_> {
+        match self.is_taxonomy_given {
+            true => evidence::judge_ids(cloud, &self.taxonomy),
+            false => {
+                evidence::judge(cloud, &self.taxonomy, &self.pipeline.projection, &self.ground)
+            }
         }
     }
 
@@ -162,14 +182,46 @@ impl AnnotateConfig {
     /// should hold the classes is not there.
     pub fn decode(&self, wire: &CloudMessage, key: &CloudKey) -> Result<Decoded<'_>> {
         let started = Instant::now();
-        let (mut cloud, field) = self.unclassified(wire)?;
-        let semantics = self.semantics.describe(field);
+        let (cloud, field) = self.unclassified(wire)?;
         let decode_ms = ms_since(started);
         let started = Instant::now();
-        let is_outside = matches!(self.semantics, Semantics::Network(_) | Semantics::Given(_));
-        cloud = self.classify(cloud, key)?;
-        let semantics_ms = if is_outside { ms_since(started) } else { 0.0 };
-        Ok(Decoded { mask: self.mask(&cloud), cloud, semantics, decode_ms, semantics_ms })
+        let (cloud, mask, odd_field) = match (&self.semantics, field) {
+            (Semantics::Auto, Some(field)) => self.believed(cloud, field)?,
+            _ => {
+                let cloud = self.classify(cloud, key)?;
+                let mask = self.mask(&cloud);
+                (cloud, mask, None)
+            }
+        };
+        let believed = field.filter(|_| odd_field.as_ref().is_none_or(|odd| odd.doubt.is_none()));
+        let semantics = self.semantics.describe(believed);
+        let semantics_ms = ms_since(started);
+        Ok(Decoded { cloud, mask, semantics, odd_field, decode_ms, semantics_ms })
+    }
+
+    /// The cloud with the classes of a field if `auto` believes them, else without.
+    fn believed(
+        &self,
+        cloud: PointCloud,
+        field: &str,
+    ) -> Result<(PointCloud, MaskSource<'_>, Option<OddField>)> {
+        let odd = |doubt, taxonomy: &Taxonomy| OddField {
+            name: field.to_owned(),
+            doubt,
+            taxonomy: taxonomy.name.clone(),
+        };
+        Ok(match self.belief(&cloud) {
+            Belief::Classes(taxonomy) => {
+                let is_other = taxonomy.name != self.taxonomy.name;
+                let odd = is_other.then(|| odd(None, taxonomy));
+                (cloud, MaskSource::Classes(taxonomy), odd)
+            }
+            Belief::Doubt(doubt) => {
+                let cloud =
+                    cloud.with(|columns| (columns.class, columns.confidence) = (None, None))?;
+                (cloud, MaskSource::NotGround(&self.ground), Some(odd(Some(doubt), &self.taxonomy)))
+            }
+        })
     }
 
     /// The cloud in a message, upright, with the classes that stand in it if those are asked for,

@@ -124,7 +124,7 @@ impl VisitedFrames {
             Err(error) => return Err(error),
         };
         self.frames += 1;
-        let remarks = remarks(&clustered, &config.taxonomy);
+        let remarks = remarks(&clustered);
         let remarks: Vec<String> = remarks.into_iter().map(|(_, problem)| problem).collect();
         visitor.event(RunEvent::Frame(ClusteredFrame {
             key: encoded.key(&wire),

@@ -82,8 +82,9 @@ pub(super) fn annotate_messages(
         let cloud = cloud.with_classes(classes.next().unwrap_or_default())?;
         let mut annotated = Annotated::default();
         let semantics = method.semantics.describe(None);
-        let decoded =
-            Decoded { mask: method.mask(&cloud), cloud, semantics, decode_ms, semantics_ms };
+        let mask = method.mask(&cloud);
+        let odd_field = None;
+        let decoded = Decoded { mask, cloud, semantics, odd_field, decode_ms, semantics_ms };
         let clustered =
             annotate_decoded((&wire, &encoded.key(&wire)), method, types, decoded, &mut annotated)?;
         Ok((clustered, annotated))

@@ -109,8 +109,11 @@ impl ObjectOptions {
     pub fn config(&self, recording: &Path) -> Result<AnnotateConfig> {
         let named = self.taxonomy.clone();
         let is_named = named.is_some();
-        let mut method =
-            AnnotateConfig { taxonomy: named.unwrap_or_default(), ..AnnotateConfig::default() };
+        let mut method = AnnotateConfig {
+            taxonomy: named.unwrap_or_default(),
+            is_taxonomy_given: is_named,
+            ..AnnotateConfig::default()
+        };
         method.semantics = match &self.source {
             ObjectSource::Auto => Semantics::Auto,
             ObjectSource::Ground => Semantics::Ground,

@@ -10,7 +10,6 @@ use super::profile::Profile;
 use super::times::FrameTimes;
 use crate::messages::clouds::CloudFormat;
 use divmerge_core::cloud::Reason;
-use divmerge_core::cloud::taxonomy::Taxonomy;
 use divmerge_core::pipeline::Stages;
 use divmerge_recording::Fetched;
 
@@ -104,9 +103,9 @@ pub(super) struct FrameReport {
 }
 
 impl FrameReport {
-    pub(super) fn new(clustered: &Clustered, frame_id: &str, taxonomy: &Taxonomy) -> Self {
+    pub(super) fn new(clustered: &Clustered, frame_id: &str) -> Self {
         let stages = &clustered.stages;
-        let remarks = remarks(clustered, taxonomy).into_iter();
+        let remarks = remarks(clustered).into_iter();
         FrameReport {
             frame_id: frame_id.to_owned(),
             points: stages.labels.reason.len() as u64,

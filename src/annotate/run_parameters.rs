@@ -53,6 +53,7 @@ impl RunParameters {
             input_bytes: overview.file_size,
             method: method_metadata(method),
             semantics: match semantics {
+                Semantics::Auto if method.is_taxonomy_given => "auto by ids".to_owned(),
                 Semantics::Auto => "auto".to_owned(),
                 others => others.describe(None),
             },

@@ -3,6 +3,7 @@
 mod addresses;
 mod boxes;
 mod broken;
+mod class_evidence;
 mod classes;
 mod cli;
 mod compare;
@@ -22,6 +23,7 @@ mod onnx;
 mod oracle;
 mod partition;
 mod recordings;
+mod rings;
 mod sensors;
 mod shapes;
 mod shared_data;

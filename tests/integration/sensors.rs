@@ -263,13 +263,13 @@ fn an_upside_down_sensor_is_warned_of_and_turned() {
     let hanging = hanging();
     let mut method = AnnotateConfig { semantics: Semantics::Ground, ..AnnotateConfig::default() };
     let (_, _, clustered) = annotated(&hanging, &method);
-    let warnings = remarks(&clustered, &method.taxonomy);
+    let warnings = remarks(&clustered);
     let warning = warnings.iter().find(|(kind, _)| *kind == "with the ground overhead");
     assert!(warning.is_some_and(|(_, text)| text.contains("--sensor-frame")), "{warnings:?}");
 
     method.sensor_frame = "180,0,0".parse().unwrap();
     let (message, written, turned) = annotated(&hanging, &method);
-    assert!(remarks(&turned, &method.taxonomy).is_empty());
+    assert!(remarks(&turned).is_empty());
     let (before, after) = (
         CloudFormat::Ros2.decode(&message).unwrap(),
         CloudFormat::Ros2.decode(&written.cloud).unwrap(),
@@ -337,7 +337,7 @@ fn recorded_transforms_say_which_way_is_up() {
         AnnotateConfig { transforms, semantics: Semantics::Ground, ..AnnotateConfig::default() };
     assert_eq!(method.sensor_frame, SensorFrame::Auto);
     let (_, _, clustered) = annotated(&hanging(), &method);
-    assert!(remarks(&clustered, &method.taxonomy).is_empty());
+    assert!(remarks(&clustered).is_empty());
     assert!((clustered.cloud.turned.angle() - PI).abs() < 1e-9);
 }
 

@@ -56,8 +56,7 @@ impl Job<'_> {
         clustered: &Clustered,
         annotated: &Annotated,
     ) -> Result<()> {
-        let taxonomy = &self.options.config.taxonomy;
-        let report = FrameReport::new(clustered, &annotated.frame_id, taxonomy);
+        let report = FrameReport::new(clustered, &annotated.frame_id);
         let messages = [(&*annotated.cloud, None), (&*annotated.objects, None)];
         self.add(encoded, messages, &report, Some(annotated.times))?;
         let remarks: Vec<String> =

@@ -1,6 +1,7 @@
 //! The nouns of the domain: point clouds, classes, instances, and how a cloud's frame stands.
 
 pub mod instances;
+mod known_taxonomies;
 pub mod point_cloud;
 pub mod sensor_frame;
 pub mod shape;

@@ -29,8 +29,9 @@ impl Class {
     /// Usual size of the class's objects, by its name; `None` for names that are not known.
     ///
     /// Sources: mean box sizes of nuScenes (Caesar et al. 2020) as published with its detection
-    /// baselines, for vehicles, bicycles, motorcycles and people; a rider reaches no farther than
-    /// the machine. SemanticKITTI's other-vehicle holds buses, trailers and trains: nuScenes' bus.
+    /// baselines, for vehicles, bicycles, motorcycles, people, barriers and cones; a rider reaches
+    /// no farther than the machine. SemanticKITTI's other-vehicle holds buses, trailers and trains:
+    /// nuScenes' bus.
     pub fn size(&self) -> Option<ClassSize> {
         let name = normalised(&self.name);
         let found = SIZES.iter().find(|(names, ..)| names.contains(&name.as_str()));
@@ -49,11 +50,12 @@ impl Class {
     }
 }
 
-/// Names under which SemanticKITTI, nuScenes and Waymo keep the ground.
+/// Names under which SemanticKITTI, nuScenes, Waymo and CARLA keep the ground.
 const GROUND_NAMES: &[&str] = &[
     "road",
     "lane-marking",
     "lane-marker",
+    "road-line",
     "driveable-surface",
     "parking",
     "sidewalk",
@@ -68,7 +70,17 @@ const GROUND_NAMES: &[&str] = &[
 /// Names of classes that are easily taken for each other, so that one object may carry several of
 /// them.
 const FAMILIES: &[&[&str]] = &[
-    &["car", "van", "truck", "bus", "other-vehicle", "trailer", "construction-vehicle"],
+    &[
+        "car",
+        "van",
+        "vehicle",
+        "truck",
+        "bus",
+        "train",
+        "other-vehicle",
+        "trailer",
+        "construction-vehicle",
+    ],
     &["bicycle", "bicyclist", "cyclist"],
     &["motorcycle", "motorcyclist", "rider"],
     &["person", "people", "pedestrian"],
@@ -84,14 +96,16 @@ const LOOKALIKES: &[&[&str]] = &[
 
 /// Names, mean length and width in metres.
 const SIZES: &[(&[&str], f64, f64)] = &[
-    (&["car"], 4.63, 1.97),
+    (&["car", "vehicle"], 4.63, 1.97),
     (&["truck"], 6.93, 2.51),
-    (&["bus", "other-vehicle"], 10.5, 2.94),
+    (&["bus", "other-vehicle", "train"], 10.5, 2.94),
     (&["trailer"], 12.29, 2.90),
     (&["construction-vehicle"], 6.37, 2.85),
     (&["bicycle", "bicyclist", "cyclist"], 1.70, 0.60),
     (&["motorcycle", "motorcyclist", "rider"], 2.11, 0.77),
     (&["person", "people", "pedestrian"], 0.73, 0.67),
+    (&["barrier"], 0.50, 2.53),
+    (&["traffic-cone"], 0.41, 0.41),
 ];
 
 /// Raw ids to classes. Class 0 is always "no class": unlabelled, an outlier, or an id that the
@@ -107,19 +121,6 @@ pub struct Taxonomy {
 }
 
 impl Taxonomy {
-    /// SemanticKITTI's raw ids folded into its 19 classes of the single-scan benchmarks (class 1
-    /// car ... class 19 traffic-sign; eight things).
-    pub fn semantic_kitti() -> Self {
-        let mut classes =
-            vec![Class { name: "unlabeled".into(), is_thing: false, is_ignored: true }];
-        let mut class_of = BTreeMap::from([(0, 0), (1, 0), (52, 0), (99, 0)]);
-        for (number, (name, is_thing, ids)) in SEMANTIC_KITTI.iter().enumerate() {
-            classes.push(Class { name: (*name).into(), is_thing: *is_thing, is_ignored: false });
-            class_of.extend(ids.iter().map(|&id| (id, number as u16 + 1)));
-        }
-        Taxonomy { name: "semantic-kitti".into(), classes, class_of, is_strict: false }
-    }
-
     /// The same with every class a family of its own that looks like no other: no object carries
     /// several.
     pub fn without_families(self) -> Self {
@@ -249,29 +250,6 @@ const THING_NAMES: &[&str] = &[
     "cyclist",
     "motorcyclist",
     "rider",
-];
-
-/// The 19 classes in the order of their numbers: name, thing, raw ids.
-const SEMANTIC_KITTI: [(&str, bool, &[u16]); 19] = [
-    ("car", true, &[10, 252]),
-    ("bicycle", true, &[11]),
-    ("motorcycle", true, &[15]),
-    ("truck", true, &[18, 258]),
-    ("other-vehicle", true, &[20, 13, 16, 256, 257, 259]),
-    ("person", true, &[30, 254]),
-    ("bicyclist", true, &[31, 253]),
-    ("motorcyclist", true, &[32, 255]),
-    ("road", false, &[40, 60]),
-    ("parking", false, &[44]),
-    ("sidewalk", false, &[48]),
-    ("other-ground", false, &[49]),
-    ("building", false, &[50]),
-    ("fence", false, &[51]),
-    ("vegetation", false, &[70]),
-    ("trunk", false, &[71]),
-    ("terrain", false, &[72]),
-    ("pole", false, &[80]),
-    ("traffic-sign", false, &[81]),
 ];
 
 #[cfg(test)]

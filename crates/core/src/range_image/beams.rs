@@ -2,6 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use serde::Serialize;
+
 use super::angles::elevation;
 use super::sweep::{BLOCK, Sweep, common_row};
 use crate::cloud::point_cloud::{PointCloud, wide};
@@ -18,8 +20,41 @@ pub(super) struct Rings {
     astray: f64,
 }
 
+/// Why the numbers of a ring field are no beams.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RingFlaw {
+    /// All but a few returns have one number, though they lie at many elevations.
+    Constant,
+    /// Returns of one number lie as far apart in elevation as any others.
+    Scattered,
+    /// A number is higher than any sensor has beams.
+    TooHigh,
+}
+
+/// What speaks against ring numbers; `None` where nothing does.
+pub(super) fn ring_flaw(sweep: &Sweep, ring: &[u16]) -> Option<RingFlaw> {
+    match (slopes(sweep, ring), Rings::of(sweep, ring)) {
+        (_, Some(_)) => None,
+        (Some(slopes), None) => Some(scattered(&slopes)),
+        (None, None) => (!sweep.sample.is_empty()).then_some(RingFlaw::TooHigh),
+    }
+}
+
+/// Which kind numbers are that do not tell elevations apart.
+fn scattered(slopes: &[Vec<f64>]) -> RingFlaw {
+    const ALL_BUT_A_FEW: f64 = 0.9;
+    let most = slopes.iter().map(Vec::len).max().unwrap_or(0);
+    let all: usize = slopes.iter().map(Vec::len).sum();
+    if most as f64 > ALL_BUT_A_FEW * all as f64 { RingFlaw::Constant } else { RingFlaw::Scattered }
+}
+
 impl Rings {
     /// `None` if the numbers cannot be beams.
+    ///
+    /// A beam turns on a cone about the sensor's axis, so that returns that follow each other on it
+    /// agree in elevation, while those of different beams do not. That holds wherever the sensor
+    /// stands in the cloud's frame.
     pub fn of(sweep: &Sweep, ring: &[u16]) -> Option<Rings> {
         /// Slope, half a degree at the horizon: the offsets of lasers, and a frame turned a little.
         const NEAR: f64 = 0.01;
@@ -31,7 +66,8 @@ impl Rings {
             astray += beam.iter().map(|s| usize::from((s - middle).abs() > NEAR)).sum::<usize>();
             all += beam.len();
         }
-        Some(Rings { medians, astray: astray as f64 / all as f64 })
+        let rings = Rings { medians, astray: astray as f64 / all as f64 };
+        (rings.are_level() || tell_elevations_apart(sweep, ring)).then_some(rings)
     }
 
     /// Whether each ring keeps its elevation all round, as in the sensor's own frame.
@@ -52,15 +88,43 @@ impl Rings {
 /// elevation.
 pub(super) fn are_swept(sweep: &Sweep, ring: &[u16]) -> bool {
     const CALM: f64 = 1.5 * PI / 180.0;
+    typical_change(&places(sweep, ring)).is_none_or(|change| change < CALM)
+}
+
+/// Whether returns that follow each other on a ring differ much less in elevation than any two
+/// returns do.
+fn tell_elevations_apart(sweep: &Sweep, ring: &[u16]) -> bool {
+    const MUCH_LESS: f64 = 0.5;
+    /// A sensor of a single beam has one elevation, radians.
+    const ONE_ELEVATION: f64 = 0.5 * PI / 180.0;
+    let places = places(sweep, ring);
+    let half = places.len() / 2;
+    let any = places.iter().zip(&places[half..]);
+    let mut any: Vec<f64> = any.map(|(a, b)| (a.2 - b.2).abs()).collect();
+    let Some((change, any)) = typical_change(&places).zip(median(&mut any)) else {
+        return true;
+    };
+    any < ONE_ELEVATION || change < MUCH_LESS * any
+}
+
+/// Ring, azimuth and elevation (radians) of the returns of the sample, ring by ring as they follow
+/// each other in azimuth.
+fn places(sweep: &Sweep, ring: &[u16]) -> Vec<(u16, f32, f64)> {
     let place = |&point: &u32| {
         let point = point as usize;
         (ring[point], sweep.azimuth[point], elevation(sweep.cloud, point))
     };
     let mut places: Vec<(u16, f32, f64)> = sweep.sample.iter().map(place).collect();
-    places.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    places
+        .sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.total_cmp(&b.2)));
+    places
+}
+
+/// Median change in elevation from a return to the next on its ring, radians.
+fn typical_change(places: &[(u16, f32, f64)]) -> Option<f64> {
     let pairs = places.windows(2).filter(|pair| pair[0].0 == pair[1].0);
     let mut changes: Vec<f64> = pairs.map(|pair| (pair[1].2 - pair[0].2).abs()).collect();
-    median(&mut changes).is_none_or(|change| change < CALM)
+    median(&mut changes)
 }
 
 fn rows_by_slope(medians: &[Option<f64>]) -> Vec<u16> {

@@ -5,9 +5,11 @@ use serde::Serialize;
 use super::angles::elevation_of;
 use super::azimuth::azimuths;
 use super::band::Band;
-use super::coverage;
+use super::beams::RingFlaw;
 use super::image::{NOWHERE, RangeImage};
 use super::projection::Projection;
+use super::sweep::Sweep;
+use super::{beams, coverage};
 use crate::cloud::PointCloud;
 use crate::geometry::statistics::median;
 
@@ -16,6 +18,8 @@ use crate::geometry::statistics::median;
 pub struct Geometry {
     /// How the image was made.
     pub projection: Projection,
+    /// What is wrong with the ring field, where it is left aside for that.
+    pub ring_flaw: Option<RingFlaw>,
     /// Rows of the image.
     pub rows: usize,
     /// Columns of the image.
@@ -66,6 +70,7 @@ impl Geometry {
         let returns = image.pixel_of_point.iter().filter(|&&pixel| pixel != NOWHERE).count();
         Geometry {
             projection: image.projection,
+            ring_flaw: ring_flaw(cloud, image),
             rows: image.rows(),
             columns: image.columns(),
             wraps: image.wraps,
@@ -77,6 +82,13 @@ impl Geometry {
             sensors: image.bands.iter().map(|band| BandGeometry::new(cloud, image, band)).collect(),
         }
     }
+}
+
+/// What is wrong with the ring numbers of a cloud that they are not used for.
+fn ring_flaw(cloud: &PointCloud, image: &RangeImage) -> Option<RingFlaw> {
+    let ring = cloud.ring.as_ref()?;
+    let is_used = image.bands.iter().any(|band| band.projection == Projection::Ring);
+    if is_used { None } else { beams::ring_flaw(&Sweep::new(cloud), ring) }
 }
 
 /// Returns that lie on the ray of the nearest return of their pixel or have another one on theirs.

@@ -33,6 +33,7 @@ mod views;
 use crate::cloud::PointCloud;
 
 pub use band::Band;
+pub use beams::RingFlaw;
 pub use geometry::{BandGeometry, Geometry};
 pub use image::{NOWHERE, RangeImage};
 pub use neighbours::{NEIGHBOURS, NO_NEIGHBOUR, Reach, neighbours};

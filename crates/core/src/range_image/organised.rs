@@ -1,10 +1,11 @@
 //! Organised clouds: the image as it stands.
 //!
-//! Two things are put right. Some drivers call a cloud organised whose rows are no sweeps (modules,
-//! returns in the order of firing, all first returns before all second ones): that is projected as
-//! if it were not. And where a column is a moment of measurement, beams that are turned against
-//! each other make neighbouring rows stand aside from one another (Ouster's staggered form; an
-//! organised VLP-32C): each row is then turned by whole columns until the columns look one way.
+//! Three things are put right. Some drivers call a cloud organised whose rows are no sweeps
+//! (modules, returns in the order of firing, all first returns before all second ones): that is
+//! projected as if it were not. Rows in the order of the sensor's channels are sorted by elevation.
+//! And where a column is a moment of measurement, beams that are turned against each other make
+//! neighbouring rows stand aside from one another (Ouster's staggered form; an organised VLP-32C):
+//! each row is then turned by whole columns until the columns look one way.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
@@ -23,7 +24,6 @@ use nalgebra::Isometry3;
 /// the lasers and a tilted mount included, and well below the field of view of any scanner.
 const BEAM_SPREAD: f64 = 0.5 * PI / 180.0;
 
-/// The cloud's own grid.
 /// Where the points of an organised cloud lie in the image.
 #[derive(Debug, Clone, Copy)]
 struct Layout<'a> {
@@ -31,11 +31,14 @@ struct Layout<'a> {
     rows: usize,
     columns: usize,
     is_transposed: bool,
+    /// By row of the image the row of the cloud, where they differ.
+    order: Option<&'a [usize]>,
 }
 
 impl Layout<'_> {
     #[inline]
     fn point(&self, row: usize, column: usize) -> usize {
+        let row = self.order.map_or(row, |order| order[row]);
         if self.is_transposed { column * self.rows + row } else { row * self.columns + column }
     }
 
@@ -56,6 +59,8 @@ pub(super) fn project(cloud: &PointCloud, params: &ProjectionParams) -> Option<R
     if leaps(&layout) || splits_beams(&layout) {
         return None;
     }
+    let order = row_order(&layout);
+    let layout = Layout { order: order.as_deref(), ..layout };
     let step = column_step(&layout);
     if step.is_some_and(|step| step.abs() * layout.columns as f64 > MOST_TURNS * TAU) {
         return None;
@@ -65,6 +70,75 @@ pub(super) fn project(cloud: &PointCloud, params: &ProjectionParams) -> Option<R
     });
     let shifts = shifts(&layout, step.filter(|_| closes));
     Some(image(&layout, params, step, closes, &shifts))
+}
+
+/// The rows from the highest down, where they are stored otherwise than up or down: drivers that
+/// store a row for each channel follow the order of the laser boards.
+///
+/// The elevation of a row is the median over its returns. Rows are out of order where, in all, they
+/// go up and down much more than from one end to the other; or, where each keeps its elevation far
+/// better than it differs from the next, where one falls behind the rows before it at all.
+fn row_order(layout: &Layout) -> Option<Vec<usize>> {
+    /// Ups and downs of rows in order, seen from another place than the sensor's, are fewer.
+    const MOST_TRAVEL: f64 = 2.0;
+    const FEWEST_ROWS: usize = 4;
+    let found = (0..layout.rows).map(|row| (row, row_elevation(layout, row)));
+    let mut rows: Vec<(usize, f64, f64)> = found
+        .filter_map(|(row, found)| found.map(|(middle, spread)| (row, middle, spread)))
+        .collect();
+    if rows.len() < FEWEST_ROWS {
+        return None;
+    }
+    let steps: Vec<f64> = rows.windows(2).map(|pair| pair[1].1 - pair[0].1).collect();
+    let travel: f64 = steps.iter().map(|step| step.abs()).sum();
+    let back = least_reversal(&steps);
+    let mut spreads: Vec<f64> = rows.iter().map(|row| row.2).collect();
+    let spread = median(&mut spreads)?;
+    rows.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+    let span = rows[0].1 - rows[rows.len() - 1].1;
+    let mut gaps: Vec<f64> = rows.windows(2).map(|pair| pair[0].1 - pair[1].1).collect();
+    let gap = median(&mut gaps)?;
+    let is_sharp = spread < gap / 4.0;
+    if !(travel > MOST_TRAVEL * span || is_sharp && back > gap / 2.0) {
+        return None;
+    }
+    let mut order: Vec<usize> = rows.into_iter().map(|row| row.0).collect();
+    let is_empty = |row: &usize| !order.contains(row);
+    let empty: Vec<usize> = (0..layout.rows).filter(is_empty).collect();
+    order.extend(empty);
+    Some(order)
+}
+
+/// How far a walk of these steps goes back at most, the lesser of up and down.
+fn least_reversal(steps: &[f64]) -> f64 {
+    let farthest_back = |sign: f64| {
+        let walk = steps.iter().scan((0.0_f64, 0.0_f64), |(at, best), step| {
+            *at += sign * step;
+            *best = best.max(*at);
+            Some(*best - *at)
+        });
+        walk.fold(0.0, f64::max)
+    };
+    farthest_back(1.0).min(farthest_back(-1.0))
+}
+
+/// Median elevation of a row's returns and their median distance from it, radians: of some of its
+/// columns, or of all where those have few. `None` without a return.
+fn row_elevation(layout: &Layout, row: usize) -> Option<(f64, f64)> {
+    const COLUMNS: usize = 128;
+    const FEW: usize = 16;
+    let elevations = |every: usize| {
+        let points = (0..layout.columns).step_by(every).map(|column| layout.point(row, column));
+        let returns = points.filter(|&point| layout.cloud.is_return(point));
+        returns.map(|point| elevation(layout.cloud, point)).collect::<Vec<f64>>()
+    };
+    let mut found = elevations(layout.columns.div_ceil(COLUMNS).max(1));
+    if found.len() < FEW {
+        found = elevations(1);
+    }
+    let middle = median(&mut found)?;
+    found.iter_mut().for_each(|elevation| *elevation = (*elevation - middle).abs());
+    median(&mut found).map(|spread| (middle, spread))
 }
 
 /// Whether returns that follow each other in a row leap in elevation, as those in the order of
@@ -124,7 +198,7 @@ fn layout(cloud: &PointCloud) -> Layout<'_> {
     let is_swept = |spread: Option<f64>| spread.is_some_and(|spread| spread > 4.0 * BEAM_SPREAD);
     let is_transposed = is_beam(along_column) && is_swept(along_row);
     let (rows, columns) = if is_transposed { (width, height) } else { (height, width) };
-    Layout { cloud, rows, columns, is_transposed }
+    Layout { cloud, rows, columns, is_transposed, order: None }
 }
 
 fn image(
@@ -134,7 +208,7 @@ fn image(
     closes: bool,
     shifts: &[usize],
 ) -> RangeImage {
-    let Layout { cloud, rows, columns, is_transposed } = *layout;
+    let Layout { cloud, rows, columns, is_transposed, .. } = *layout;
     let mut point_of_pixel = Grid::filled(rows, columns, NOWHERE);
     let mut pixel_of_point = vec![NOWHERE; cloud.len()];
     for (row, &shift) in shifts.iter().enumerate() {

@@ -1,6 +1,7 @@
 //! Where the object mask comes from (ALGORITHM section 2): the classes of a field, ground removal,
 //! or every return.
 
+pub mod evidence;
 pub mod ground;
 mod object_mask;
 mod smoothing;
@@ -30,16 +31,21 @@ pub fn object_mask(
             mask
         }
         MaskSource::NotGround(params) => {
-            let found = match image.is_plain() {
-                true => ground::ground(cloud, image, params),
-                false => ground_by_sensor(cloud, image, params),
-            };
+            let found = ground_of(cloud, image, params);
             let mask = without_classes(cloud, |point| found.is_ground[point]);
             let is_overhead = found.is_overhead;
             ObjectMask { ground: Some(found.confidence), ground_is_overhead: is_overhead, ..mask }
         }
         MaskSource::All => without_classes(cloud, |_| false),
         MaskSource::Marked(is_object) => without_classes(cloud, |point| !is_object[point]),
+    }
+}
+
+/// The ground of a cloud of one sensor or of several.
+fn ground_of(cloud: &PointCloud, image: &RangeImage, params: &GroundParams) -> ground::Ground {
+    match image.is_plain() {
+        true => ground::ground(cloud, image, params),
+        false => ground_by_sensor(cloud, image, params),
     }
 }
 

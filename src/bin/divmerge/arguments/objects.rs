@@ -21,15 +21,18 @@ pub struct ObjectArguments {
     /// range-view network; `labels:DIR` a .label or .npy file per cloud, named by its number
     /// (000012.label) or its stamp in nanoseconds; `topic:T` a topic with a class per point, cloud
     /// or image; `ground` everything but the ground; `all` every return; `auto` the first field of
-    /// label, semantic, class_id and class_ids, else ground
+    /// label, semantic, class_id and class_ids unless its ids mean nothing or contradict the
+    /// geometry, else ground
     #[arg(long, value_name = "SOURCE", default_value = "auto")]
     #[arg(value_parser = ObjectSource::from_str)]
     semantics: ObjectSource,
 
-    /// Names and kinds of the classes: a YAML file in semantic-kitti-api's form, with an optional
-    /// map `thing_class` (class: true) [default: the network's own configuration, else
-    /// SemanticKITTI]
-    #[arg(long, value_name = "FILE")]
+    /// What the ids of the classes mean: `semantic-kitti`, `nuscenes` (lidarseg's raw ids), `waymo`
+    /// (3D segmentation), `carla` (tags since 0.9.14), `carla-0.9.13` (tags before), or a YAML file
+    /// in semantic-kitti-api's form, with an optional map `thing_class` (class: true) [default: the
+    /// network's own configuration, else semantic-kitti, or the one of these that ids and geometry
+    /// agree with]
+    #[arg(long, value_name = "NAME|FILE")]
     taxonomy: Option<PathBuf>,
 
     /// Maximum difference in seconds between the stamps of `topic:` or `labels:` and of their cloud
@@ -130,7 +133,7 @@ impl ObjectArguments {
     }
 }
 
-/// The taxonomy of a file, or SemanticKITTI's.
+/// The taxonomy of a name or a file, or SemanticKITTI's.
 pub fn taxonomy(file: Option<&Path>) -> Result<Taxonomy> {
     Ok(file.map(read_taxonomy).transpose()?.unwrap_or_else(Taxonomy::semantic_kitti))
 }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use divmerge::annotate::{AnnotateConfig, Decoded};
 use divmerge::cloud::sensor_frame::{SensorFrame, Transforms};
 use divmerge::frames::EncodedCloud;
 use divmerge::messages::clouds::PointField;
@@ -68,6 +69,8 @@ pub struct CloudFacts {
     /// Roll, pitch and yaw by which the cloud was rotated, degrees; `None` if it was not.
     pub turned_degrees: Option<[f64; 3]>,
     pub auto: String,
+    /// Why classes are not taken as they seem to be.
+    pub auto_note: Option<String>,
 }
 
 /// Decodes and projects a cloud.
@@ -76,8 +79,13 @@ pub fn cloud_facts(
     options: &GeometryOptions,
 ) -> divmerge::Result<CloudFacts> {
     let wire = encoded.decode()?;
-    let mut cloud = wire.to_cloud(None)?;
-    cloud.turn(options.frame.turn(&wire.frame_id, &options.transforms)?);
+    let mut method = AnnotateConfig {
+        sensor_frame: options.frame,
+        transforms: options.transforms.clone(),
+        ..AnnotateConfig::default()
+    };
+    method.pipeline.projection = options.projection.clone();
+    let Decoded { cloud, semantics, odd_field, .. } = method.decode(&wire, &encoded.key(&wire))?;
     let image = RangeImage::new(&cloud, &options.projection);
     let describe = |field: &PointField| {
         let count = if field.count == 1 { String::new() } else { format!("[{}]", field.count) };
@@ -95,6 +103,7 @@ pub fn cloud_facts(
         geometry: Geometry::new(&cloud, &image),
         ground: ground::pose(&cloud, &image, &GroundParams::default()),
         turned_degrees: is_turned.then(|| [roll, pitch, yaw].map(f64::to_degrees)),
-        auto: wire.semantic_field().map_or("ground".to_owned(), |field| format!("field:{field}")),
+        auto: semantics,
+        auto_note: odd_field.map(|odd| odd.describe()),
     })
 }

@@ -1,6 +1,6 @@
 //! The geometry of a cloud in words.
 
-use divmerge::range_image::{BandGeometry, Geometry, Projection};
+use divmerge::range_image::{BandGeometry, Geometry, Projection, RingFlaw};
 
 use super::facts::CloudFacts;
 use crate::text::counted;
@@ -9,6 +9,7 @@ use crate::text::counted;
 pub fn lines(cloud: &CloudFacts) -> Vec<String> {
     let geometry = &cloud.geometry;
     let mut lines = vec![image(geometry)];
+    lines.extend(geometry.ring_flaw.map(ring_flaw));
     lines.extend(stagger(geometry));
     for sensor in &geometry.sensors {
         lines.extend(sensor_lines(sensor, geometry.sensors.len() > 1));
@@ -25,8 +26,10 @@ fn image(geometry: &Geometry) -> String {
         Projection::Ring => "the ring field numbers the beams",
         Projection::Organised => "the cloud has rows and columns of its own",
         Projection::OrganisedTransposed => "each column of the cloud is a beam",
-        Projection::ScanOrder => "no ring field, but the points are stored beam after beam",
-        Projection::Elevations => "no ring field, but returns cluster at a few elevations",
+        Projection::ScanOrder => "no beams by a ring field, but points are stored beam after beam",
+        Projection::Elevations => {
+            "no beams by a ring field, but returns cluster at a few elevations"
+        }
         Projection::Sources => "a field numbers the sensors",
         Projection::UniformElevation => {
             "no beams found: pixels as fine as the points, unless given"
@@ -38,6 +41,15 @@ fn image(geometry: &Geometry) -> String {
         geometry.columns,
         geometry.projection.describe()
     )
+}
+
+fn ring_flaw(flaw: RingFlaw) -> String {
+    let why = match flaw {
+        RingFlaw::Constant => "one number stands for returns at many elevations",
+        RingFlaw::Scattered => "returns of one number lie as far apart in elevation as any others",
+        RingFlaw::TooHigh => "its numbers are higher than any sensor has beams",
+    };
+    format!("warning: the ring field is left aside: {why}")
 }
 
 fn stagger(geometry: &Geometry) -> Option<String> {

@@ -59,4 +59,7 @@ fn print_cloud(cloud: &Cloud) {
         println!("      {line}");
     }
     println!("      --semantics auto: {}", facts.auto);
+    if let Some(note) = &facts.auto_note {
+        println!("      warning: {note}");
+    }
 }
