@@ -34,6 +34,9 @@ pub struct Clustered {
     pub lacks_remission: bool,
     /// A name that several fields of the message have, of which the first was read.
     pub repeated_field: Option<String>,
+    /// Half of the returns are farther than this from their middle, metres, where that cannot be and
+    /// nobody said that coordinates are in metres.
+    pub immense_extent: Option<f64>,
     /// Milliseconds from message to cloud, its boxes included.
     pub decode_ms: f64,
     /// Milliseconds for classes that do not stand in the cloud itself.
@@ -64,6 +67,7 @@ pub(super) fn cluster_decoded(
     let FrameDetections { detections, missing: missing_boxes } = method.boxes.of(key)?;
     let decode_ms = decode_ms + ms_since(started);
     let stages = pipeline::run_with(&cloud, mask, &detections, &method.pipeline);
+    let immense_extent = cloud.immense_extent().filter(|_| method.unit.is_none());
     let repeated_field = wire.repeated_field().map(str::to_owned);
     let lacks_remission =
         method.wants_remission() && cloud.remission.is_none() && !cloud.is_empty();
@@ -76,6 +80,7 @@ pub(super) fn cluster_decoded(
         missing_boxes,
         lacks_remission,
         repeated_field,
+        immense_extent,
         decode_ms,
         semantics_ms,
     })
@@ -96,13 +101,16 @@ pub fn remarks(clustered: &Clustered) -> Vec<(&'static str, String)> {
     let stages = &clustered.stages;
     let counts = stages.labels.counts();
     let points = stages.labels.reason.len() as u64;
-    let returns = points - counts[Reason::NoReturn as usize];
+    let left_out = [Reason::NoReturn, Reason::Cropped].map(|reason| counts[reason as usize]);
+    let returns = points - left_out.iter().sum::<u64>();
     let shadowed = stages.image.shadowed_count() as u64;
     let mut remarks = Vec::new();
     if points == 0 {
         remarks.push(("without points", "a cloud without points".to_owned()));
     } else if returns == 0 {
-        let problem = format!("none of {points} points is a return: all NaN or at the origin");
+        let problem = format!(
+            "none of {points} points is a return: all NaN, at the origin, filled in, or cropped"
+        );
         remarks.push(("without returns", problem));
     } else if shadowed * 5 > returns * 4 {
         let problem = format!(
@@ -125,6 +133,14 @@ pub fn remarks(clustered: &Clustered) -> Vec<(&'static str, String)> {
     if let Some(name) = &clustered.repeated_field {
         let problem = format!("several fields are named `{name}`: the first of them is read");
         remarks.push(("with a field name that comes again", problem));
+    }
+    if let Some(extent) = clustered.immense_extent {
+        let problem = format!(
+            "half of the returns are more than {extent:.0} m apart from their middle, so that the \
+             unit of the coordinates is likely millimetres (or centimetres): `--units mm` or \
+             `--units cm` reads them, `--units m` says that they are metres"
+        );
+        remarks.push(("in another unit than metres", problem));
     }
     if clustered.lacks_remission {
         let problem = "no field `intensity`, `remission` or `reflectivity`: the network is given \

@@ -11,7 +11,7 @@ use crate::messages::clouds::CloudMessage;
 use crate::network::Network;
 use divmerge_core::cloud::sensor_frame::{SensorFrame, Transforms};
 use divmerge_core::cloud::taxonomy::Taxonomy;
-use divmerge_core::cloud::{Detection, PointCloud};
+use divmerge_core::cloud::{Crop, Detection, LengthUnit, PointCloud};
 use divmerge_core::pipeline::Config;
 use divmerge_core::semantics::evidence::{self, Belief};
 use divmerge_core::semantics::{GroundParams, MaskSource};
@@ -68,6 +68,11 @@ pub struct AnnotateConfig {
     /// What a detector found in each cloud, for methods that want to know. Clouds with boxes are
     /// not turned.
     pub boxes: FrameBoxes,
+    /// The unit of the clouds' coordinates, if somebody said so. Else metres are assumed, and
+    /// clouds that look otherwise are remarked on.
+    pub unit: Option<LengthUnit>,
+    /// Which returns are looked at, by their place in the clouds' own frame.
+    pub crop: Crop,
     /// How the frames of the clouds stand.
     pub sensor_frame: SensorFrame,
     /// What the recording says of that.
@@ -152,26 +157,28 @@ impl AnnotateConfig {
         Ok(self.boxes.of(&frame.key())?.detections)
     }
 
-    /// Rotates a cloud with truth upright, and gives it the classes of the semantics.
+    /// Brings a cloud with truth into the form that the method sees, and gives it the classes of the
+    /// semantics.
     ///
     /// # Errors
-    /// Those of [`turn`](Self::turn) and [`classify`](Self::classify).
+    /// Those of [`upright`](Self::upright) and [`classify`](Self::classify).
     pub fn prepare(&self, frame: &mut LabelledFrame) -> Result<()> {
         let mut cloud = std::mem::take(&mut frame.cloud);
-        self.turn(&mut cloud, &frame.frame_id)?;
+        cloud = self.upright(cloud, &frame.frame_id)?;
         frame.cloud = self.classify(cloud, &frame.key())?;
         Ok(())
     }
 
-    /// Rotates a cloud upright, unless there are boxes in its frame.
+    /// A recorded cloud in metres, cropped, and upright unless there are boxes in its frame.
     ///
     /// # Errors
     /// Those of [`SensorFrame::turn`].
-    pub fn turn(&self, cloud: &mut PointCloud, frame_id: &str) -> frame::Result<()> {
+    pub fn upright(&self, cloud: PointCloud, frame_id: &str) -> frame::Result<PointCloud> {
+        let mut cloud = cloud.from_unit(self.unit.unwrap_or_default()).cropped(&self.crop);
         if self.boxes == FrameBoxes::Nothing {
             cloud.turn(self.sensor_frame.turn(frame_id, &self.transforms)?);
         }
-        Ok(())
+        Ok(cloud)
     }
 
     /// The cloud in a message, upright, and where its object mask comes from.
@@ -240,7 +247,6 @@ impl AnnotateConfig {
             let remission = wire.remission()?;
             cloud = cloud.with(|columns| columns.remission = remission)?;
         }
-        self.turn(&mut cloud, &wire.frame_id)?;
-        Ok((cloud, field))
+        Ok((self.upright(cloud, &wire.frame_id)?, field))
     }
 }

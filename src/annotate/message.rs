@@ -120,8 +120,7 @@ fn annotate_decoded(
         certainty: certain.as_ref().map(|(confidence, entropy)| Certainty { confidence, entropy }),
     };
     annotated_cloud(&written, &annotation, &mut annotated.cloud)?;
-    let found = (stages.instances.as_slice(), &cloud.turned);
-    types.write_objects(&written, found, &mut annotated.objects)?;
+    types.write_objects(&written, (&stages.instances, cloud), &mut annotated.objects)?;
     annotated.frame_id.clone_from(&wire.frame_id);
     annotated.stamp_ns = wire.stamp_ns();
     annotated.semantics.clone_from(&clustered.semantics);

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::config::{AnnotateConfig, Semantics};
 use super::report::AnnotationReport;
+use divmerge_core::cloud::Crop;
 use divmerge_core::cloud::sensor_frame::SensorFrame;
 
 /// Name of the metadata record that says how a recording was annotated.
@@ -28,6 +29,12 @@ pub(super) fn method_metadata(method: &AnnotateConfig) -> BTreeMap<String, Strin
     ]);
     if method.sensor_frame != SensorFrame::Auto {
         parameters.insert("sensor_frame".to_owned(), method.sensor_frame.to_string());
+    }
+    if let Some(unit) = method.unit {
+        parameters.insert("units".to_owned(), unit.to_string());
+    }
+    if method.crop != Crop::default() {
+        parameters.insert("crop".to_owned(), json(serde_json::json!(method.crop)));
     }
     if let Semantics::Network(network) = &method.semantics {
         parameters.insert("network".to_owned(), network.describe());

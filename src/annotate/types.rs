@@ -1,6 +1,5 @@
 //! In which messages an annotation is written.
 
-use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
 
 use super::form::Form;
@@ -9,7 +8,7 @@ use crate::messages::clouds::{CloudFormat, CloudMessage};
 use crate::messages::definitions::MessageSchema;
 use crate::messages::objects::{ObjectBox, ObjectEncoding, ObjectKind};
 use crate::messages::ros::{ByteOrder, Layout};
-use divmerge_core::cloud::Instance;
+use divmerge_core::cloud::{Instance, PointCloud};
 use divmerge_recording::Overview;
 
 /// Types of the messages that are added.
@@ -50,21 +49,22 @@ impl MessageTypes {
         self.object_kind(encoding).schema(encoding)
     }
 
-    /// Writes the boxes of the instances beside an annotated cloud, in its coordinate frame,
-    /// replacing what is in `out`. The instances were found in the cloud rotated by `turned`.
+    /// Writes the boxes of the instances beside an annotated cloud, in its coordinate frame and
+    /// unit, replacing what is in `out`. The instances were found in `upright`.
     ///
     /// # Errors
     /// Those of [`MessageTypes::objects`].
     pub(super) fn write_objects(
         &self,
         cloud: &CloudMessage,
-        (instances, turned): (&[Instance], &UnitQuaternion<f64>),
+        (instances, upright): (&[Instance], &PointCloud),
         out: &mut Vec<u8>,
     ) -> frame::Result<()> {
         // What was found in the cloud turned upright is turned back.
-        let frame = cloud.isometry() * turned.inverse();
-        let boxes: Vec<ObjectBox> =
-            instances.iter().map(|instance| ObjectBox::of(instance, &frame)).collect();
+        let frame = cloud.isometry() * upright.turned.inverse();
+        let per_metre = upright.unit.per_metre();
+        let object = |instance| ObjectBox::of(instance, per_metre, &frame);
+        let boxes: Vec<ObjectBox> = instances.iter().map(object).collect();
         let encoding = encoding(cloud.format, cloud.byte_order);
         let header = (cloud.stamp_sec as i32, cloud.stamp_nanosec, cloud.frame_id.as_str());
         self.object_kind(encoding).write(encoding, header, &boxes, out)

@@ -22,11 +22,11 @@ pub fn instance_colour(id: u32) -> [u8; 3] {
     TABLE[id.wrapping_sub(1) as usize % INSTANCE_COLOURS]
 }
 
-/// sRGB colour of a point without an instance, by the code of the reason: greys, the last three
-/// tinted so that they can be seen.
+/// sRGB colour of a point without an instance, by the code of the reason: greys, those
+/// of objects (4 to 6) tinted so that they can be seen.
 ///
 /// 0 none, 1 no return, 2 not an object, 3 ground, 4 shadowed without a match, 5 unreached,
-/// 6 too small.
+/// 6 too small, 7 cropped.
 pub fn reason_colour(reason: u8) -> [u8; 3] {
     match reason {
         1 => [56, 56, 56],
@@ -35,6 +35,7 @@ pub fn reason_colour(reason: u8) -> [u8; 3] {
         4 => [168, 138, 104],
         5 => [104, 144, 158],
         6 => [158, 116, 152],
+        7 => [68, 68, 68],
         _ => [136, 136, 136],
     }
 }

@@ -248,7 +248,7 @@ struct Colours<const C: usize> {
 }
 
 /// Codes of reasons that have a colour of their own; all above have that of the last.
-const REASONS: usize = 8;
+const REASONS: usize = 9;
 
 impl<const C: usize> Colours<C> {
     fn new(bytes: impl Fn([u8; 3]) -> [u8; C]) -> Self {

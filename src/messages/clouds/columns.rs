@@ -34,6 +34,8 @@ impl CloudMessage<'_> {
     /// `channel` if there, and the class from `class_field` if given, with its confidence from a
     /// field `probability`.
     ///
+    /// Positions that are fill values are NaN ([`PointCloud::without_fill_values`]).
+    ///
     /// Classes above 65535 are words as in SemanticKITTI, of which the low 16 bits are the class.
     /// A beam number that does not fit 16 bits makes the beam numbers absent.
     ///
@@ -51,7 +53,7 @@ impl CloudMessage<'_> {
             columns.ring = self.ring()?;
             columns.source = self.source()?;
         }
-        let cloud = columns.checked()?;
+        let cloud = columns.checked()?.without_fill_values();
         match class_field {
             Some(name) => Ok(cloud.with_classes(self.classes(name)?)?),
             None => Ok(cloud),

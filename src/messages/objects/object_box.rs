@@ -18,9 +18,9 @@ pub struct ObjectBox {
     /// Instance, which gives the box its id and its colour.
     pub id: u32,
     /// From the box's own axes (x along the length, y along the width, z along the height, origin
-    /// in the centre; metres) to the coordinate frame of the message.
+    /// in the centre) to the coordinate frame of the message, in its unit.
     pub pose: Isometry3<f64>,
-    /// Length, width and height in metres.
+    /// Length, width and height in the unit of the message's frame.
     pub size: [f64; 3],
     /// Class in the recording's own ids, 0 without classes.
     pub class: u16,
@@ -35,8 +35,12 @@ pub struct ObjectBox {
 }
 
 impl ObjectBox {
-    /// An instance's box. `frame` takes the sensor frame to the coordinate frame of the message.
-    pub fn of(instance: &Instance, frame: &Isometry3<f64>) -> Self {
+    /// An instance's box. `frame` takes the sensor frame to the coordinate frame of the message,
+    /// whose unit there are `per_metre` of to a metre.
+    pub fn of(instance: &Instance, per_metre: f64, frame: &Isometry3<f64>) -> Self {
+        let mut bounds = instance.bounds;
+        bounds.centre = bounds.centre.map(|along| along * per_metre);
+        bounds.size = bounds.size.map(|along| along * per_metre);
         let (name, probability) = match instance.shape {
             Some(Shape { class: ShapeClass::Unknown, .. }) => ("", 0.0),
             Some(Shape { class, probability, .. }) => (class.name(), probability),
@@ -44,8 +48,8 @@ impl ObjectBox {
         };
         ObjectBox {
             id: instance.id,
-            pose: frame * instance.bounds.pose(),
-            size: instance.bounds.size,
+            pose: frame * bounds.pose(),
+            size: bounds.size,
             class: instance.semantic,
             name: name.to_owned(),
             probability,

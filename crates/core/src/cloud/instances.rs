@@ -12,7 +12,8 @@ use super::upright_box::UprightBox;
 pub enum Reason {
     /// It has an instance.
     None = 0,
-    /// The beam came back with nothing: NaN, infinite, or at the origin.
+    /// The beam came back with nothing: NaN, infinite, at the origin, or a fill value
+    /// ([`PointCloud::without_fill_values`](super::PointCloud::without_fill_values)).
     NoReturn = 1,
     /// Its class is no thing, or the taxonomy does not know it.
     NotAnObject = 2,
@@ -25,11 +26,13 @@ pub enum Reason {
     Unreached = 5,
     /// Its instance had fewer pixels than the minimum.
     TooSmall = 6,
+    /// Left out on purpose: too near, too far, outside the region, or of the vehicle itself.
+    Cropped = 7,
 }
 
 impl Reason {
     /// All reasons in the order of their numbers.
-    pub const ALL: [Reason; 7] = [
+    pub const ALL: [Reason; 8] = [
         Reason::None,
         Reason::NoReturn,
         Reason::NotAnObject,
@@ -37,6 +40,7 @@ impl Reason {
         Reason::Shadowed,
         Reason::Unreached,
         Reason::TooSmall,
+        Reason::Cropped,
     ];
 
     /// A few words for people; "instance" for points that have one.
@@ -49,6 +53,7 @@ impl Reason {
             Reason::Shadowed => "shadowed without a match",
             Reason::Unreached => "unreached",
             Reason::TooSmall => "too small",
+            Reason::Cropped => "cropped",
         }
     }
 }

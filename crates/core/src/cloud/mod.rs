@@ -1,14 +1,20 @@
 //! The nouns of the domain: point clouds, classes, instances, and how a cloud's frame stands.
 
+pub mod crop;
+mod extent;
+mod fill_values;
 pub mod instances;
 mod known_taxonomies;
+pub mod length_unit;
 pub mod point_cloud;
 pub mod sensor_frame;
 pub mod shape;
 pub mod taxonomy;
 pub mod upright_box;
 
+pub use crop::{Block, Crop};
 pub use instances::{Instance, PointLabels, Reason};
+pub use length_unit::LengthUnit;
 pub use point_cloud::{PointClasses, PointCloud, PointColumns, wide};
 pub use shape::{Shape, ShapeClass};
 pub use upright_box::{Detection, UprightBox};

@@ -4,6 +4,7 @@ use std::ops::Deref;
 
 use nalgebra::{Point3, UnitQuaternion};
 
+use super::length_unit::LengthUnit;
 use crate::error::CloudError;
 
 /// The columns of a cloud of N points of one sweep, in the sensor's own frame (x forward, y left, z
@@ -37,6 +38,11 @@ pub struct PointColumns {
     /// By what the points were turned from the recording's frame to one with z up; the identity
     /// unless [`turn`](PointCloud::turn) was called.
     pub turned: UnitQuaternion<f64>,
+    /// The unit of the recording's coordinates, which are metres here.
+    pub unit: LengthUnit,
+    /// Whether each point was left out on purpose ([`PointCloud::cropped`]), which then has no
+    /// position and is no return.
+    pub cropped: Option<Vec<bool>>,
     /// Rows of an organised cloud, else 1.
     pub height: usize,
     /// Columns of an organised cloud, else N.
@@ -87,6 +93,7 @@ impl PointColumns {
             ("entropy", self.entropy.as_ref().map(Vec::len)),
             ("remission", self.remission.as_ref().map(Vec::len)),
             ("source", self.source.as_ref().map(Vec::len)),
+            ("cropped", self.cropped.as_ref().map(Vec::len)),
         ];
         for (column, found) in columns {
             if let Some(found) = found.filter(|&found| found != expected) {
@@ -179,20 +186,34 @@ impl PointCloud {
         self.columns.turned = by * self.turned;
     }
 
-    /// A position of this cloud in the recording's frame, metres.
-    pub fn recorded(&self, position: [f64; 3]) -> [f64; 3] {
-        if self.turned == UnitQuaternion::identity() {
-            return position;
+    /// The same cloud in metres, if its coordinates are in a unit.
+    pub fn from_unit(mut self, unit: LengthUnit) -> Self {
+        if unit != LengthUnit::Metre {
+            for point in 0..self.len() {
+                let at = wide(self.position(point)).map(|along| (along / unit.per_metre()) as f32);
+                self.set_position(point, at);
+            }
         }
-        self.turned.inverse_transform_point(&Point3::from(position)).into()
+        self.columns.unit = unit;
+        self
     }
 
-    /// A position in the recording's frame as this cloud has it, metres.
+    /// A position of this cloud, metres, in the recording's frame and unit.
+    pub fn recorded(&self, position: [f64; 3]) -> [f64; 3] {
+        let at = match self.turned == UnitQuaternion::identity() {
+            true => position,
+            false => self.turned.inverse_transform_point(&Point3::from(position)).into(),
+        };
+        at.map(|along| along * self.unit.per_metre())
+    }
+
+    /// A position in the recording's frame and unit as this cloud has it, metres.
     pub fn from_recorded(&self, position: [f64; 3]) -> [f64; 3] {
-        if self.turned == UnitQuaternion::identity() {
-            return position;
+        let at = position.map(|along| along / self.unit.per_metre());
+        match self.turned == UnitQuaternion::identity() {
+            true => at,
+            false => (self.turned * Point3::from(at)).into(),
         }
-        (self.turned * Point3::from(position)).into()
     }
 
     /// Number of points N.

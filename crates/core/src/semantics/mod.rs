@@ -22,6 +22,20 @@ pub fn object_mask(
     source: MaskSource,
     smoothing: Option<&Smoothing>,
 ) -> ObjectMask {
+    let mut mask = mask_of_returns(cloud, image, source, smoothing);
+    if let Some(cropped) = &cloud.cropped {
+        let marked = mask.reason.iter_mut().zip(cropped).filter(|(_, is_cropped)| **is_cropped);
+        marked.for_each(|(reason, _)| *reason = Reason::Cropped);
+    }
+    mask
+}
+
+fn mask_of_returns(
+    cloud: &PointCloud,
+    image: &RangeImage,
+    source: MaskSource,
+    smoothing: Option<&Smoothing>,
+) -> ObjectMask {
     match source {
         MaskSource::Classes(taxonomy) => {
             let mut mask = by_class(cloud, image, taxonomy);

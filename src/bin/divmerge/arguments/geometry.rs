@@ -10,6 +10,7 @@ use divmerge::frames::recorded_transforms;
 use divmerge::pipeline::Overrides;
 use divmerge::range_image::ProjectionParams;
 
+use super::clouds::CloudArguments;
 use super::values::{columns, field_of_view, rows};
 
 /// How clouds become images, and which way is up. The defaults are found in the clouds.
@@ -37,6 +38,9 @@ pub struct GeometryArguments {
     /// up. Points and boxes are written in the clouds' own frame
     #[arg(long, value_name = "FRAME", default_value = "auto", allow_hyphen_values = true)]
     sensor_frame: SensorFrame,
+
+    #[command(flatten)]
+    pub clouds: CloudArguments,
 }
 
 impl GeometryArguments {

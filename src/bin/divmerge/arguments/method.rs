@@ -133,7 +133,8 @@ impl MethodArguments {
         pipeline.other_method = methods::named(self.method, &config.taxonomy);
         self.boxes.set(&mut pipeline);
         let boxes = BoxArguments::open(box_source.as_ref(), recording, &config.taxonomy)?;
-        Ok(AnnotateConfig { pipeline, boxes, sensor_frame, transforms, ..config })
+        let (unit, crop) = self.geometry.clouds.values();
+        Ok(AnnotateConfig { pipeline, boxes, unit, crop, sensor_frame, transforms, ..config })
     }
 
     fn overrides(&self) -> Overrides {

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use divmerge::annotate::{AnnotateConfig, Decoded};
 use divmerge::cloud::sensor_frame::{SensorFrame, Transforms};
+use divmerge::cloud::{Crop, LengthUnit};
 use divmerge::frames::EncodedCloud;
 use divmerge::messages::clouds::PointField;
 use divmerge::range_image::{Geometry, ProjectionParams, RangeImage};
@@ -15,6 +16,8 @@ use serde::Serialize;
 #[derive(Default)]
 pub struct GeometryOptions {
     pub projection: ProjectionParams,
+    pub unit: Option<LengthUnit>,
+    pub crop: Crop,
     pub frame: SensorFrame,
     pub transforms: Transforms,
 }
@@ -62,6 +65,10 @@ pub struct CloudFacts {
     pub width: u32,
     pub point_step: u32,
     pub fields: Vec<String>,
+    /// Least and greatest x, y and z of the returns, metres, in the frame turned upright.
+    pub limits: [[f32; 2]; 3],
+    /// Whether the coordinates are too large to be in metres.
+    pub immense: bool,
     #[serde(flatten)]
     pub geometry: Geometry,
     /// The ground, if one was found.
@@ -80,12 +87,22 @@ pub fn cloud_facts(
 ) -> divmerge::Result<CloudFacts> {
     let wire = encoded.decode()?;
     let mut method = AnnotateConfig {
+        unit: options.unit,
+        crop: options.crop,
         sensor_frame: options.frame,
         transforms: options.transforms.clone(),
         ..AnnotateConfig::default()
     };
     method.pipeline.projection = options.projection.clone();
     let Decoded { cloud, semantics, odd_field, .. } = method.decode(&wire, &encoded.key(&wire))?;
+    let limits = |axis: &[f32]| {
+        let returns = (0..cloud.len()).filter(|&point| cloud.is_return(point));
+        returns.fold([f32::INFINITY, f32::NEG_INFINITY], |[least, most], point| {
+            [least.min(axis[point]), most.max(axis[point])]
+        })
+    };
+    let limits = [limits(&cloud.x), limits(&cloud.y), limits(&cloud.z)];
+    let is_immense = options.unit.is_none() && cloud.immense_extent().is_some();
     let image = RangeImage::new(&cloud, &options.projection);
     let describe = |field: &PointField| {
         let count = if field.count == 1 { String::new() } else { format!("[{}]", field.count) };
@@ -100,6 +117,8 @@ pub fn cloud_facts(
         width: wire.width,
         point_step: wire.point_step,
         fields: wire.fields.iter().map(describe).collect(),
+        limits,
+        immense: is_immense,
         geometry: Geometry::new(&cloud, &image),
         ground: ground::pose(&cloud, &image, &GroundParams::default()),
         turned_degrees: is_turned.then(|| [roll, pitch, yaw].map(f64::to_degrees)),

@@ -8,7 +8,7 @@ use crate::text::counted;
 /// The image, each sensor, returns, the ground, and the options that change them.
 pub fn lines(cloud: &CloudFacts) -> Vec<String> {
     let geometry = &cloud.geometry;
-    let mut lines = vec![image(geometry)];
+    let mut lines = vec![limits(cloud), image(geometry)];
     lines.extend(geometry.ring_flaw.map(ring_flaw));
     lines.extend(stagger(geometry));
     for sensor in &geometry.sensors {
@@ -19,6 +19,15 @@ pub fn lines(cloud: &CloudFacts) -> Vec<String> {
     lines.push(ground(cloud));
     lines.push(overrides(geometry).to_owned());
     lines
+}
+
+fn limits(cloud: &CloudFacts) -> String {
+    let [x, y, z] = cloud.limits.map(|[least, most]| format!("{least:.1} to {most:.1}"));
+    let unit = match cloud.immense {
+        true => "; warning: too large for metres: --units mm or --units cm",
+        false => "",
+    };
+    format!("x {x}, y {y}, z {z} m{unit}")
 }
 
 fn image(geometry: &Geometry) -> String {

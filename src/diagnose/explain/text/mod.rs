@@ -161,5 +161,6 @@ fn instance_or_reason(point: &PointFacts) -> String {
             "no instance: no seed reached its pixel; conditions towards its neighbours:".into()
         }
         Reason::TooSmall => "no instance: its instance was below the minimum size".into(),
+        Reason::Cropped => "left out: by --min-range, --max-range, --crop or --ego".into(),
     }
 }

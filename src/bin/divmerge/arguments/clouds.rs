@@ -1,0 +1,41 @@
+//! Arguments about the coordinates of clouds: their unit, and which returns are looked at.
+
+use clap::Args;
+use divmerge::cloud::{Block, Crop, LengthUnit};
+
+use super::values::not_negative;
+
+/// The unit of the clouds' coordinates, and which returns are looked at.
+#[derive(Args, Clone, Copy, Default)]
+pub struct CloudArguments {
+    /// Unit of the clouds' coordinates: m, cm or mm. Boxes are written in it too; options are in
+    /// metres [default: m, with a warning where clouds are too large for that]
+    #[arg(long, value_name = "UNIT")]
+    units: Option<LengthUnit>,
+
+    /// Leave out returns nearer to the origin of the clouds' frame, in metres
+    #[arg(long, value_name = "M", value_parser = not_negative)]
+    min_range: Option<f64>,
+
+    /// Leave out returns farther from the origin of the clouds' frame, in metres
+    #[arg(long, value_name = "M", value_parser = not_negative)]
+    max_range: Option<f64>,
+
+    /// Leave out returns outside a block of the clouds' frame, X0..X1,Y0..Y1,Z0..Z1 in metres; a
+    /// limit may be missing, as in -50..50,-20..20,..
+    #[arg(long, value_name = "BLOCK", allow_hyphen_values = true)]
+    crop: Option<Block>,
+
+    /// Leave out returns inside a block of the clouds' frame: the vehicle that carries the sensor,
+    /// as in -2.5..2.5,-1..1,-2..0.5
+    #[arg(long, value_name = "BLOCK", allow_hyphen_values = true)]
+    ego: Option<Block>,
+}
+
+impl CloudArguments {
+    /// The unit, if it was given, and which returns are looked at.
+    pub fn values(&self) -> (Option<LengthUnit>, Crop) {
+        let CloudArguments { min_range, max_range, crop: region, ego, .. } = *self;
+        (self.units, Crop { min_range, max_range, region, ego })
+    }
+}
