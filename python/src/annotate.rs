@@ -17,7 +17,8 @@ use pyo3::types::{PyBool, PyDict};
 
 use crate::errors::{Error, exists_already, raised, wrong, wrong_type};
 use crate::parameters::{
-    ALL, OBJECTS, Parameters, choice, names, number, recording, set_objects, text, within,
+    ALL, COORDINATES, OBJECTS, Parameters, choice, names, number, recording, set_objects, text,
+    within,
 };
 
 /// How the chunks of a recording are compressed.
@@ -29,9 +30,10 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
     signature = (path, out, **parameters),
     text_signature = "(path, out, *, semantics='auto', taxonomy=None, preset='best', voxel=None, \
         angle=None, gap_columns=None, gap_rows=None, min_points=None, bev=None, method=None, \
-        rows=None, columns=None, fov=None, sensor_frame='auto', topics=(), from_=None, to=None, \
-        objects=None, flavor='auto', compression=None, unchecked=False, only=False, \
-        in_place=False, resume=False, force=False, threads=None, progress=None, tolerance=0.01, \
+        rows=None, columns=None, fov=None, sensor_frame='auto', \
+        units=None, min_range=None, max_range=None, crop=None, ego=None, topics=(), \
+        from_=None, to=None, objects=None, flavor='auto', compression=None, unchecked=False, \
+        only=False, in_place=False, resume=False, force=False, threads=None, progress=None, tolerance=0.01, \
         model_config=None, model_image='auto', remission_scale=None, batch=None, runtime='auto', \
         onnxruntime=None, device='auto')"
 )]
@@ -40,19 +42,20 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
 /// annotate --json` prints, as a dict.
 ///
 /// path, out: the recording (MCAP), and the annotated one, which appears when it is whole.
-/// semantics, taxonomy, sensor_frame, tolerance, model_config, model_image, remission_scale,
-/// runtime, onnxruntime, device: as for `frames`; batch: clouds that go through a network at once.
-/// preset, voxel, angle, gap_columns, gap_rows, min_points, bev, method, rows, columns, fov: as for
-/// `cluster`. topics: cloud topics to annotate, one or several; all if not said. from_, to: leave
-/// out messages before the one and from the other on: seconds from the start (12.5), or text as at
-/// the command line ("@1317384506.4", "2011-09-30T12:28:26Z", "frame:100"). objects: type of the
-/// boxes: "markers", "detection3d" or "autoware"; flavor: "auto" or "foxglove". compression:
-/// "zstd", "lz4" or "none"; that of most chunks of the input if not said. unchecked: take over
-/// chunks without clouds unopened. only: write the added topics alone; in_place: put the fields
-/// into the clouds themselves. resume: go on where a run with resume=True was cut off, and leave
-/// what is done if this one is. force: replace an existing output. threads: that unpack, cluster
-/// and compress; one for each core up to eight if not said. progress: is called with the bytes read
-/// and the bytes in all (0 of a stream); what it raises ends the run.
+/// semantics, taxonomy, sensor_frame, units, min_range, max_range, crop, ego, tolerance,
+/// model_config, model_image, remission_scale, runtime, onnxruntime, device: as for `frames`;
+/// batch: clouds that go through a network at once. preset, voxel, angle, gap_columns, gap_rows,
+/// min_points, bev, method, rows, columns, fov: as for `cluster`. topics: cloud topics to annotate,
+/// one or several; all if not said. from_, to: leave out messages before the one and from the other
+/// on: seconds from the start (12.5), or text as at the command line ("@1317384506.4",
+/// "2011-09-30T12:28:26Z", "frame:100"). objects: type of the boxes: "markers", "detection3d" or
+/// "autoware"; flavor: "auto" or "foxglove". compression: "zstd", "lz4" or "none"; that of most
+/// chunks of the input if not said. unchecked: take over chunks without clouds unopened. only:
+/// write the added topics alone; in_place: put the fields into the clouds themselves. resume: go on
+/// where a run with resume=True was cut off, and leave what is done if this one is. force: replace
+/// an existing output. threads: that unpack, cluster and compress; one for each core up to eight if
+/// not said. progress: is called with the bytes read and the bytes in all (0 of a stream); what it
+/// raises ends the run.
 ///
 /// Other threads of Python run meanwhile. KeyboardInterrupt ends the run, and nothing half written
 /// is left. What is odd in the recording is a UserWarning and stands in the report.
@@ -74,10 +77,12 @@ pub fn run<'py>(
     slice: Option<Slice>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let mut asked = AnnotateArguments::default();
-    let parameters =
-        Parameters::take(function, &[ALL, OBJECTS, OWN], parameters, |name, value| {
-            asked.set(name, value)
-        })?;
+    let parameters = Parameters::take(
+        function,
+        &[ALL, COORDINATES, OBJECTS, OWN],
+        parameters,
+        |name, value| asked.set(name, value),
+    )?;
     let AnnotateArguments { objects, mut options, from, to, progress, in_place } = asked;
     options.slice = slice;
     if options.form == Form::Only && in_place {

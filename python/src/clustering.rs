@@ -126,7 +126,7 @@ pub fn taxonomy(
 
 /// The cloud of some columns, turned upright.
 pub fn upright(columns: PointColumns, sensor_frame: Option<SensorFrame>) -> PyResult<PointCloud> {
-    let mut cloud = columns.checked().map_err(raised)?;
+    let mut cloud = columns.checked().map_err(raised)?.without_fill_values();
     let asked = match sensor_frame {
         Some(SensorFrame::Recorded) => {
             return Err(wrong("sensor_frame", "`tf` is for recordings; give axes or angles"));

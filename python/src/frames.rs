@@ -17,7 +17,7 @@ use pyo3::types::PyDict;
 use crate::arrays::shaped;
 use crate::clustering::{Columns, Objects, of_cloud};
 use crate::errors::{raised, wrong};
-use crate::parameters::{OBJECTS, Parameters, names, recording, set_objects, whole};
+use crate::parameters::{COORDINATES, OBJECTS, Parameters, names, recording, set_objects, whole};
 use crate::result::{ClusterResult, rotation};
 use crate::taxonomy::PyTaxonomy;
 
@@ -310,7 +310,8 @@ const OF_FRAMES: &[&str] =
 #[pyo3(
     signature = (path, topic=None, **parameters),
     text_signature = "(path, topic=None, *, start=0, stop=None, fields=(), semantics='auto', \
-        taxonomy=None, rows=None, columns=None, fov=None, sensor_frame='auto', tolerance=0.01, \
+        taxonomy=None, rows=None, columns=None, fov=None, sensor_frame='auto', \
+        units=None, min_range=None, max_range=None, crop=None, ego=None, tolerance=0.01, \
         model_config=None, model_image='auto', remission_scale=None, runtime='auto', \
         onnxruntime=None, device='auto')"
 )]
@@ -321,13 +322,16 @@ const OF_FRAMES: &[&str] =
 /// them). start, stop: numbers of the first frame and of the one behind the last, from 0. fields:
 /// names of further fields of the points that are wanted in `Frame.fields`. semantics: where
 /// classes come from, as at the command line: "auto" (a field label, semantic, class_id or
-/// class_ids if there is one, else ground removal), "field:NAME", "onnx:MODEL.onnx", "labels:DIR",
-/// "topic:T", "ground" or "all". taxonomy: as for `cluster`; if not said a network's own, else
-/// SemanticKITTI's. sensor_frame: as for `cluster`, or "tf": as the recorded static transforms have
-/// it; "auto": the same where they are there; "none": z up. rows, columns, fov: as for `cluster`,
-/// for the image that a network is given. tolerance: how far the stamps of "labels:" and "topic:"
-/// may be from that of their cloud, seconds. model_config, model_image, remission_scale, runtime,
-/// onnxruntime, device: how a network is run, as at the command line.
+/// class_ids if there is one whose ids are believed, else ground removal), "field:NAME",
+/// "onnx:MODEL.onnx", "labels:DIR", "topic:T", "ground" or "all". taxonomy: as for `cluster`; if
+/// not said a network's own, else SemanticKITTI's. sensor_frame: as for `cluster`, or "tf": as the
+/// recorded static transforms have it; "auto": the same where they are there; "none": z up. units:
+/// of the coordinates, "m", "cm" or "mm"; points are in metres. min_range, max_range, crop, ego:
+/// which returns are looked at, as at the command line: metres, and blocks as "-50..50,-20..20,..";
+/// the others become NaN. rows, columns, fov: as for `cluster`, for the image that a network is
+/// given. tolerance: how far the stamps of "labels:" and "topic:" may be from that of their cloud,
+/// seconds. model_config, model_image, remission_scale, runtime, onnxruntime, device: how a network
+/// is run, as at the command line.
 ///
 /// A cloud that cannot be read raises `divmerge.Error`; `next` goes on with the one behind it.
 pub fn frames(
@@ -341,7 +345,7 @@ pub fn frames(
     let mut objects = ObjectOptions::default();
     let parameters = Parameters::take(
         "frames",
-        &[OF_FRAMES, &OBJECTS[..OBJECTS.len() - 1]],
+        &[OF_FRAMES, COORDINATES, &OBJECTS[..OBJECTS.len() - 1]],
         parameters,
         |name, value| {
             match name {

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use divmerge::Taxonomy;
 use divmerge::annotate::{AnnotateConfig, ObjectOptions, ObjectSource};
 use divmerge::cloud::sensor_frame::SensorFrame;
+use divmerge::cloud::{Crop, LengthUnit};
 use divmerge::comparison::methods;
 use divmerge::frames::recorded_transforms;
 use divmerge::network::NetworkImage;
@@ -30,6 +31,10 @@ pub struct Parameters {
     pub taxonomy: Option<Py<PyTaxonomy>>,
     /// How the frame of the clouds stands, where that is said.
     pub sensor_frame: Option<SensorFrame>,
+    /// The unit of a recording's clouds, where that is said.
+    unit: Option<LengthUnit>,
+    /// Which returns of a recording's clouds are looked at.
+    crop: Crop,
 }
 
 /// Names of all of them.
@@ -51,6 +56,9 @@ pub const ALL: &[&str] = &[
 
 /// Those that are not about classes.
 pub const WITHOUT_CLASSES: &[&str] = ALL.split_at(1).1;
+
+/// Names of those about the coordinates in a recording's clouds.
+pub const COORDINATES: &[&str] = &["units", "min_range", "max_range", "crop", "ego"];
 
 /// Who cuts objects into instances unless another method is named.
 const OURS: &str = "divide-and-merge";
@@ -96,6 +104,11 @@ impl Parameters {
             "method" => self.method = Some(text(name, value)?),
             "taxonomy" => self.taxonomy = Some(PyTaxonomy::of(value)?),
             "sensor_frame" => self.sensor_frame = Some(parsed(name, value)?),
+            "units" => self.unit = Some(parsed(name, value)?),
+            "min_range" => self.crop.min_range = Some(number(name, value)?),
+            "max_range" => self.crop.max_range = Some(number(name, value)?),
+            "crop" => self.crop.region = Some(parsed(name, value)?),
+            "ego" => self.crop.ego = Some(parsed(name, value)?),
             _ => return Ok(false),
         }
         Ok(true)
@@ -142,7 +155,8 @@ impl Parameters {
         });
         let (config, transforms) = opened.map_err(raised)?;
         let pipeline = self.pipeline(&config.taxonomy)?;
-        Ok(AnnotateConfig { pipeline, sensor_frame, transforms, ..config })
+        let (unit, crop) = (self.unit, self.crop);
+        Ok(AnnotateConfig { pipeline, unit, crop, sensor_frame, transforms, ..config })
     }
 }
 

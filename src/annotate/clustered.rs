@@ -34,8 +34,8 @@ pub struct Clustered {
     pub lacks_remission: bool,
     /// A name that several fields of the message have, of which the first was read.
     pub repeated_field: Option<String>,
-    /// Half of the returns are farther than this from their middle, metres, where that cannot be and
-    /// nobody said that coordinates are in metres.
+    /// Half of the returns are farther than this from their middle, metres, where that cannot be
+    /// and nobody said that coordinates are in metres.
     pub immense_extent: Option<f64>,
     /// Milliseconds from message to cloud, its boxes included.
     pub decode_ms: f64,

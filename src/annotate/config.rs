@@ -157,8 +157,8 @@ impl AnnotateConfig {
         Ok(self.boxes.of(&frame.key())?.detections)
     }
 
-    /// Brings a cloud with truth into the form that the method sees, and gives it the classes of the
-    /// semantics.
+    /// Brings a cloud with truth into the form that the method sees, and gives it the classes of
+    /// the semantics.
     ///
     /// # Errors
     /// Those of [`upright`](Self::upright) and [`classify`](Self::classify).
@@ -174,7 +174,13 @@ impl AnnotateConfig {
     /// # Errors
     /// Those of [`SensorFrame::turn`].
     pub fn upright(&self, cloud: PointCloud, frame_id: &str) -> frame::Result<PointCloud> {
-        let mut cloud = cloud.from_unit(self.unit.unwrap_or_default()).cropped(&self.crop);
+        let unit = self.unit.unwrap_or_default();
+        let mut cloud = match unit {
+            LengthUnit::Metre => cloud,
+            // Which ranges are beyond all sensors is known of metres alone.
+            smaller => cloud.from_unit(smaller).without_fill_values(),
+        };
+        cloud = cloud.cropped(&self.crop);
         if self.boxes == FrameBoxes::Nothing {
             cloud.turn(self.sensor_frame.turn(frame_id, &self.transforms)?);
         }

@@ -8,6 +8,7 @@ mod classes;
 mod cli;
 mod compare;
 mod convert;
+mod coordinates;
 mod encodings;
 mod evaluate;
 mod examples;

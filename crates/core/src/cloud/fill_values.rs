@@ -3,7 +3,7 @@
 //!
 //! Zeros are moved along when a cloud is transformed to another frame, so that thousands of points
 //! have one position. Other drivers fill in the maximum range, so that points stand on a sphere
-//! around the sensor. Both are told by what no surface does, whatever the unit and the frame.
+//! around the sensor. Both are told by what no surface does, whatever the frame.
 
 use super::extent::{middle, sample, squared_distance};
 use super::point_cloud::PointCloud;
@@ -17,7 +17,8 @@ const FEWEST_POINTS: usize = 64;
 impl PointCloud {
     /// The same cloud with NaN for the positions that are fill values: one that a crowd of points
     /// has to the bit; and the farthest range, where a crowd has exactly that in many directions,
-    /// or lies beyond a gap that leaves out half of all ranges, farther than sensors reach. O(N).
+    /// or lies beyond a gap that leaves out half of all ranges, farther than sensors reach (of
+    /// clouds in metres). O(N).
     pub fn without_fill_values(mut self) -> Self {
         let crowd = FEWEST_POINTS.max((LEAST_SHARE * self.len() as f64) as usize);
         for position in repeated_positions(&self, crowd) {
@@ -28,7 +29,12 @@ impl PointCloud {
         }
         let middle = middle(&self);
         if let Some(least) = filled_range(&self, middle, crowd, beyond_a_gap) {
+            let whole = self.clone();
             drop_points(&mut self, |at| squared_distance(at, middle) >= least);
+            if self.immense_extent().is_some() {
+                // What is left is no sweep in metres: the unit is another, not the far points odd.
+                return whole;
+            }
         }
         self
     }
@@ -73,7 +79,7 @@ fn same_range(farthest: f64, _: &[f64]) -> Option<f64> {
 
 /// Ranges that nothing but the farthest points reaches, beyond half of which there is nothing else.
 fn beyond_a_gap(farthest: f64, some: &[f64]) -> Option<f64> {
-    /// No sensor that drives reaches farther, metres; in smaller units everything is farther.
+    /// No sensor that drives reaches farther, metres.
     const REACH: f64 = 500.0;
     /// Seen from the middle of the returns in place of the sensor, a sphere is this thick at most.
     const THICKNESS: f64 = 0.1;
