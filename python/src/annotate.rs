@@ -33,8 +33,8 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
         rows=None, columns=None, fov=None, sensor_frame='auto', \
         units=None, min_range=None, max_range=None, crop=None, ego=None, topics=(), \
         from_=None, to=None, objects=None, flavor='auto', compression=None, unchecked=False, \
-        only=False, in_place=False, resume=False, force=False, threads=None, progress=None, tolerance=0.01, \
-        model_config=None, model_image='auto', remission_scale=None, batch=None, runtime='auto', \
+        only=False, in_place=False, resume=False, force=False, threads=None, progress=None, \
+        tolerance=0.01, model_config=None, model_image='auto', remission_scale=None, batch=None, runtime='auto', \
         onnxruntime=None, device='auto')"
 )]
 /// Writes a recording again with instances in it: the bytes that `divmerge annotate` writes with

@@ -118,7 +118,7 @@ fn rows_in_the_order_of_channels_are_sorted() {
                 }
                 for point in (0..shuffled.len()).filter(|&point| shuffled.is_return(point)) {
                     let pixel = image.pixel_of(point).unwrap();
-                    assert_eq!(image.point_of_pixel.values()[pixel as usize] as usize, point);
+                    assert_eq!(image.point_of_pixel.values()[pixel] as usize, point);
                 }
             }
         }
