@@ -34,8 +34,8 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
         units=None, min_range=None, max_range=None, crop=None, ego=None, topics=(), \
         from_=None, to=None, objects=None, flavor='auto', compression=None, unchecked=False, \
         only=False, in_place=False, resume=False, force=False, threads=None, progress=None, \
-        tolerance=0.01, model_config=None, model_image='auto', remission_scale=None, batch=None, runtime='auto', \
-        onnxruntime=None, device='auto')"
+        tolerance=0.01, model_config=None, model_image='auto', remission_scale=None, batch=None, \
+        runtime='auto', onnxruntime=None, device='auto')"
 )]
 /// Writes a recording again with instances in it: the bytes that `divmerge annotate` writes with
 /// the same parameters. A viewer's layout is not written. Returns the report that `divmerge
