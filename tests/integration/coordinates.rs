@@ -5,10 +5,10 @@ use divmerge::cloud::{Crop, LengthUnit};
 use divmerge::datasets::drive::cloud_message;
 use divmerge::frames::EncodedCloud;
 use divmerge::messages::clouds::CloudFormat;
-use divmerge::simulate::{Drive, Frame, Scene, Sensor};
+use divmerge::simulate::{Drive, Scene, Sensor, SimulatedFrame};
 use divmerge::{AnnotateConfig, PointCloud, Reason, Semantics};
 
-fn sweep(sensor: Sensor, scene: Scene) -> Frame {
+fn sweep(sensor: Sensor, scene: Scene) -> SimulatedFrame {
     Drive::new(sensor, scene, 8).frame(1)
 }
 
@@ -25,7 +25,7 @@ fn returns(cloud: &PointCloud) -> Vec<bool> {
     (0..cloud.len()).map(|point| cloud.is_return(point)).collect()
 }
 
-fn annotated(frame: &Frame, method: &AnnotateConfig) -> (Clustered, Annotated) {
+fn annotated(frame: &SimulatedFrame, method: &AnnotateConfig) -> (Clustered, Annotated) {
     let mut message = Vec::new();
     cloud_message(frame, &mut message).unwrap();
     let mut annotated = Annotated::default();
