@@ -174,13 +174,7 @@ impl AnnotateConfig {
     /// # Errors
     /// Those of [`SensorFrame::turn`].
     pub fn upright(&self, cloud: PointCloud, frame_id: &str) -> frame::Result<PointCloud> {
-        let unit = self.unit.unwrap_or_default();
-        let mut cloud = match unit {
-            LengthUnit::Metre => cloud,
-            // Which ranges are beyond all sensors is known of metres alone.
-            smaller => cloud.from_unit(smaller).without_fill_values(),
-        };
-        cloud = cloud.cropped(&self.crop);
+        let mut cloud = cloud.from_unit(self.unit.unwrap_or_default()).cropped(&self.crop);
         if self.boxes == FrameBoxes::Nothing {
             cloud.turn(self.sensor_frame.turn(frame_id, &self.transforms)?);
         }

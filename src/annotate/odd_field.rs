@@ -50,6 +50,10 @@ fn reason(reason: &DoubtReason, taxonomy: &str) -> String {
         DoubtReason::Unknown { unknown, returns } => {
             format!("{unknown} of {returns} returns have ids without a class in `{taxonomy}`")
         }
+        DoubtReason::UnknownObjects { unknown, named } => format!(
+            "{unknown} returns have ids without a class in `{taxonomy}`, and only {named} a class \
+             that is no ground"
+        ),
         DoubtReason::FlatThing { class, returns, on_ground } => format!(
             "of the {returns} returns that are `{class}` in `{taxonomy}`, {on_ground} lie on the \
              ground"

@@ -44,7 +44,7 @@ pub use matrix::merge_moves;
 pub use options::{FigureOptions, Panel};
 pub use plane::PlaneRegion;
 pub use png::{png, size_in_pixels};
-pub use scene::{Crop, FrameScene, Window};
+pub use scene::{FrameScene, PixelCrop, Window};
 pub use step_figure::step_figure;
 pub use steps::{FigureStep, steps};
 pub use svg::{inline_svg, svg};

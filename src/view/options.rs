@@ -1,7 +1,7 @@
 //! What a figure is made of: its panels and how they are laid out.
 
 use super::plane::PlaneRegion;
-use super::scene::Crop;
+use super::scene::PixelCrop;
 
 /// A panel of a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -49,7 +49,7 @@ pub struct FigureOptions {
     /// Height of the whole range image over its width. Default 1/8 (the paper's).
     pub aspect: f64,
     /// Part of the range image that is shown. Default: all.
-    pub crop: Crop,
+    pub crop: PixelCrop,
     /// Part of the plane that is shown. Default: around the objects that are shown.
     pub region: Option<PlaneRegion>,
     /// Pixels to the inch; a figure is 10.4 inches wide. Default 192.
@@ -67,7 +67,7 @@ impl Default for FigureOptions {
                 Panel::BirdsEye,
             ],
             aspect: 1.0 / 8.0,
-            crop: Crop::default(),
+            crop: PixelCrop::default(),
             region: None,
             dpi: 192.0,
         }

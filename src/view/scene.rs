@@ -120,7 +120,7 @@ pub(super) fn component_centroids(stages: &Stages) -> Vec<([f64; 3], usize)> {
 
 /// A part of the range image.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Crop {
+pub struct PixelCrop {
     /// Columns; none means all.
     pub columns: Option<Range<usize>>,
     /// Rows from the top; none means all.
@@ -143,7 +143,7 @@ impl Window {
     }
 }
 
-impl Crop {
+impl PixelCrop {
     /// The part within an image of that size.
     ///
     /// # Errors
@@ -176,11 +176,11 @@ mod tests {
 
     #[test]
     fn crops_are_cut_to_the_image() {
-        let crop = Crop { columns: Some(100..900), rows: None };
+        let crop = PixelCrop { columns: Some(100..900), rows: None };
         let window = crop.within(64, 512).unwrap();
         assert_eq!(window, Window { columns: 100..512, rows: 0..64 });
         let outside = crop.within(64, 100).unwrap_err().to_string();
         assert!(outside.contains("columns 100..900") && outside.contains("64 x 100"), "{outside}");
-        assert!(Crop { columns: None, rows: Some(3..3) }.within(9, 9).is_err());
+        assert!(PixelCrop { columns: None, rows: Some(3..3) }.within(9, 9).is_err());
     }
 }

@@ -106,7 +106,9 @@ fn numbers_of_another_data_set_are_doubted() {
     for sensor in SENSORS {
         for scene in [Scene::Street, Scene::Parking] {
             // Ground and the rest, each pair known to SemanticKITTI.
-            for (ground, rest) in [(18, 1), (10, 50), (20, 30), (50, 40), (70, 10), (11, 40)] {
+            for (ground, rest) in
+                [(18, 1), (10, 50), (20, 30), (50, 40), (70, 10), (11, 40), (40, 1)]
+            {
                 let is_ground = |name: &str| {
                     ["road", "sidewalk", "parking", "terrain", "other-ground"].contains(&name)
                 };

@@ -48,6 +48,12 @@ fn real_returns_are_kept_however_they_are_rounded() {
             let rounded =
                 |step: f32| changed(&cloud, |at| at.map(|along| (along / step).round() * step));
             let scaled = |by: f32| changed(&cloud, |at| at.map(|along| along * by));
+            // Beams that look down meet a plane.
+            let flat = changed(&cloud, |[x, y, z]| {
+                let steep = z / (x * x + y * y).sqrt();
+                let down = if steep < -0.01 { -1.8 / z } else { 1.0 };
+                if z.is_finite() { [x, y, z].map(|along| along * down) } else { [x, y, z] }
+            });
             let moved = changed(&cloud, |[x, y, z]| [x + 3000.0, y - 200.0, z + 40.0]);
             for (what, cloud) in [
                 ("as it is", cloud.clone()),
@@ -56,6 +62,7 @@ fn real_returns_are_kept_however_they_are_rounded() {
                 ("in millimetres", scaled(1000.0)),
                 ("in centimetres", scaled(100.0)),
                 ("in a map", moved),
+                ("without noise on level ground", flat.clone()),
             ] {
                 let found = returns(&cloud.without_fill_values());
                 assert!(found == expected, "{sensor} in {scene} {what}");
@@ -79,7 +86,9 @@ fn fill_values_are_no_returns_in_any_frame() {
             let (up, out) = elevation.sin_cos();
             [out * azimuth.cos(), out * azimuth.sin(), up]
         };
-        for (range, by) in [(1000.0, 0.0), (1000.0, 2.0), (100_000.0, 2.0), (130.0, 0.0)] {
+        for (range, by) in
+            [(1000.0, 0.0), (1000.0, 2.0), (100_000.0, 2.0), (130.0, 0.0), (130.0, 2.0)]
+        {
             let mut filled = cloud.clone();
             for point in (0..cloud.len()).filter(|&point| !cloud.is_return(point)) {
                 filled.set_position(point, direction(point).map(|along| (along * range) as f32));

@@ -100,7 +100,7 @@ fn every_panel_alone_and_all_together_as_svg() {
     }
     assert!(svg.contains("bird's-eye view") && svg.contains("@font-face"));
     let crop =
-        ["--crop", "100..300/2..14", "--view", "-10..10/-5..5", "--aspect", "1:6", "--force"];
+        ["--window", "100..300/2..14", "--view", "-10..10/-5..5", "--aspect", "1:6", "--force"];
     let bytes = drawn(&output, &[&[path(&input)], &crop[..]].concat());
     assert_well_formed(&text(&bytes));
 }
@@ -117,7 +117,7 @@ fn time_chooses_the_nearest_frame() {
 fn steps_and_video_are_numbered() {
     let (folder, input) = drive(3);
     let steps = folder.path().join("steps");
-    let arguments = [path(&input), "--dpi", "48", "--crop", "0..400"];
+    let arguments = [path(&input), "--dpi", "48", "--window", "0..400"];
     let done = figure(&[&arguments[..], &["--steps", path(&steps)]].concat());
     assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
     let count = std::fs::read_dir(&steps).expect("steps").count();
@@ -181,14 +181,14 @@ fn bad_input_is_told() {
     let cases: &[(&[&str], i32, &[&str])] = &[
         (&["--frame", "2"], 1, &["2 clouds, numbered 0 to 1", "/lidar/points", "drive.mcap"]),
         (&["--topic", "/tf"], 1, &["`/tf`", CLOUD_TOPIC]),
-        (&["--crop", "5000..6000"], 1, &["columns 5000..6000", "16 x "]),
+        (&["--window", "5000..6000"], 1, &["columns 5000..6000", "16 x "]),
         (&["--semantics", "field:no"], 1, &["`no`", "label", "frame 0"]),
         (&["--steps", path(&below_a_file)], 1, &["file"]),
         (&["--panels", "mask,paint"], 2, &["mask, components"]),
         (&["--panels", ""], 2, &[]),
         (&["--aspect", "0:8"], 2, &["height:width"]),
         (&["--dpi", "0"], 2, &[]),
-        (&["--crop", "9..3"], 2, &["a below b"]),
+        (&["--window", "9..3"], 2, &["a below b"]),
         (&["--frame", "1", "--time", "0"], 2, &[]),
         (&["--video", "x"], 2, &[]),
         (&["--frames", "0..1"], 2, &[]),

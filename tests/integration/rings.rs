@@ -43,6 +43,9 @@ fn numbers_that_are_no_beams_change_nothing() {
     for sensor in SPINNING {
         for scene in [Scene::Street, Scene::Yard] {
             let cloud = sweep(sensor, scene);
+            let rings = cloud.ring.as_ref().unwrap();
+            // Two beams far from each other share a number.
+            let shared = (sensor.beams() / 2) as u16;
             let without = cloud.clone().with(|columns| columns.ring = None).unwrap();
             let expected = look(&without).0;
             for (flaw, rings) in [
@@ -52,6 +55,8 @@ fn numbers_that_are_no_beams_change_nothing() {
                 (RingFlaw::Scattered, with_rings(&cloud, |point| noise(point) % 2)),
                 (RingFlaw::Scattered, with_rings(&cloud, |point| noise(point) % 32)),
                 (RingFlaw::Scattered, with_rings(&cloud, noise)),
+                (RingFlaw::Repeated, with_rings(&cloud, |p| 2 * rings[p] + noise(p) % 2)),
+                (RingFlaw::Scattered, with_rings(&cloud, |p| rings[p] % shared)),
                 (RingFlaw::TooHigh, with_rings(&cloud, |point| point as u16)),
             ] {
                 let (image, geometry) = look(&rings);

@@ -12,7 +12,7 @@ use divmerge::error::{Error, NoCloud};
 use divmerge::frames::{CloudAt, EncodedCloud, EncodedClouds, encoded_cloud_at};
 use divmerge::recording::Overview;
 use divmerge::view::{
-    self, ClusteredMessage, ColourTracker, Crop, FigureOptions, FrameScene, Panel, PlaneRegion,
+    self, ClusteredMessage, ColourTracker, FigureOptions, FrameScene, Panel, PixelCrop, PlaneRegion,
 };
 
 use crate::arguments::method::MethodArguments;
@@ -67,8 +67,8 @@ pub struct Arguments {
 
     /// Show this part of the range image, and its points from above: columns, or columns/rows from
     /// the top, as in 500..900 or 500..900/10..50
-    #[arg(long, value_name = "COLUMNS/ROWS", value_parser = crop)]
-    crop: Option<Crop>,
+    #[arg(long, value_name = "COLUMNS/ROWS", value_parser = window)]
+    window: Option<PixelCrop>,
 
     /// Show this part of the bird's-eye plane: x/y in metres, as in -10..40/-15..15 [default:
     /// around the objects]
@@ -123,7 +123,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let options = FigureOptions {
         panels,
         aspect: arguments.aspect,
-        crop: arguments.crop.clone().unwrap_or_default(),
+        crop: arguments.window.clone().unwrap_or_default(),
         region: arguments.view,
         dpi: arguments.dpi,
     };
@@ -277,13 +277,13 @@ fn dpi(text: &str) -> Result<f64, String> {
     if (24.0..=1200.0).contains(&dpi) { Ok(dpi) } else { Err("must be in 24..=1200".into()) }
 }
 
-fn crop(text: &str) -> Result<Crop, String> {
+fn window(text: &str) -> Result<PixelCrop, String> {
     let (columns, rows) = match text.split_once('/') {
         Some((columns, rows)) => (columns, Some(rows)),
         None => (text, None),
     };
     let part = |text: &str| if text.is_empty() { Ok(None) } else { range(text).map(Some) };
-    Ok(Crop { columns: part(columns)?, rows: rows.map(part).transpose()?.flatten() })
+    Ok(PixelCrop { columns: part(columns)?, rows: rows.map(part).transpose()?.flatten() })
 }
 
 fn region(text: &str) -> Result<PlaneRegion, String> {
@@ -306,10 +306,10 @@ mod tests {
         let frames = range::<u64>;
         assert_eq!(frames("3..7"), Ok(3..7));
         assert!(frames("7..3").is_err() && frames("3").is_err() && frames("-1..3").is_err());
-        let both = Crop { columns: Some(5..9), rows: Some(1..3) };
-        assert_eq!(crop("5..9/1..3"), Ok(both));
-        assert_eq!(crop("/1..3"), Ok(Crop { columns: None, rows: Some(1..3) }));
-        assert!(crop("5").is_err());
+        let both = PixelCrop { columns: Some(5..9), rows: Some(1..3) };
+        assert_eq!(window("5..9/1..3"), Ok(both));
+        assert_eq!(window("/1..3"), Ok(PixelCrop { columns: None, rows: Some(1..3) }));
+        assert!(window("5").is_err());
         assert_eq!(
             region("-10..40/-15..15"),
             Ok(PlaneRegion { x: [-10.0, 40.0], y: [-15.0, 15.0] })

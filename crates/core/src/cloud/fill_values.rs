@@ -3,10 +3,13 @@
 //!
 //! Zeros are moved along when a cloud is transformed to another frame, so that thousands of points
 //! have one position. Other drivers fill in the maximum range, so that points stand on a sphere
-//! around the sensor. Both are told by what no surface does, whatever the frame.
+//! around the sensor. Both are told by what no surface does, whatever the unit and the frame.
+
+use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 
 use super::extent::{middle, sample, squared_distance};
-use super::point_cloud::PointCloud;
+use super::point_cloud::{PointCloud, wide};
+use crate::geometry::statistics::median;
 
 /// Share of the points, and their number, from which on a crowd of points may be fill values. A
 /// patch of 1 cm half a metre away, in coordinates that are rounded to centimetres, fills less than
@@ -16,25 +19,15 @@ const FEWEST_POINTS: usize = 64;
 
 impl PointCloud {
     /// The same cloud with NaN for the positions that are fill values: one that a crowd of points
-    /// has to the bit; and the farthest range, where a crowd has exactly that in many directions,
-    /// or lies beyond a gap that leaves out half of all ranges, farther than sensors reach (of
-    /// clouds in metres). O(N).
+    /// has to the bit; and those of the farthest points, where a crowd of them lies on a sphere.
+    /// O(N).
     pub fn without_fill_values(mut self) -> Self {
         let crowd = FEWEST_POINTS.max((LEAST_SHARE * self.len() as f64) as usize);
         for position in repeated_positions(&self, crowd) {
             drop_points(&mut self, |at| bits(at) == position);
         }
-        if let Some(least) = filled_range(&self, [0.0; 3], crowd, same_range) {
-            drop_points(&mut self, |at| squared_distance(at, [0.0; 3]) >= least);
-        }
-        let middle = middle(&self);
-        if let Some(least) = filled_range(&self, middle, crowd, beyond_a_gap) {
-            let whole = self.clone();
-            drop_points(&mut self, |at| squared_distance(at, middle) >= least);
-            if self.immense_extent().is_some() {
-                // What is left is no sweep in metres: the unit is another, not the far points odd.
-                return whole;
-            }
+        if let Some(sphere) = filled_sphere(&self, crowd) {
+            drop_points(&mut self, |at| sphere.holds(at));
         }
         self
     }
@@ -67,47 +60,110 @@ fn repeated_positions(cloud: &PointCloud, crowd: usize) -> Vec<[u32; 3]> {
     suspects.map(|same| same[0]).filter(is_crowd).collect()
 }
 
-/// Given the farthest range and the ranges of some returns: the range from which on they may be
-/// fill values.
-type Shell = fn(f64, &[f64]) -> Option<f64>;
-
-/// One range, but for rounding.
-fn same_range(farthest: f64, _: &[f64]) -> Option<f64> {
-    const ROUNDING: f64 = 1e-5;
-    Some(farthest * (1.0 - ROUNDING))
+/// Ranges all alike, seen from wherever a sensor stands.
+struct Sphere {
+    centre: Vector3<f64>,
+    radius: f64,
 }
 
-/// Ranges that nothing but the farthest points reaches, beyond half of which there is nothing else.
-fn beyond_a_gap(farthest: f64, some: &[f64]) -> Option<f64> {
-    /// No sensor that drives reaches farther, metres.
-    const REACH: f64 = 500.0;
-    /// Seen from the middle of the returns in place of the sensor, a sphere is this thick at most.
-    const THICKNESS: f64 = 0.1;
-    let least = farthest * (1.0 - THICKNESS);
-    let is_in_gap = |range: &&f64| (farthest / 2.0..least).contains(*range);
-    let stray = some.iter().filter(is_in_gap).count();
-    (farthest > REACH && stray * 1000 <= some.len()).then_some(least)
+impl Sphere {
+    /// How far from it points may be, as a share of the radius: the noise that some drivers add,
+    /// and rounding.
+    const THICKNESS: f64 = 1e-3;
+
+    /// Distance of a position from the sphere, as a share of the radius.
+    fn off(&self, at: Vector3<f64>) -> f64 {
+        ((at - self.centre).norm() / self.radius - 1.0).abs()
+    }
+
+    fn holds(&self, at: [f32; 3]) -> bool {
+        self.off(Vector3::from(wide(at))) <= Self::THICKNESS
+    }
+
+    /// The sphere of least squares: |p|^2 = 2 c p + (r^2 - |c|^2), linear in c and the bracket.
+    fn through(points: &[Vector3<f64>]) -> Option<Sphere> {
+        let count = points.len() as f64;
+        let middle = points.iter().sum::<Vector3<f64>>() / count;
+        let scale = points.iter().map(|at| (at - middle).norm()).sum::<f64>() / count;
+        let (mut normal, mut right) = (Matrix4::zeros(), Vector4::zeros());
+        for at in points {
+            let at = (at - middle) / scale;
+            let row = Vector4::new(2.0 * at.x, 2.0 * at.y, 2.0 * at.z, 1.0);
+            normal += row * row.transpose();
+            right += row * at.norm_squared();
+        }
+        let found = normal.cholesky()?.solve(&right);
+        let centre = found.xyz();
+        let radius = (found.w + centre.norm_squared()).sqrt();
+        radius
+            .is_finite()
+            .then(|| Sphere { centre: middle + centre * scale, radius: radius * scale })
+    }
+
+    /// The sphere that most of some points lie on, if there is one: fitted again and again to those
+    /// that are not far off.
+    fn of_most(points: &[Vector3<f64>]) -> Option<Sphere> {
+        const ROUNDS: usize = 8;
+        let mut sphere = Sphere::through(points)?;
+        for _ in 0..ROUNDS {
+            let mut off: Vec<f64> = points.iter().map(|&at| sphere.off(at)).collect();
+            let limit = (2.0 * median(&mut off)?).max(Self::THICKNESS);
+            let near = points.iter().copied().filter(|&at| sphere.off(at) <= limit);
+            sphere = Sphere::through(&near.collect::<Vec<_>>())?;
+        }
+        let held = points.iter().filter(|&&at| sphere.off(at) <= Self::THICKNESS).count();
+        (2 * held > points.len()).then_some(sphere)
+    }
 }
 
-/// The squared distance from a place from which on returns are fill values.
-fn filled_range(cloud: &PointCloud, from: [f64; 3], crowd: usize, shell: Shell) -> Option<f64> {
+/// The sphere that a crowd of the farthest points lies on.
+fn filled_sphere(cloud: &PointCloud, crowd: usize) -> Option<Sphere> {
+    /// The sensor stands near the middle of the returns: seen from there, points of the sphere
+    /// are this far at least, as a share of the farthest.
+    const FARTHEST: f64 = 0.75;
+    let middle = middle(cloud);
+    let squared = |point: usize| squared_distance(cloud.position(point), middle);
     let returns = || (0..cloud.len()).filter(|&point| cloud.is_return(point));
-    let squared = |point: usize| squared_distance(cloud.position(point), from);
-    let farthest = returns().map(squared).fold(0.0, f64::max).sqrt();
+    let farthest = returns().map(squared).fold(0.0, f64::max);
     let some = sample(cloud).filter(|&point| cloud.is_return(point));
-    let some: Vec<f64> = some.map(|point| squared(point).sqrt()).collect();
-    let least = shell(farthest, &some)?;
-    let beyond: Vec<usize> = returns().filter(|&point| squared(point) >= least * least).collect();
-    (farthest > 0.0 && beyond.len() >= crowd && are_all_around(cloud, &beyond, farthest))
-        .then_some(least * least)
+    let far = some.filter(|&point| squared(point) >= FARTHEST * FARTHEST * farthest);
+    let position = |point: usize| Vector3::from(wide(cloud.position(point)));
+    let far: Vec<Vector3<f64>> = far.map(position).collect();
+    let looked_at = sample(cloud).count().max(1);
+    if 2 * far.len() * cloud.len() < crowd * looked_at {
+        return None;
+    }
+    let sphere = Sphere::of_most(&far)?;
+    let is_likely = (0.5..1.5).contains(&(sphere.radius / farthest.sqrt()));
+    if !is_likely {
+        return None;
+    }
+    let held = returns().filter(|&point| sphere.holds(cloud.position(point)));
+    let held: Vec<Vector3<f64>> = held.map(position).collect();
+    (held.len() >= crowd && are_all_around(&held, sphere.radius)).then_some(sphere)
 }
 
-/// Whether points stand in as many directions as no surface has at one range.
-fn are_all_around(cloud: &PointCloud, points: &[usize], range: f64) -> bool {
+/// Whether points of a sphere stand in many directions, and not on one circle, as a beam on level
+/// ground does.
+fn are_all_around(points: &[Vector3<f64>], radius: f64) -> bool {
     const WIDTH: f64 = 0.3;
-    let extent = |axis: &[f32]| {
-        let along = points.iter().map(|&point| f64::from(axis[point]));
-        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
+    const OFF_PLANE: f64 = 0.003;
+    let centre = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
+    let spread = points.iter().fold(Matrix3::zeros(), |sum, at| {
+        let from = (at - centre) / radius;
+        sum + from * from.transpose()
+    });
+    let axes = spread.symmetric_eigen();
+    let along = |axis: usize| {
+        let axis = axes.eigenvectors.column(axis).into_owned();
+        points.iter().map(move |at| (at - centre).dot(&axis) / radius)
     };
-    extent(&cloud.x).max(extent(&cloud.y)) > WIDTH * range
+    let width = |axis: usize| {
+        let reach = along(axis).fold((0.0_f64, 0.0_f64), |r, at| (r.0.min(at), r.1.max(at)));
+        reach.1 - reach.0
+    };
+    let thinnest = axes.eigenvalues.imin();
+    let mut off_plane: Vec<f64> = along(thinnest).map(f64::abs).collect();
+    (0..3).any(|axis| width(axis) > WIDTH)
+        && median(&mut off_plane).is_some_and(|off| off > OFF_PLANE)
 }

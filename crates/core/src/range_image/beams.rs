@@ -18,6 +18,8 @@ pub(super) struct Rings {
     medians: Vec<Option<f64>>,
     /// Share of the returns that lie off the median slope of their ring.
     astray: f64,
+    /// Share of the returns that have the most frequent number.
+    largest: f64,
 }
 
 /// Why the numbers of a ring field are no beams.
@@ -28,46 +30,72 @@ pub enum RingFlaw {
     Constant,
     /// Returns of one number lie as far apart in elevation as any others.
     Scattered,
+    /// Several numbers stand for one elevation.
+    Repeated,
     /// A number is higher than any sensor has beams.
     TooHigh,
 }
 
 /// What speaks against ring numbers; `None` where nothing does.
 pub(super) fn ring_flaw(sweep: &Sweep, ring: &[u16]) -> Option<RingFlaw> {
-    match (slopes(sweep, ring), Rings::of(sweep, ring)) {
-        (_, Some(_)) => None,
-        (Some(slopes), None) => Some(scattered(&slopes)),
-        (None, None) => (!sweep.sample.is_empty()).then_some(RingFlaw::TooHigh),
+    match Rings::measured(sweep, ring) {
+        Some(rings) => rings.flaw(sweep, ring),
+        None => (!sweep.sample.is_empty()).then_some(RingFlaw::TooHigh),
     }
 }
 
-/// Which kind numbers are that do not tell elevations apart.
-fn scattered(slopes: &[Vec<f64>]) -> RingFlaw {
-    const ALL_BUT_A_FEW: f64 = 0.9;
-    let most = slopes.iter().map(Vec::len).max().unwrap_or(0);
-    let all: usize = slopes.iter().map(Vec::len).sum();
-    if most as f64 > ALL_BUT_A_FEW * all as f64 { RingFlaw::Constant } else { RingFlaw::Scattered }
+/// Whether the median slopes of many rings are those of others.
+fn are_repeated(medians: &[Option<f64>]) -> bool {
+    const FEWEST_RINGS: usize = 8;
+    const MUCH_LESS: f64 = 0.1;
+    let mut known: Vec<f64> = medians.iter().copied().flatten().collect();
+    known.sort_by(f64::total_cmp);
+    let mut gaps: Vec<f64> = known.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    gaps.sort_by(f64::total_cmp);
+    let Some(&wide) = gaps.get(gaps.len() * 3 / 4) else {
+        return false;
+    };
+    let none = gaps.iter().filter(|&&gap| gap < MUCH_LESS * wide).count();
+    known.len() >= FEWEST_RINGS && 3 * none > gaps.len()
 }
 
 impl Rings {
     /// `None` if the numbers cannot be beams.
     ///
     /// A beam turns on a cone about the sensor's axis, so that returns that follow each other on it
-    /// agree in elevation, while those of different beams do not. That holds wherever the sensor
-    /// stands in the cloud's frame.
+    /// agree in elevation, while those of different beams do not. The first holds wherever the
+    /// sensor stands in the cloud's frame, and the second is asked of its own frame.
     pub fn of(sweep: &Sweep, ring: &[u16]) -> Option<Rings> {
+        let rings = Rings::measured(sweep, ring)?;
+        rings.flaw(sweep, ring).is_none().then_some(rings)
+    }
+
+    fn measured(sweep: &Sweep, ring: &[u16]) -> Option<Rings> {
         /// Slope, half a degree at the horizon: the offsets of lasers, and a frame turned a little.
         const NEAR: f64 = 0.01;
         let mut slopes = slopes(sweep, ring)?;
         let medians: Vec<Option<f64>> = slopes.iter_mut().map(|beam| median(beam)).collect();
-        let (mut astray, mut all) = (0, 0);
+        let (mut astray, mut all, mut most) = (0, 0, 0);
         for (beam, middle) in slopes.iter().zip(&medians) {
             let middle = middle.unwrap_or(0.0);
             astray += beam.iter().map(|s| usize::from((s - middle).abs() > NEAR)).sum::<usize>();
             all += beam.len();
+            most = most.max(beam.len());
         }
-        let rings = Rings { medians, astray: astray as f64 / all as f64 };
-        (rings.are_level() || tell_elevations_apart(sweep, ring)).then_some(rings)
+        let share = |count: usize| count as f64 / all as f64;
+        Some(Rings { medians, astray: share(astray), largest: share(most) })
+    }
+
+    fn flaw(&self, sweep: &Sweep, ring: &[u16]) -> Option<RingFlaw> {
+        /// In the sensor's own frame, only the offsets of its lasers lead returns astray.
+        const FEW_ASTRAY: f64 = 0.05;
+        const ALL_BUT_A_FEW: f64 = 0.9;
+        match () {
+            () if self.are_level() && are_repeated(&self.medians) => Some(RingFlaw::Repeated),
+            () if self.astray < FEW_ASTRAY || tell_elevations_apart(sweep, ring) => None,
+            () if self.largest > ALL_BUT_A_FEW => Some(RingFlaw::Constant),
+            () => Some(RingFlaw::Scattered),
+        }
     }
 
     /// Whether each ring keeps its elevation all round, as in the sensor's own frame.
@@ -88,11 +116,12 @@ impl Rings {
 /// elevation.
 pub(super) fn are_swept(sweep: &Sweep, ring: &[u16]) -> bool {
     const CALM: f64 = 1.5 * PI / 180.0;
-    typical_change(&places(sweep, ring)).is_none_or(|change| change < CALM)
+    median(&mut changes(&places(sweep, ring))).is_none_or(|change| change < CALM)
 }
 
-/// Whether returns that follow each other on a ring differ much less in elevation than any two
-/// returns do.
+/// Whether three in four returns differ much less in elevation from the next on their ring than any
+/// two returns do. (Of two beams with one number, half of the returns are followed by one of the
+/// other beam.)
 fn tell_elevations_apart(sweep: &Sweep, ring: &[u16]) -> bool {
     const MUCH_LESS: f64 = 0.5;
     /// A sensor of a single beam has one elevation, radians.
@@ -101,7 +130,9 @@ fn tell_elevations_apart(sweep: &Sweep, ring: &[u16]) -> bool {
     let half = places.len() / 2;
     let any = places.iter().zip(&places[half..]);
     let mut any: Vec<f64> = any.map(|(a, b)| (a.2 - b.2).abs()).collect();
-    let Some((change, any)) = typical_change(&places).zip(median(&mut any)) else {
+    let mut changes = changes(&places);
+    changes.sort_unstable_by(f64::total_cmp);
+    let Some((&change, any)) = changes.get(changes.len() * 3 / 4).zip(median(&mut any)) else {
         return true;
     };
     any < ONE_ELEVATION || change < MUCH_LESS * any
@@ -120,11 +151,10 @@ fn places(sweep: &Sweep, ring: &[u16]) -> Vec<(u16, f32, f64)> {
     places
 }
 
-/// Median change in elevation from a return to the next on its ring, radians.
-fn typical_change(places: &[(u16, f32, f64)]) -> Option<f64> {
+/// Changes in elevation from each return to the next on its ring, radians.
+fn changes(places: &[(u16, f32, f64)]) -> Vec<f64> {
     let pairs = places.windows(2).filter(|pair| pair[0].0 == pair[1].0);
-    let mut changes: Vec<f64> = pairs.map(|pair| (pair[1].2 - pair[0].2).abs()).collect();
-    median(&mut changes)
+    pairs.map(|pair| (pair[1].2 - pair[0].2).abs()).collect()
 }
 
 fn rows_by_slope(medians: &[Option<f64>]) -> Vec<u16> {

@@ -54,6 +54,13 @@ pub enum DoubtReason {
         /// Returns.
         returns: usize,
     },
+    /// Most of what is not ground has ids other than 0 that stand for no class.
+    UnknownObjects {
+        /// Returns whose id, not 0, stands for no class.
+        unknown: usize,
+        /// Returns of classes that are no ground.
+        named: usize,
+    },
     /// Most points of a class of things lie on the ground.
     FlatThing {
         /// The class.
@@ -114,17 +121,21 @@ pub fn judge<'a>(
     }
 }
 
-/// The same by the ids alone, for a taxonomy that was asked for: who names it knows what the ids
-/// mean, but not which clouds have any.
+/// The same by the ids alone, for a taxonomy that was asked for: who names it knows what its ids
+/// mean, but not whether a cloud has them.
 pub fn judge_ids<'a>(cloud: &PointCloud, taxonomy: &'a Taxonomy) -> Belief<'a> {
-    let counts = cloud.class.as_ref().map(|raw| Counts::new(cloud, raw));
-    match counts.as_ref().and_then(|counts| Some((counts, counts.nameless(taxonomy)?))) {
-        None => Belief::Classes(taxonomy),
-        Some((counts, reason)) => {
-            let ids = counts.most_frequent();
-            Belief::Doubt(Doubt { reason, ids, candidates: Vec::new() })
-        }
-    }
+    let Some(raw) = &cloud.class else {
+        return Belief::Classes(taxonomy);
+    };
+    let counts = Counts::new(cloud, raw);
+    let unknown = counts.sum(|id| taxonomy.class_of(id).is_none());
+    let reason = match counts.sum(|id| id != 0) {
+        0 if counts.returns > 0 => DoubtReason::Nothing,
+        some if 2 * unknown > some => DoubtReason::Unknown { unknown, returns: counts.returns },
+        _ => return Belief::Classes(taxonomy),
+    };
+    let ids = counts.most_frequent();
+    Belief::Doubt(Doubt { reason, ids, candidates: Vec::new() })
 }
 
 /// Returns by id.
@@ -169,21 +180,26 @@ impl Counts {
         ids
     }
 
+    /// Returns whose id meets a condition.
+    fn sum(&self, holds: impl Fn(u16) -> bool) -> usize {
+        self.of_id.iter().filter(|&&(id, _)| holds(id)).map(|&(_, count)| count).sum()
+    }
+
     /// What speaks against the ids by themselves: no class at all, or most of them without one. 0
     /// is "nothing" everywhere, so that it does not count for or against a taxonomy.
     fn nameless(&self, taxonomy: &Taxonomy) -> Option<DoubtReason> {
-        let is_named = |id: u16| taxonomy.class_of(id).is_some_and(|class| class > 0);
-        let sum = |holds: &dyn Fn(u16) -> bool| {
-            let ids = self.of_id.iter().filter(|&&(id, _)| holds(id));
-            ids.map(|&(_, count)| count).sum::<usize>()
-        };
-        let (named, unknown) = (sum(&is_named), sum(&|id| id != 0 && !is_named(id)));
-        match (named, unknown) {
-            (0, _) if self.returns > 0 && unknown == 0 => Some(DoubtReason::Nothing),
-            (named, unknown) if unknown > named => {
-                Some(DoubtReason::Unknown { unknown, returns: self.returns })
-            }
-            _ => None,
+        let class = |id: u16| usize::from(taxonomy.class_of(id).unwrap_or(0));
+        let named = self.sum(|id| class(id) > 0);
+        let unknown = self.sum(|id| id != 0 && class(id) == 0);
+        let standing = self.sum(|id| class(id) > 0 && !taxonomy.classes()[class(id)].is_ground());
+        if named + unknown == 0 {
+            (self.returns > 0).then_some(DoubtReason::Nothing)
+        } else if unknown > named {
+            Some(DoubtReason::Unknown { unknown, returns: self.returns })
+        } else if unknown > standing && self.is_much(unknown) {
+            Some(DoubtReason::UnknownObjects { unknown, named: standing })
+        } else {
+            None
         }
     }
 

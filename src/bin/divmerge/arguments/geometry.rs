@@ -10,7 +10,7 @@ use divmerge::frames::recorded_transforms;
 use divmerge::pipeline::Overrides;
 use divmerge::range_image::ProjectionParams;
 
-use super::clouds::CloudArguments;
+use super::coordinates::CoordinateArguments;
 use super::values::{columns, field_of_view, rows};
 
 /// How clouds become images, and which way is up. The defaults are found in the clouds.
@@ -40,7 +40,7 @@ pub struct GeometryArguments {
     sensor_frame: SensorFrame,
 
     #[command(flatten)]
-    pub clouds: CloudArguments,
+    pub coordinates: CoordinateArguments,
 }
 
 impl GeometryArguments {

@@ -133,7 +133,7 @@ impl MethodArguments {
         pipeline.other_method = methods::named(self.method, &config.taxonomy);
         self.boxes.set(&mut pipeline);
         let boxes = BoxArguments::open(box_source.as_ref(), recording, &config.taxonomy)?;
-        let (unit, crop) = self.geometry.clouds.values();
+        let (unit, crop) = self.geometry.coordinates.values();
         Ok(AnnotateConfig { pipeline, boxes, unit, crop, sensor_frame, transforms, ..config })
     }
 

@@ -1,7 +1,7 @@
 //! Arguments that several commands share, a file a group.
 
 pub mod boxes;
-pub mod clouds;
+pub mod coordinates;
 pub mod geometry;
 pub mod method;
 pub mod objects;

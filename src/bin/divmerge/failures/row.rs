@@ -53,7 +53,7 @@ impl Commands<'_> {
         let first = pixels.columns.start.saturating_sub(around);
         let end = (pixels.columns.end + around).min(image_columns);
         let crop = format!("{first}..{end}");
-        let words = ["--crop", &crop, "-o", "failure.png"].map(str::to_owned);
+        let words = ["--window", &crop, "-o", "failure.png"].map(str::to_owned);
         (2 * columns < image_columns).then(|| self.command("figure", words))
     }
 

@@ -56,6 +56,7 @@ fn ring_flaw(flaw: RingFlaw) -> String {
     let why = match flaw {
         RingFlaw::Constant => "one number stands for returns at many elevations",
         RingFlaw::Scattered => "returns of one number lie as far apart in elevation as any others",
+        RingFlaw::Repeated => "several numbers stand for one elevation",
         RingFlaw::TooHigh => "its numbers are higher than any sensor has beams",
     };
     format!("warning: the ring field is left aside: {why}")

@@ -40,7 +40,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let overview = Overview::read(&arguments.file)?;
     let mut options = GeometryOptions::default();
     arguments.geometry.set(&mut options.projection);
-    (options.unit, options.crop) = arguments.geometry.clouds.values();
+    (options.unit, options.crop) = arguments.geometry.coordinates.values();
     (options.frame, options.transforms) = arguments.geometry.frame(&arguments.file)?;
     let (clouds, mut problems) = first_clouds(&overview, &options)?;
     problems.extend(overview.problems.iter().cloned());

@@ -7,7 +7,7 @@ use super::values::not_negative;
 
 /// The unit of the clouds' coordinates, and which returns are looked at.
 #[derive(Args, Clone, Copy, Default)]
-pub struct CloudArguments {
+pub struct CoordinateArguments {
     /// Unit of the clouds' coordinates: m, cm or mm. Boxes are written in it too; options are in
     /// metres [default: m, with a warning where clouds are too large for that]
     #[arg(long, value_name = "UNIT")]
@@ -32,10 +32,10 @@ pub struct CloudArguments {
     ego: Option<Block>,
 }
 
-impl CloudArguments {
+impl CoordinateArguments {
     /// The unit, if it was given, and which returns are looked at.
     pub fn values(&self) -> (Option<LengthUnit>, Crop) {
-        let CloudArguments { min_range, max_range, crop: region, ego, .. } = *self;
+        let CoordinateArguments { min_range, max_range, crop: region, ego, .. } = *self;
         (self.units, Crop { min_range, max_range, region, ego })
     }
 }
