@@ -12,7 +12,7 @@
 use super::ground::GroundParams;
 use super::ground_of;
 use crate::cloud::point_cloud::PointCloud;
-use crate::cloud::taxonomy::Taxonomy;
+use crate::cloud::taxonomy::{Class, Taxonomy};
 use crate::geometry::statistics::median_by;
 use crate::range_image::{ProjectionParams, RangeImage};
 
@@ -282,23 +282,27 @@ fn has_odd_shapes(cloud: &PointCloud, raw: &[u16], counts: &Counts, taxonomy: &T
     /// Share of the returns from which on flat ground is ground enough.
     const ENOUGH_GROUND: f64 = 0.1;
     let number = taxonomy.lookup();
-    let mut all = vec![0; taxonomy.classes().len()];
+    let classes = taxonomy.classes();
+    let mut all = vec![0; classes.len()];
     for &(id, count) in &counts.of_id {
         all[usize::from(number[usize::from(id)])] += count;
     }
-    let is_flat = |is_asked: &dyn Fn(usize) -> bool| {
-        let is_of = |point: &usize| is_asked(usize::from(number[usize::from(raw[*point])]));
+    let is_flat = |is_asked: &[bool]| {
+        let is_of = |point: &usize| is_asked[usize::from(number[usize::from(raw[*point])])];
         let rise = typical_rise(cloud, (0..cloud.len()).filter(is_of));
         rise.is_some_and(|rise| rise < FLAT)
     };
-    let classes = taxonomy.classes();
-    let is_ground = |class: usize| classes[class].is_ground();
-    let ground: usize = (1..all.len()).filter(|&class| is_ground(class)).map(|c| all[c]).sum();
+    let is_ground: Vec<bool> = classes.iter().map(Class::is_ground).collect();
+    let ground: usize = all.iter().zip(&is_ground).filter(|(_, is)| **is).map(|(n, _)| n).sum();
     let is_called = ground as f64 > ENOUGH_GROUND * counts.returns as f64 && is_flat(&is_ground);
     // Where most points have no class, the ground may well be one of them.
     let is_open = 2 * all[0] < counts.returns && !is_called;
-    let things = (1..all.len()).filter(|&c| classes[c].is_thing && counts.is_much(all[c]));
-    is_open || things.into_iter().any(|thing| is_flat(&|class| class == thing))
+    let mut things = (1..all.len()).filter(|&c| classes[c].is_thing && counts.is_much(all[c]));
+    is_open
+        || things.any(|thing| {
+            let is_thing: Vec<bool> = (0..all.len()).map(|class| class == thing).collect();
+            is_flat(&is_thing)
+        })
 }
 
 /// Rise within a cell, metres, of what is flat: a street of 10 % over 2 m, noise, and a kerb. (On
