@@ -16,7 +16,7 @@ pub(super) fn azimuths(cloud: &PointCloud) -> Vec<f32> {
 /// The polynomial is that of Abramowitz and Stegun 4.4.49, which is off by at most 2e-8 in exact
 /// arithmetic and 4e-7 in this one: a ten-thousandth of a column. It compiles to a few vector
 /// instructions and gives the same bits everywhere.
-fn azimuth(x: f32, y: f32, z: f32) -> f32 {
+pub(super) fn azimuth(x: f32, y: f32, z: f32) -> f32 {
     let is_steep = y.abs() > x.abs();
     let (long, short) = if is_steep { (y.abs(), x.abs()) } else { (x.abs(), y.abs()) };
     // A point on the vertical axis has azimuth 0 (or pi), not 0 / 0.

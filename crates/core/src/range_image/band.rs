@@ -5,6 +5,7 @@ use std::ops::Range;
 use nalgebra::{Isometry3, Point3};
 
 use super::projection::Projection;
+use super::viewpoint::Evidence;
 
 /// The rows of an image that one sensor made. An image has one band, but for a cloud merged of
 /// several sensors: there they lie one below the other, and no pixel of one is a neighbour of
@@ -22,6 +23,8 @@ pub struct Band {
     /// Pose of the sensor in the cloud's frame, metres: where its beams leave from, and the axis
     /// that they turn about as z. The identity unless the data says otherwise.
     pub sensor: Isometry3<f64>,
+    /// How that is known.
+    pub evidence: Evidence,
 }
 
 impl Band {

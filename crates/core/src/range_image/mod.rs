@@ -19,6 +19,7 @@ mod coverage;
 mod geometry;
 mod image;
 mod neighbours;
+mod one_sensor;
 mod organised;
 mod params;
 mod pixel_set;
@@ -40,6 +41,7 @@ pub use neighbours::{NEIGHBOURS, NO_NEIGHBOUR, Reach, neighbours};
 pub use params::{ProjectionParams, RowsFrom, Wrap};
 pub use pixel_set::PixelSet;
 pub use projection::Projection;
+pub use viewpoint::Evidence;
 pub use views::BandView;
 
 impl RangeImage {
@@ -48,12 +50,11 @@ impl RangeImage {
     /// Steps: rows and a column count from whichever projection fits; pixel of each return; nearest
     /// point of each pixel. Time O(N), plus sorting a sample of the azimuths.
     pub fn new(cloud: &PointCloud, params: &ProjectionParams) -> RangeImage {
-        match organised::project(cloud, params) {
-            Some(image) => image,
-            None => match sources::of(cloud).filter(|_| params.rows_from == RowsFrom::Best) {
-                Some(sources) => sources::project(cloud, &sources, params),
-                None => project::one_sensor(cloud, params),
-            },
+        match sources::of(cloud).filter(|_| params.rows_from == RowsFrom::Best) {
+            Some(sources) if organised::project(cloud, params).is_none() => {
+                sources::project(cloud, &sources, params)
+            }
+            _ => one_sensor::one_sensor(cloud, params),
         }
     }
 }

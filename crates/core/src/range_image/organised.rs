@@ -15,6 +15,7 @@ use super::band::Band;
 use super::image::{NOWHERE, RangeImage};
 use super::params::{ProjectionParams, Wrap};
 use super::projection::Projection;
+use super::viewpoint::Evidence;
 use crate::cloud::point_cloud::PointCloud;
 use crate::geometry::grid::Grid;
 use crate::geometry::statistics::median;
@@ -239,6 +240,7 @@ fn image(
             projection,
             column_step: if is_sector { step.unwrap_or(0.0).abs() } else { TAU / columns as f64 },
             sensor: Isometry3::identity(),
+            evidence: Evidence::Origin,
         }],
         wraps,
         stagger: shifts.iter().map(|&shift| shift.min(columns - shift)).max().unwrap_or(0),

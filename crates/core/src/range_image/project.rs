@@ -2,17 +2,18 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Isometry3, Point3};
+use nalgebra::Isometry3;
 
 use super::angles::elevation;
-use super::band::{Band, as_return};
+use super::band::Band;
 use super::beams::Rings;
 use super::columns::Columns;
 use super::image::{NOWHERE, RangeImage};
 use super::params::{ProjectionParams, RowsFrom, Wrap};
 use super::projection::Projection;
 use super::sweep::Sweep;
-use super::{beams, coverage, spacing, viewpoint};
+use super::viewpoint::Evidence;
+use super::{beams, coverage, spacing};
 use crate::cloud::point_cloud::PointCloud;
 use crate::geometry::grid::Grid;
 
@@ -29,46 +30,17 @@ struct Rows {
     columns: Option<usize>,
 }
 
-/// The image of the points of one sensor.
-pub(super) fn one_sensor(cloud: &PointCloud, params: &ProjectionParams) -> RangeImage {
+/// The image of the points of one sensor at the origin, in whatever order they are stored.
+pub(super) fn unorganised(cloud: &PointCloud, params: &ProjectionParams) -> RangeImage {
     let sweep = Sweep::new(cloud);
     let ring = cloud.ring.as_ref().filter(|_| params.rows_from == RowsFrom::Best);
-    let rings = ring.and_then(|ring| Some((ring, Rings::of(&sweep, ring)?)));
-    if let Some((ring, rings)) = &rings
-        && !rings.are_level()
-        && let Some(sensor) = viewpoint::of_rings(&sweep, ring)
-    {
-        let seen = seen_from(cloud, &sensor);
-        let sweep = Sweep::new(&seen);
-        return image(&sweep, Rings::of(&sweep, ring), sensor, params);
-    }
-    let found = image(&sweep, rings.map(|(_, rings)| rings), Isometry3::identity(), params);
-    match found.projection {
-        Projection::UniformElevation if params.rows_from == RowsFrom::Best => {
-            let sensor = viewpoint::over_ground(cloud);
-            sensor.map_or(found, |sensor| {
-                image(&Sweep::new(&seen_from(cloud, &sensor)), None, sensor, params)
-            })
-        }
-        _ => found,
-    }
-}
-
-/// The cloud in the frame of a sensor in it.
-fn seen_from(cloud: &PointCloud, sensor: &Isometry3<f64>) -> PointCloud {
-    let mut seen = cloud.clone();
-    for point in (0..cloud.len()).filter(|&point| cloud.is_return(point)) {
-        let at = Point3::from(cloud.position(point).map(f64::from));
-        let at = sensor.inverse_transform_point(&at);
-        seen.set_position(point, as_return(at.into()));
-    }
-    seen
+    let rings = ring.and_then(|ring| Rings::of(&sweep, ring));
+    image(&sweep, rings, params)
 }
 
 fn image(
     sweep: &Sweep,
     rings: Option<Rings>,
-    sensor: Isometry3<f64>,
     params: &ProjectionParams,
 ) -> RangeImage {
     let rows = rows(sweep, rings, params);
@@ -91,7 +63,8 @@ fn image(
             rows: 0..rows.count,
             projection: rows.projection,
             column_step: TAU / columns.count as f64,
-            sensor,
+            sensor: Isometry3::identity(),
+            evidence: Evidence::Origin,
         }],
         point_of_pixel: nearest_points(sweep.cloud, &pixel_of_point, rows.count, columns.count),
         pixel_of_point,
