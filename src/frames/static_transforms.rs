@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use nalgebra::{Quaternion, UnitQuaternion};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use super::selection::Selection;
 use super::topics::{message_count, type_name};
@@ -22,19 +22,18 @@ const FAR_ENOUGH: u64 = 64 << 20;
 ///
 /// # Errors
 /// For [`SensorFrame::Recorded`]: [`Error::Parameter`](crate::error::Error::Parameter) if the
-/// recording is a stream, and those of [`static_transforms`]. For [`SensorFrame::Auto`] a file that
-/// cannot be read has no transforms; whoever reads its clouds reports the error.
+/// recording is a stream, and those of [`static_transforms`]. For the others a file that cannot be
+/// read has no transforms; whoever reads its clouds reports the error.
 pub fn recorded_transforms(frame: &SensorFrame, recording: &Path) -> Result<Transforms> {
-    match frame {
-        SensorFrame::AsIs | SensorFrame::Turned(_) => Ok(Transforms::default()),
+    match (frame, is_stream(recording)) {
         // The transforms of a stream are known only at its end.
-        SensorFrame::Auto if is_stream(recording) => Ok(Transforms::default()),
-        SensorFrame::Recorded if is_stream(recording) => {
+        (SensorFrame::Recorded, true) => {
             let problem = "the transforms of a stream cannot be had; axes or angles can be given";
             Err(ParameterError::new("sensor_frame", problem).into())
         }
-        SensorFrame::Auto => Ok(static_transforms(recording).unwrap_or_default()),
-        SensorFrame::Recorded => static_transforms(recording),
+        (_, true) => Ok(Transforms::default()),
+        (SensorFrame::Recorded, false) => static_transforms(recording),
+        (_, false) => Ok(static_transforms(recording).unwrap_or_default()),
     }
 }
 
@@ -86,10 +85,12 @@ fn read(message: &[u8], is_ros1: bool, transforms: &mut Transforms) -> frame::Re
         for number in &mut numbers {
             *number = reader.f64()?;
         }
-        let [_, _, _, x, y, z, w] = numbers;
+        let [along_x, along_y, along_z, x, y, z, w] = numbers;
         let rotation = Quaternion::new(w, x, y, z);
-        if rotation.norm().is_finite() && rotation.norm() > 0.1 {
-            transforms.insert(&parent, &child, UnitQuaternion::from_quaternion(rotation));
+        let translation = Translation3::new(along_x, along_y, along_z);
+        if rotation.norm() > 0.1 && numbers.iter().all(|number| number.is_finite()) {
+            let rotation = UnitQuaternion::from_quaternion(rotation);
+            transforms.insert(&parent, &child, Isometry3::from_parts(translation, rotation));
         }
     }
     Ok(())

@@ -10,6 +10,7 @@ pub mod point_cloud;
 pub mod sensor_frame;
 pub mod shape;
 pub mod taxonomy;
+pub mod up;
 pub mod upright_box;
 
 pub use crop::{Block, Crop};

@@ -2,7 +2,7 @@
 
 use std::ops::Deref;
 
-use nalgebra::{Point3, UnitQuaternion};
+use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 use super::length_unit::LengthUnit;
 use crate::error::CloudError;
@@ -38,11 +38,21 @@ pub struct PointColumns {
     /// By what the points were turned from the recording's frame to one with z up; the identity
     /// unless [`turn`](PointCloud::turn) was called.
     pub turned: UnitQuaternion<f64>,
+    /// What was subtracted from the recording's coordinates, in their unit, so that those of a place
+    /// far off keep their precision.
+    pub offset: [f64; 3],
     /// The unit of the recording's coordinates, which are metres here.
     pub unit: LengthUnit,
     /// Whether each point was left out on purpose ([`PointCloud::cropped`]), which then has no
     /// position and is no return.
     pub cropped: Option<Vec<bool>>,
+    /// Whether z is known to point up: said by the user or by the recording's transforms. What lies
+    /// above the sensor is then never the ground.
+    pub is_z_up: bool,
+    /// Where the sensor stands in this cloud's frame, metres, if the user says so.
+    pub sensor_origin: Option<Vector3<f64>>,
+    /// Where sensors stand in this cloud's frame by the recording's transforms, metres.
+    pub recorded_sensors: Vec<Vector3<f64>>,
     /// Rows of an organised cloud, else 1.
     pub height: usize,
     /// Columns of an organised cloud, else N.
@@ -186,6 +196,23 @@ impl PointCloud {
         self.columns.turned = by * self.turned;
     }
 
+    /// Sets what is known of the cloud's frame: whether z is up for certain, and where the
+    /// recording has sensors, metres in the recording's frame.
+    pub(crate) fn set_frame(&mut self, is_z_up: bool, recorded_sensors: &[Vector3<f64>]) {
+        self.columns.is_z_up = is_z_up;
+        self.columns.recorded_sensors =
+            recorded_sensors.iter().map(|&at| self.from_recorded_metres(at)).collect();
+    }
+
+    /// Says where the sensor stands, in the recording's frame, metres.
+    pub fn set_sensor_origin(&mut self, origin: [f64; 3]) {
+        self.columns.sensor_origin = Some(self.from_recorded_metres(origin.into()));
+    }
+
+    fn from_recorded_metres(&self, at: Vector3<f64>) -> Vector3<f64> {
+        self.from_recorded((at * self.unit.per_metre()).into()).into()
+    }
+
     /// The same cloud in metres, if its coordinates are in a unit.
     pub fn from_unit(mut self, unit: LengthUnit) -> Self {
         if unit != LengthUnit::Metre {
@@ -204,12 +231,14 @@ impl PointCloud {
             true => position,
             false => self.turned.inverse_transform_point(&Point3::from(position)).into(),
         };
-        at.map(|along| along * self.unit.per_metre())
+        std::array::from_fn(|axis| at[axis] * self.unit.per_metre() + self.offset[axis])
     }
 
     /// A position in the recording's frame and unit as this cloud has it, metres.
     pub fn from_recorded(&self, position: [f64; 3]) -> [f64; 3] {
-        let at = position.map(|along| along / self.unit.per_metre());
+        let at: [f64; 3] = std::array::from_fn(|axis| {
+            (position[axis] - self.offset[axis]) / self.unit.per_metre()
+        });
         match self.turned == UnitQuaternion::identity() {
             true => at,
             false => (self.turned * Point3::from(at)).into(),

@@ -8,8 +8,10 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
 use std::str::FromStr;
 
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
 
+use super::point_cloud::PointCloud;
+use super::up::{Axis, ground_area};
 use crate::error::CloudError;
 
 /// How the frame of a cloud stands.
@@ -41,35 +43,58 @@ pub const VEHICLE_FRAMES: [&str; 9] = [
 ];
 
 impl SensorFrame {
-    /// The turn from a cloud's frame to an upright one.
+    /// Turns a cloud upright, and gives it what is known of its frame: whether z is up for certain,
+    /// and where the recording has sensors.
     ///
     /// Of recorded transforms only the direction of up is taken, and only where it leans from z by
     /// more than a degree: which way ahead is makes no difference, and below a degree upright boxes
-    /// lean by less than 2 cm in a metre.
+    /// lean by less than 2 cm in a metre. An optical frame is known by its name, unless the points
+    /// clearly say otherwise.
     ///
     /// # Errors
     /// [`CloudError::MissingTransform`] if the recording's are asked for and do not lead to the
     /// vehicle.
-    pub fn turn(
+    pub fn place(
         &self,
+        cloud: &mut PointCloud,
         frame_id: &str,
         transforms: &Transforms,
-    ) -> Result<UnitQuaternion<f64>, CloudError> {
+    ) -> Result<(), CloudError> {
         const LEAST_LEAN: f64 = 1.0 / 180.0 * std::f64::consts::PI;
+        let recorded = transforms.up_in(frame_id);
         let up = match self {
-            SensorFrame::AsIs => return Ok(UnitQuaternion::identity()),
-            SensorFrame::Turned(turn) => return Ok(*turn),
-            SensorFrame::Auto => transforms.up_in(frame_id),
+            SensorFrame::AsIs => Some(Vector3::z()),
+            SensorFrame::Turned(turn) => {
+                cloud.turn(*turn);
+                Some(Vector3::z())
+            }
+            SensorFrame::Auto => recorded.or_else(|| optical_up(frame_id, cloud)),
             SensorFrame::Recorded => {
-                Some(transforms.up_in(frame_id).ok_or_else(|| CloudError::MissingTransform {
+                Some(recorded.ok_or_else(|| CloudError::MissingTransform {
                     frame: frame_id.to_owned(),
                     present: transforms.describe(),
                 })?)
             }
         };
-        let leaning = up.filter(|up| up.angle(&Vector3::z()) > LEAST_LEAN);
-        Ok(leaning.map_or(UnitQuaternion::identity(), |up| upright(&up)))
+        if let Some(leaning) = up.filter(|up| up.angle(&Vector3::z()) > LEAST_LEAN) {
+            cloud.turn(upright(&leaning));
+        }
+        let sensors = transforms.sensors_in(frame_id);
+        let turned = cloud.turned;
+        cloud.set_frame(up.is_some(), sensors.into_iter().map(|at| turned * at).collect());
+        Ok(())
     }
+}
+
+/// The direction of up in a frame whose name says that it is a camera's: x to the right, y down, z
+/// ahead. `None` of other names, and where much more ground lies under z.
+fn optical_up(frame_id: &str, cloud: &PointCloud) -> Option<Vector3<f64>> {
+    const TIMES: f32 = 3.0;
+    if !frame_id.to_lowercase().contains("optical") {
+        return None;
+    }
+    let [usual, optical] = [Axis::Z, Axis::MinusY].map(|up| ground_area(cloud, up));
+    (usual <= TIMES * optical.max(1.0)).then(|| Axis::MinusY.direction())
 }
 
 /// The least turn that brings a direction to z; half a turn about x of the one that points down.
@@ -166,53 +191,84 @@ impl fmt::Display for SensorFrame {
     }
 }
 
-/// Rotations between frames that do not change.
+/// Words in the names of the frames of sensors that measure clouds.
+const SENSOR_WORDS: [&str; 17] = [
+    "lidar", "laser", "velodyne", "vlp", "hdl", "ouster", "os_sensor", "os0", "os1", "os2", "hesai",
+    "pandar", "robosense", "rslidar", "livox", "sensor", "scanner",
+];
+
+/// Words in the names of frames that are no such sensor's, though another word says so.
+const OTHER_WORDS: [&str; 5] = ["imu", "camera", "optical", "radar", "gps"];
+
+/// How frames stand to each other that do not change.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Transforms {
-    /// By parent and child: the child's frame in the parent's.
-    rotations: BTreeMap<(String, String), UnitQuaternion<f64>>,
+    /// By parent and child: the pose of the child in the parent.
+    poses: BTreeMap<(String, String), Isometry3<f64>>,
 }
 
 impl Transforms {
-    /// Takes in how a child's frame stands in its parent's; a later word on the same two replaces
-    /// an earlier one.
-    pub fn insert(&mut self, parent: &str, child: &str, rotation: UnitQuaternion<f64>) {
+    /// Takes in the pose of a child's frame in its parent's, metres; a later word on the same two
+    /// replaces an earlier one.
+    pub fn insert(&mut self, parent: &str, child: &str, pose: Isometry3<f64>) {
         let name = |frame: &str| frame.trim_start_matches('/').to_owned();
-        self.rotations.insert((name(parent), name(child)), rotation);
+        self.poses.insert((name(parent), name(child)), pose);
     }
 
     /// The upward direction of the vehicle in a frame, if a chain of transforms leads from there to
     /// a frame of the vehicle. Of several the nearest counts.
     pub fn up_in(&self, frame_id: &str) -> Option<Vector3<f64>> {
+        let mut reachable = self.reachable(frame_id).into_iter();
+        let vehicle = reachable.find(|(name, _)| VEHICLE_FRAMES.contains(&name.as_str()));
+        vehicle.map(|(_, pose)| pose * Vector3::z())
+    }
+
+    /// Where sensors stand in a frame that is no sensor's own by its name, metres.
+    pub fn sensors_in(&self, frame_id: &str) -> Vec<Vector3<f64>> {
+        if is_sensor(frame_id) {
+            return Vec::new();
+        }
+        let sensors = self.reachable(frame_id).into_iter().filter(|(name, _)| is_sensor(name));
+        sensors.map(|(_, pose)| pose.translation.vector).collect()
+    }
+
+    /// A frame and those that a chain of transforms leads to, the nearest first, with their poses
+    /// in the first one.
+    fn reachable(&self, frame_id: &str) -> Vec<(String, Isometry3<f64>)> {
         let start = frame_id.trim_start_matches('/').to_owned();
         let mut seen = BTreeSet::from([start.clone()]);
-        // Each frame with the turn from it to the first one.
-        let mut queue = VecDeque::from([(start, UnitQuaternion::identity())]);
+        let mut found = Vec::new();
+        let mut queue = VecDeque::from([(start, Isometry3::identity())]);
         while let Some((frame, start_from_frame)) = queue.pop_front() {
-            if VEHICLE_FRAMES.contains(&frame.as_str()) {
-                return Some(start_from_frame * Vector3::z());
-            }
-            for ((parent, child), parent_from_child) in &self.rotations {
-                let (next, turn) = match &frame {
+            for ((parent, child), parent_from_child) in &self.poses {
+                let (next, pose) = match &frame {
                     at if at == child => (parent, parent_from_child.inverse()),
                     at if at == parent => (child, *parent_from_child),
                     _ => continue,
                 };
                 if seen.insert(next.clone()) {
-                    queue.push_back((next.clone(), start_from_frame * turn));
+                    queue.push_back((next.clone(), start_from_frame * pose));
                 }
             }
+            found.push((frame, start_from_frame));
         }
-        None
+        found
     }
 
     fn describe(&self) -> String {
-        let pairs = self.rotations.keys().map(|(parent, child)| format!("{parent} <- {child}"));
+        let pairs = self.poses.keys().map(|(parent, child)| format!("{parent} <- {child}"));
         match pairs.collect::<Vec<_>>().join(", ") {
             none if none.is_empty() => "none".to_owned(),
             some => some,
         }
     }
+}
+
+/// Whether a frame is that of a sensor by its name.
+fn is_sensor(frame: &str) -> bool {
+    let name = frame.to_lowercase();
+    let has = |words: &[&str]| words.iter().any(|word| name.contains(word));
+    has(&SENSOR_WORDS) && !has(&OTHER_WORDS)
 }
 
 #[cfg(test)]
@@ -259,20 +315,25 @@ mod tests {
     #[test]
     fn transforms_lead_to_the_vehicle_in_either_direction() {
         let mut transforms = Transforms::default();
-        let roll = |degrees: f64| UnitQuaternion::from_euler_angles(degrees.to_radians(), 0.0, 0.0);
+        let roll = |degrees: f64| {
+            Isometry3::rotation(Vector3::x() * degrees.to_radians())
+        };
         transforms.insert("base_link", "mast", roll(90.0));
         transforms.insert("/mast", "/lidar", roll(90.0));
         transforms.insert("lidar", "imu", roll(0.0));
         for frame in ["lidar", "/lidar", "imu"] {
             let up = transforms.up_in(frame).unwrap();
             assert!(up.angle(&-Vector3::z()) < 1e-9, "{up}");
-            let turn = SensorFrame::Auto.turn(frame, &transforms).unwrap();
-            assert!((turn.angle() - PI).abs() < 1e-9);
+            let mut cloud = PointCloud::default();
+            SensorFrame::Auto.place(&mut cloud, frame, &transforms).unwrap();
+            assert!((cloud.turned.angle() - PI).abs() < 1e-9);
         }
         assert_eq!(transforms.up_in("elsewhere"), None);
-        let auto = SensorFrame::Auto.turn("elsewhere", &transforms).unwrap();
-        assert_eq!(auto, UnitQuaternion::identity());
-        let error = SensorFrame::Recorded.turn("elsewhere", &transforms).unwrap_err().to_string();
+        let mut cloud = PointCloud::default();
+        SensorFrame::Auto.place(&mut cloud, "elsewhere", &transforms).unwrap();
+        assert_eq!((cloud.turned, cloud.is_z_up), (UnitQuaternion::identity(), false));
+        let placed = SensorFrame::Recorded.place(&mut cloud, "elsewhere", &transforms);
+        let error = placed.unwrap_err().to_string();
         assert!(error.contains("`elsewhere`") && error.contains("base_link <- mast"), "{error}");
     }
 
@@ -280,8 +341,24 @@ mod tests {
     fn a_turn_about_the_vertical_and_a_lean_of_half_a_degree_are_left_alone() {
         let mut transforms = Transforms::default();
         let lean = UnitQuaternion::from_euler_angles(0.5_f64.to_radians(), 0.0, 1.2);
-        transforms.insert("base_link", "lidar", lean);
-        let turn = SensorFrame::Auto.turn("lidar", &transforms).unwrap();
-        assert_eq!(turn, UnitQuaternion::identity());
+        transforms.insert("base_link", "lidar", nalgebra::convert(lean));
+        let mut cloud = PointCloud::default();
+        SensorFrame::Auto.place(&mut cloud, "lidar", &transforms).unwrap();
+        assert_eq!((cloud.turned, cloud.is_z_up), (UnitQuaternion::identity(), true));
+    }
+
+    #[test]
+    fn sensors_are_known_by_the_names_of_their_frames() {
+        let mut transforms = Transforms::default();
+        let roof = Isometry3::translation(1.0, 0.0, 1.8);
+        transforms.insert("base_link", "roof", roof);
+        transforms.insert("roof", "os_sensor", Isometry3::translation(0.1, 0.0, 0.2));
+        transforms.insert("os_sensor", "os_imu", Isometry3::identity());
+        transforms.insert("roof", "front_camera_optical_frame", Isometry3::identity());
+        assert_eq!(transforms.sensors_in("base_link"), [Vector3::new(1.1, 0.0, 2.0)]);
+        assert_eq!(transforms.sensors_in("os_sensor"), [Vector3::zeros(); 0]);
+        let mut cloud = PointCloud::default();
+        SensorFrame::AsIs.place(&mut cloud, "/base_link", &transforms).unwrap();
+        assert_eq!(cloud.recorded_sensors, [Vector3::new(1.1, 0.0, 2.0)]);
     }
 }

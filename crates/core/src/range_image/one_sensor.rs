@@ -1,10 +1,11 @@
 //! The image of one sensor, from where it stands.
 
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Point3, Translation3};
 
 use super::band::as_return;
 use super::image::RangeImage;
 use super::params::{ProjectionParams, RowsFrom};
+use super::viewpoint::{Evidence, Viewpoint};
 use super::{organised, project, viewpoint};
 use crate::cloud::PointCloud;
 use crate::cloud::point_cloud::wide;
@@ -12,20 +13,26 @@ use crate::cloud::point_cloud::wide;
 /// The image of the points of one sensor: from the origin of their frame where that shows beams,
 /// else from where the sensor is found to stand.
 pub(super) fn one_sensor(cloud: &PointCloud, params: &ProjectionParams) -> RangeImage {
+    if let Some(origin) = cloud.sensor_origin {
+        let sensor = Translation3::from(origin).into();
+        return from_viewpoint(cloud, &Viewpoint { sensor, evidence: Evidence::Given }, params);
+    }
     let image = from_origin(cloud, params);
     if params.rows_from != RowsFrom::Best || viewpoint::is_origin(cloud, &image) {
         return image;
     }
     match viewpoint::find(cloud, &image) {
         None => image,
-        Some(found) => {
-            let mut image = from_origin(&seen_from(cloud, &found.sensor), params);
-            for band in &mut image.bands {
-                (band.sensor, band.evidence) = (found.sensor, found.evidence);
-            }
-            image
-        }
+        Some(found) => from_viewpoint(cloud, &found, params),
     }
+}
+
+fn from_viewpoint(cloud: &PointCloud, from: &Viewpoint, params: &ProjectionParams) -> RangeImage {
+    let mut image = from_origin(&seen_from(cloud, &from.sensor), params);
+    for band in &mut image.bands {
+        (band.sensor, band.evidence) = (from.sensor, from.evidence);
+    }
+    image
 }
 
 pub(super) fn from_origin(cloud: &PointCloud, params: &ProjectionParams) -> RangeImage {

@@ -28,7 +28,12 @@ impl RangeImage {
         let is_own = |&point: &u32| pixels.contains(&self.pixel_of_point[point as usize]);
         let points: Vec<u32> = (0..cloud.len() as u32).filter(is_own).collect();
         let mut of_point = vec![NOWHERE; cloud.len()];
-        let mut own = PointColumns { height: 1, width: points.len(), ..PointColumns::default() };
+        let mut own = PointColumns {
+            is_z_up: cloud.is_z_up,
+            height: 1,
+            width: points.len(),
+            ..PointColumns::default()
+        };
         for (number, &point) in (0..).zip(&points) {
             of_point[point as usize] = number;
             let position = cloud.position(point as usize).map(f64::from);

@@ -47,8 +47,12 @@ fn mask_of_returns(
         MaskSource::NotGround(params) => {
             let found = ground_of(cloud, image, params);
             let mask = without_classes(cloud, |point| found.is_ground[point]);
-            let is_overhead = found.is_overhead;
-            ObjectMask { ground: Some(found.confidence), ground_is_overhead: is_overhead, ..mask }
+            ObjectMask {
+                ground: Some(found.confidence),
+                ground_is_overhead: found.is_overhead,
+                ground_is_missing: found.is_missing,
+                ..mask
+            }
         }
         MaskSource::All => without_classes(cloud, |_| false),
         MaskSource::Marked(is_object) => without_classes(cloud, |point| !is_object[point]),
@@ -73,10 +77,12 @@ fn ground_by_sensor(
         is_ground: vec![false; cloud.len()],
         confidence: vec![0.0; cloud.len()],
         is_overhead: false,
+        is_missing: true,
     };
     for view in image.views(cloud) {
         let found = ground::ground(&view.cloud, &view.image, params);
         all.is_overhead |= found.is_overhead;
+        all.is_missing &= found.is_missing;
         for (own, &point) in view.points.iter().enumerate() {
             all.is_ground[point as usize] = found.is_ground[own];
             all.confidence[point as usize] = found.confidence[own];
@@ -160,5 +166,6 @@ fn without_classes(cloud: &PointCloud, is_ground: impl Fn(usize) -> bool) -> Obj
         corrected: Vec::new(),
         ground: None,
         ground_is_overhead: false,
+        ground_is_missing: false,
     }
 }

@@ -54,6 +54,8 @@ pub struct ObjectMask {
     pub ground: Option<Vec<f32>>,
     /// Whether ground removal found the ground above the sensor.
     pub ground_is_overhead: bool,
+    /// Whether ground was looked for and none lies around the sensor.
+    pub ground_is_missing: bool,
 }
 
 impl ObjectMask {

@@ -28,8 +28,12 @@ use cones::{RingReturn, View, disagreement, refined};
 pub enum Evidence {
     /// It is taken to stand at the origin of the cloud's frame, and nothing speaks against that.
     Origin,
+    /// The user says so.
+    Given,
     /// The beams are cones around that point.
     Beams,
+    /// The recording's transforms say so, and nothing in the points does.
+    Recorded,
     /// Nothing says where it stands. The frame lies on the ground, so it is looked at from above.
     Assumed,
 }
@@ -72,7 +76,7 @@ pub(super) fn find(cloud: &PointCloud, image: &RangeImage) -> Option<Viewpoint> 
         false => returns_by_ring(cloud, RETURNS),
     };
     let of_beams = |view: View| Viewpoint { sensor: view.pose(), evidence: Evidence::Beams };
-    if has_rows && let Some(view) = near_origin(&by_rows) {
+    if has_rows && let Some(view) = of_beams_nearby(cloud, &by_rows) {
         return Some(of_beams(view));
     }
     let positions = positions(cloud, POSITIONS);
@@ -84,10 +88,10 @@ pub(super) fn find(cloud: &PointCloud, image: &RangeImage) -> Option<Viewpoint> 
             checked(view, &by_rows).or_else(|| checked(view, &lines()))
         })
     };
-    match near_origin(&by_rows).or_else(searched) {
+    match of_beams_nearby(cloud, &by_rows).or_else(searched) {
         Some(view) => Some(of_beams(view)),
         None if has_rows => None,
-        None => Some(Viewpoint { sensor: elsewhere.assumed(), evidence: Evidence::Assumed }),
+        None => Some(elsewhere.assumed(&cloud.recorded_sensors)),
     }
 }
 
@@ -126,21 +130,27 @@ impl Elsewhere {
         None
     }
 
-    /// Where to look from, for want of better: a car's roof over the frame, or the place from which
-    /// the returns are even.
-    fn assumed(&self) -> Isometry3<f64> {
+    /// Where to look from, for want of better: where the recording has its only sensor, a car's roof
+    /// over the frame, or the place from which the returns are even.
+    fn assumed(&self, recorded: &[Vector3<f64>]) -> Viewpoint {
         const ROOF: f64 = 1.8;
-        match self {
-            Elsewhere::OverGround => Isometry3::translation(0.0, 0.0, ROOF),
-            Elsewhere::At(place) => Isometry3::from_parts(place.cast().into(), Default::default()),
-        }
+        let (origin, evidence) = match (recorded, self) {
+            ([only], _) => (*only, Evidence::Recorded),
+            (_, Elsewhere::OverGround) => (Vector3::z() * ROOF, Evidence::Assumed),
+            (_, Elsewhere::At(place)) => (place.cast(), Evidence::Assumed),
+        };
+        Viewpoint { sensor: View::upright(origin).pose(), evidence }
     }
 }
 
-/// The view under which rows are beams, from where sensors mostly stand in the frame of a vehicle.
-fn near_origin(returns: &[RingReturn]) -> Option<View> {
-    let starts = [0.0, 1.0, 2.0].map(|height| View::upright(Vector3::new(0.0, 0.0, height)));
-    let (view, misfit) = best(starts.map(|start| refined(returns, start)), returns)?;
+/// The view under which rows are beams, from where the recording has sensors and where they mostly
+/// stand in the frame of a vehicle.
+fn of_beams_nearby(cloud: &PointCloud, returns: &[RingReturn]) -> Option<View> {
+    let usual = [0.0, 1.0, 2.0].map(|height| Vector3::z() * height);
+    let starts = cloud.recorded_sensors.iter().chain(&usual);
+    let views = starts.map(|&start| refined(returns, View::upright(start)));
+    let scored = views.map(|view| (view, disagreement(returns, &view)));
+    let (view, misfit) = scored.min_by(|a, b| a.1.total_cmp(&b.1))?;
     (misfit < CLEARLY_BEAMS).then_some(view)
 }
 
@@ -148,12 +158,6 @@ fn near_origin(returns: &[RingReturn]) -> Option<View> {
 fn checked(start: View, returns: &[RingReturn]) -> Option<View> {
     let view = refined(returns, start);
     (disagreement(returns, &view) < BEAMS).then_some(view)
-}
-
-/// The view that fits best, with its misfit.
-fn best<const N: usize>(views: [View; N], returns: &[RingReturn]) -> Option<(View, f64)> {
-    let scored = views.into_iter().map(|view| (view, disagreement(returns, &view)));
-    scored.min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// At most so many returns with their rows in an image, evenly spread over it.

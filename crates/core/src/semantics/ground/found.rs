@@ -10,12 +10,20 @@ pub struct Ground {
     pub confidence: Vec<f32>,
     /// Whether it lies above the sensor, as where z points down.
     pub is_overhead: bool,
+    /// Whether there is none around the sensor.
+    pub is_missing: bool,
 }
 
 impl Ground {
+    /// That of N points none is ground.
+    pub(super) fn missing(points: usize) -> Self {
+        let (is_ground, confidence) = (vec![false; points], vec![0.0; points]);
+        Ground { is_ground, confidence, is_overhead: false, is_missing: true }
+    }
+
     pub(super) fn from_confidence(confidence: Vec<f32>, is_overhead: bool) -> Self {
         let is_ground = confidence.iter().map(|&share| share >= 0.5).collect();
-        Ground { is_ground, confidence, is_overhead }
+        Ground { is_ground, confidence, is_overhead, is_missing: false }
     }
 }
 

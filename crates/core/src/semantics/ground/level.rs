@@ -15,7 +15,7 @@
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::found::GroundPose;
-use super::params::GroundParams;
+use super::params::{CLEARANCE, GroundParams};
 use crate::cloud::point_cloud::PointCloud;
 use crate::range_image::{NOWHERE, RangeImage};
 
@@ -33,8 +33,9 @@ pub(super) struct Level {
 const STEEPEST: f32 = 0.84;
 /// Most tilt, as a tangent: 30 degrees.
 const MOST_TILT: f32 = 0.58;
-/// Least distance of the ground from the sensor in metres.
-const CLEARANCE: f32 = 0.2;
+/// Nothing nearer to the sensor's axis says where the ground lies, metres: it is what the sensor is
+/// mounted on, a desk, the vehicle.
+const MOUNT: f32 = 1.5;
 /// One column in this many is looked at.
 const COLUMN_STRIDE: usize = 8;
 /// Planes tried. With 40 % of the cells on the ground, the chance that none of so many samples of
@@ -44,33 +45,46 @@ const SAMPLES: u32 = 128;
 const JUDGES: usize = 128;
 /// Distance from a plane in metres at which a cell no longer supports it: a kerb and some bend.
 const BAND: f32 = 0.3;
-/// A plane above the sensor is the ground only with this many times the support of the one below.
-const UPSIDE_DOWN_SUPPORT: f32 = 2.5;
+/// A plane above the sensor is the ground only with this many times the support of the one below:
+/// from a sensor that hangs upside down there is sky below, and hardly a flat return.
+const UPSIDE_DOWN_SUPPORT: f32 = 8.0;
+/// Share of the flat cells above the sensor that then lie on the plane.
+const UPSIDE_DOWN_SHARE: f32 = 0.5;
+/// Cells that support the ground at least.
+const FEWEST_CELLS: f32 = 4.0;
 /// Distance beyond a plane in metres from which on a cell speaks against it: nothing is seen
 /// through the ground, but for a dip.
 const BEYOND: f32 = 3.0 * BAND;
 
 impl Level {
     /// The sensor's own frame.
+    #[cfg(test)]
     pub const IDENTITY: Level = Level {
         rotation: Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
         is_upside_down: false,
     };
 
-    /// The level of the ground around the sensor; the sensor's own where no plane is found.
-    pub fn of_ground(cloud: &PointCloud, image: &RangeImage, params: &GroundParams) -> Level {
+    /// The level of the ground around the sensor; `None` where no plane below it is found, nor one
+    /// above it that can be the ground of a sensor upside down.
+    pub fn of_ground(
+        cloud: &PointCloud,
+        image: &RangeImage,
+        params: &GroundParams,
+    ) -> Option<Level> {
         let [below, above] = flat_cells(cloud, image, params);
         let floor = Consensus::of(&below, Side::Below);
-        let most_above = above.len() as f32;
         let least_above = UPSIDE_DOWN_SUPPORT * floor.map_or(1.0, |floor| floor.support.max(1.0));
-        let ceiling =
-            if most_above > least_above { Consensus::of(&above, Side::Above) } else { None };
+        let least_above = least_above.max(UPSIDE_DOWN_SHARE * above.len() as f32);
+        let may_hang = !cloud.is_z_up && above.len() as f32 > least_above;
+        let ceiling = if may_hang { Consensus::of(&above, Side::Above) } else { None };
         match (floor, ceiling) {
-            (_, Some(ceiling)) if ceiling.support > least_above => {
-                Level::from_normal(-ceiling.refined(&above), true)
+            (_, Some(ceiling))
+                if ceiling.support > least_above && !is_enclosed(cloud, params) =>
+            {
+                Some(Level::from_normal(-ceiling.refined(&above), true))
             }
-            (Some(floor), _) => Level::from_normal(floor.refined(&below), false),
-            (None, _) => Level::IDENTITY,
+            (Some(floor), _) => Some(Level::from_normal(floor.refined(&below), false)),
+            (None, _) => None,
         }
     }
 
@@ -125,13 +139,37 @@ fn flat_cells(
             }
             // The first return of a column has no step: not a number, and not flat.
             let is_flat = step.z.abs() <= STEEPEST * run;
-            for at in [here, *last].into_iter().filter(|at| is_flat && at.z.abs() > CLEARANCE) {
+            for at in [here, *last].into_iter().filter(|at| is_flat && is_away(at)) {
                 extremes[usize::from(at.z > 0.0)].keep(at, reach);
             }
             *last = here;
         }
     }
     extremes.map(|extremes| extremes.positions.into_iter().flatten().collect())
+}
+
+/// Whether a return may lie on the ground by its distance from the sensor.
+fn is_away(at: &Vector3<f32>) -> bool {
+    at.z.abs() > CLEARANCE && at.xy().norm() > MOUNT
+}
+
+/// Whether returns surround the sensor below its own height, as in a room. From a sensor that hangs
+/// upside down over the ground there is sky in most directions.
+fn is_enclosed(cloud: &PointCloud, params: &GroundParams) -> bool {
+    const SECTORS: usize = 36;
+    const MOST_OPEN: usize = 4;
+    /// Metres below the sensor.
+    const BELOW: f32 = 0.5;
+    let reach = params.start_distance as f32;
+    let mut is_closed = [false; SECTORS];
+    for point in 0..cloud.len() {
+        let [x, y, z] = cloud.position(point);
+        if cloud.is_return(point) && z < -BELOW && x.hypot(y) < reach {
+            let turn = (y.atan2(x) / std::f32::consts::TAU + 0.5).min(0.999_999);
+            is_closed[(turn * SECTORS as f32) as usize] = true;
+        }
+    }
+    is_closed.iter().filter(|&&is_closed| !is_closed).count() <= MOST_OPEN
 }
 
 /// The position farthest from the sensor's horizontal plane in each cell of a square around the
@@ -199,7 +237,7 @@ impl Consensus {
         let scored = planes.map(|plane| plane.supported_by(&judges));
         let best =
             scored.reduce(|best, next| if next.support > best.support { next } else { best });
-        Some(best?.supported_by(positions))
+        Some(best?.supported_by(positions)).filter(|plane| plane.support >= FEWEST_CELLS)
     }
 
     fn through([a, b, c]: [Vector3<f32>; 3]) -> Option<Consensus> {

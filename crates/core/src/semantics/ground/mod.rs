@@ -47,7 +47,8 @@ mod surface;
 mod tests;
 
 use crate::cloud::point_cloud::PointCloud;
-use crate::range_image::RangeImage;
+use crate::geometry::statistics::median;
+use crate::range_image::{NOWHERE, RangeImage};
 
 use confidence::confidence;
 use flood_fill::FloodFill;
@@ -63,21 +64,57 @@ pub use params::GroundParams;
 /// How the ground lies around the first sensor of a cloud; `None` where no plane is found.
 pub fn pose(cloud: &PointCloud, image: &RangeImage, params: &GroundParams) -> Option<GroundPose> {
     let level = match image.is_plain() {
-        true => Level::of_ground(cloud, image, params),
+        true => level(cloud, image, params),
         false => {
             let view = image.views(cloud).into_iter().next()?;
-            Level::of_ground(&view.cloud, &view.image, params)
+            level(&view.cloud, &view.image, params)
         }
     };
-    (level != Level::IDENTITY).then(|| level.pose())
+    level.map(|(level, _)| level.pose())
+}
+
+/// The level of the ground, and the parameters at the distance from which on it is seen.
+fn level(
+    cloud: &PointCloud,
+    image: &RangeImage,
+    params: &GroundParams,
+) -> Option<(Level, GroundParams)> {
+    let params = params.from_distance(nearest_ground(cloud, image));
+    Some((Level::of_ground(cloud, image, &params)?, params))
+}
+
+/// Distance from the sensor's axis at which it begins to see the ground, metres: the median over
+/// the columns of that of their lowest return, or of their highest for a sensor upside down.
+fn nearest_ground(cloud: &PointCloud, image: &RangeImage) -> f64 {
+    const COLUMN_STRIDE: usize = 16;
+    let columns = image.columns().div_ceil(COLUMN_STRIDE);
+    let [mut first, mut last] = [(); 2].map(|()| vec![NOWHERE; columns]);
+    for row in 0..image.rows() {
+        let points = image.point_of_pixel.row(row).iter().step_by(COLUMN_STRIDE);
+        for (column, &point) in points.enumerate().filter(|(_, point)| **point != NOWHERE) {
+            if first[column] == NOWHERE {
+                first[column] = point;
+            }
+            last[column] = point;
+        }
+    }
+    let distance = |point: u32| f64::from(cloud.x[point as usize].hypot(cloud.y[point as usize]));
+    let nearest = [first, last].map(|ends| {
+        let seen = ends.into_iter().filter(|&point| point != NOWHERE);
+        median(&mut seen.map(distance).collect::<Vec<f64>>()).unwrap_or(0.0)
+    });
+    nearest[0].min(nearest[1])
 }
 
 /// The ground of a cloud, by geometry alone.
 pub fn ground(cloud: &PointCloud, image: &RangeImage, params: &GroundParams) -> Ground {
-    let level = Level::of_ground(cloud, image, params);
+    let Some((level, params)) = level(cloud, image, params) else {
+        return Ground::missing(cloud.len());
+    };
+    let params = &params;
     let profile = Profile::new(cloud, image, &level);
     let Some(plane) = Plane::of_low_flat_returns(&profile, params) else {
-        return Ground::from_confidence(vec![0.0; cloud.len()], false);
+        return Ground::missing(cloud.len());
     };
     let slopes = column_slopes(&profile, &plane, params);
     let mut fill = FloodFill::new(&profile, &slopes, params);

@@ -1,5 +1,9 @@
 //! Parameters of the ground removal.
 
+/// Least height of a sensor over the ground, metres: a cleaning robot's. What a sensor sees at its
+/// own height is what it stands among.
+pub(super) const CLEARANCE: f32 = 0.08;
+
 /// Parameters of the ground removal.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct GroundParams {
@@ -22,7 +26,9 @@ pub struct GroundParams {
     pub slope_change: f64,
     /// Largest horizontal distance of the returns that the plane is fitted to and that ground
     /// starts from, metres; at most 64 cells. Default 20: a sensor 3 m up with a lowest beam of -15
-    /// degrees meets the ground at 11 m.
+    /// degrees meets the ground at 11 m. Where the lowest returns of most columns are more than
+    /// half as far away, as those of a sensor on a mast, it is twice their distance, and cells grow
+    /// with it.
     pub start_distance: f64,
     /// Side of the cells in which the ground is seen from above, metres. Default 1: a 10 % road
     /// rises 0.05 from their centre to their edge.
@@ -46,5 +52,19 @@ impl Default for GroundParams {
             cell: 1.0,
             height_band: 0.08,
         }
+    }
+}
+
+impl GroundParams {
+    /// These parameters for a sensor that sees the ground from so far away on, metres.
+    pub(super) fn from_distance(&self, nearest: f64) -> GroundParams {
+        /// Ground that starts farther away is not looked for, metres.
+        const FARTHEST: f64 = 60.0;
+        let reach = 2.0 * nearest.min(FARTHEST);
+        if reach <= self.start_distance {
+            return self.clone();
+        }
+        let cell = self.cell * reach / self.start_distance;
+        GroundParams { start_distance: reach, cell, ..self.clone() }
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::climb::{Limits, climb};
-use super::params::GroundParams;
+use super::params::{CLEARANCE, GroundParams};
 use super::profile::{Profile, Return};
 
 use crate::range_image::NOWHERE;
@@ -13,9 +13,6 @@ use crate::range_image::NOWHERE;
 pub(super) struct Plane([f32; 3]);
 
 impl Plane {
-    /// Least height of a sensor over the ground in metres: nothing is mounted lower, and what a
-    /// sensor sees at its own height is what it stands among.
-    const CLEARANCE: f32 = 0.2;
     /// One column in this many is looked at: the plane has three unknowns.
     const COLUMN_STRIDE: usize = 4;
     /// Shares of the low flat returns under the heights that fits begin at: low ones, since tables
@@ -41,7 +38,7 @@ impl Plane {
         });
         let support = |plane: &Plane| low.iter().filter(|&&p| plane.carries(p)).count();
         let best = starts.rev().max_by_key(support)?;
-        (best.0[0] < -Self::CLEARANCE).then_some(best)
+        (best.0[0] < -CLEARANCE).then_some(best)
     }
 
     /// The plane that trimmed least squares reach from a height.
@@ -102,7 +99,7 @@ fn low_flat_returns(profile: &Profile, params: &GroundParams) -> Vec<[f32; 3]> {
         climb(column, first, &limits, &mut slopes);
         for (seen, slope) in column.iter().zip(&slopes) {
             let is_confirmed = seen.exists() && seen.point != first.point;
-            if is_confirmed && seen.height < -Plane::CLEARANCE && slope.abs() <= limits.max_slope {
+            if is_confirmed && seen.height < -CLEARANCE && slope.abs() <= limits.max_slope {
                 lowest.keep(seen.position());
             }
         }

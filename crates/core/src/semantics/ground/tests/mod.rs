@@ -246,8 +246,39 @@ fn table_under_the_sensor_is_not_ground() {
 
 #[test]
 fn surface_at_the_sensors_height_is_not_ground() {
-    let scene = Scene { sensor: 1.1, ..Scene::with([[[-30.0, -30.0, 0.0], [30.0, 30.0, 1.0]]]) };
+    let scene = Scene { sensor: 1.1, ..Scene::with([[[-30.0, -30.0, 0.0], [30.0, 30.0, 1.05]]]) };
     assert!(!verdicts(&scene.scan().0).contains(&true));
+}
+
+#[test]
+fn ground_is_found_from_a_low_robot_and_from_a_mast() {
+    const LORRY: Solid = [[28.0, -6.0, 0.0], [34.0, 6.0, 4.0]];
+    let low = [(0.12, (10.0, -20.0)), (0.3, (15.0, -15.0))].map(|of| (of, CAR));
+    let high = [(6.0, (15.0, -15.0)), (15.0, (10.0, -35.0))].map(|of| (of, LORRY));
+    for ((sensor, beams), solid) in low.into_iter().chain(high) {
+        assert_separated(&Scene { sensor, beams, ..Scene::with([solid]) });
+    }
+}
+
+#[test]
+fn a_ceiling_is_not_the_ground() {
+    let hall = |sensor: f64, ceiling: f64, beams| {
+        let walls = [
+            [[-9.0, -9.0, 0.0], [9.0, -8.8, ceiling]],
+            [[-9.0, 8.8, 0.0], [9.0, 9.0, ceiling]],
+            [[-9.0, -9.0, 0.0], [-8.8, 9.0, ceiling]],
+            [[8.8, -9.0, 0.0], [9.0, 9.0, ceiling]],
+            [[-9.0, -9.0, ceiling], [9.0, 9.0, ceiling + 0.2]],
+        ];
+        Scene { sensor, beams, ..Scene::with(walls) }
+    };
+    let above = |scene: &Scene| {
+        let (cloud, ..) = scene.scan();
+        let found = verdicts(&cloud);
+        (0..cloud.len()).any(|point| found[point] && cloud.z[point] > 0.0)
+    };
+    assert!(!above(&hall(0.4, 3.0, (30.0, -10.0))), "more ceiling than floor in sight");
+    assert!(!above(&hall(1.5, 3.0, (40.0, -5.0))), "no floor in sight");
 }
 
 #[test]

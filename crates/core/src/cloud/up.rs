@@ -1,0 +1,142 @@
+//! Which way up lies, by the points: away from the surface that lies under everything.
+
+use nalgebra::Vector3;
+
+use super::point_cloud::PointCloud;
+
+/// A direction of the cloud's frame that may be up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axis {
+    /// Along x.
+    X,
+    /// Against x.
+    MinusX,
+    /// Along y.
+    Y,
+    /// Against y, as in the optical frame of a camera (x to the right, y down, z ahead).
+    MinusY,
+    /// Along z, as in most frames.
+    Z,
+    /// Against z.
+    MinusZ,
+}
+
+impl Axis {
+    /// All six.
+    pub const ALL: [Axis; 6] =
+        [Axis::Z, Axis::MinusZ, Axis::Y, Axis::MinusY, Axis::X, Axis::MinusX];
+
+    /// Which axes lie across this one, and this one; and whether it is against its axis.
+    fn parts(self) -> ([usize; 2], usize, bool) {
+        match self {
+            Axis::X => ([1, 2], 0, false),
+            Axis::MinusX => ([1, 2], 0, true),
+            Axis::Y => ([0, 2], 1, false),
+            Axis::MinusY => ([0, 2], 1, true),
+            Axis::Z => ([0, 1], 2, false),
+            Axis::MinusZ => ([0, 1], 2, true),
+        }
+    }
+
+    /// The direction as a unit vector.
+    pub fn direction(self) -> Vector3<f64> {
+        let (_, axis, is_against) = self.parts();
+        let mut direction = Vector3::zeros();
+        direction[axis] = if is_against { -1.0 } else { 1.0 };
+        direction
+    }
+
+    /// The `--sensor-frame` of a frame in which up is so: which way its x, y and z look.
+    pub fn sensor_frame(self) -> &'static str {
+        match self {
+            Axis::X => "ufl",
+            Axis::MinusX => "dfr",
+            Axis::Y => "rub",
+            Axis::MinusY => "rdf",
+            Axis::Z => "flu",
+            Axis::MinusZ => "frd",
+        }
+    }
+}
+
+/// Square metres of a level surface that has nothing beneath it, if up is the given direction: cells
+/// of a metre around the sensor whose lowest return lies at the height that most do, less those with
+/// a return beneath.
+pub fn ground_area(cloud: &PointCloud, up: Axis) -> f32 {
+    /// Metres around the sensor, and what is too near to count: a mount, a desk.
+    const REACH: f32 = 20.0;
+    const MOUNT: f32 = 1.5;
+    const SIDE: usize = 2 * REACH as usize;
+    /// Thickness of a surface, metres, and how far beneath it a return speaks against it.
+    const LAYER: f32 = 0.3;
+    const BENEATH: f32 = 1.5 * LAYER;
+    let ([one, other], axis, is_against) = up.parts();
+    let mut lowest = [f32::INFINITY; SIDE * SIDE];
+    for point in (0..cloud.len()).filter(|&point| cloud.is_return(point)) {
+        let position = cloud.position(point);
+        let (a, b) = (position[one], position[other]);
+        let height = if is_against { -position[axis] } else { position[axis] };
+        if a.abs() < REACH && b.abs() < REACH && a.hypot(b) > MOUNT {
+            let [row, column] = [a, b].map(|along| ((along + REACH) as usize).min(SIDE - 1));
+            let lowest = &mut lowest[row * SIDE + column];
+            *lowest = lowest.min(height);
+        }
+    }
+    let mut heights: Vec<f32> = lowest.into_iter().filter(|h| h.is_finite()).collect();
+    heights.sort_unstable_by(f32::total_cmp);
+    let within = |from: f32, to: f32| {
+        heights.partition_point(|&h| h <= to) - heights.partition_point(|&h| h < from)
+    };
+    let area = |&height: &f32| {
+        let on = within(height - LAYER, height + LAYER) as f32;
+        let beneath = within(f32::NEG_INFINITY, height - BENEATH) as f32;
+        on - beneath
+    };
+    heights.iter().filter(|&&height| height < 0.0).map(area).fold(0.0, f32::max)
+}
+
+/// The direction that is up if it clearly is not z: of the surfaces that lie under everything the
+/// largest is several times that which lies under it along z, or above.
+pub fn unusual_up(cloud: &PointCloud) -> Option<Axis> {
+    /// Square metres that a ground has at least.
+    const LEAST: f32 = 32.0;
+    const TIMES: f32 = 3.0;
+    let usual = ground_area(cloud, Axis::Z).max(ground_area(cloud, Axis::MinusZ));
+    let others = Axis::ALL.into_iter().filter(|axis| !matches!(axis, Axis::Z | Axis::MinusZ));
+    let areas = others.map(|axis| (axis, ground_area(cloud, axis)));
+    let (axis, area) = areas.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (area > LEAST && area > TIMES * usual).then_some(axis)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A floor 1.5 m under the sensor and a wall to its left, in a frame whose axes look so.
+    fn room(axes: [usize; 3], signs: [f32; 3]) -> PointCloud {
+        let floor = (0..900).map(|i| [(i % 30) as f32 - 15.0, (i / 30) as f32 - 15.0, -1.5]);
+        let wall = (0..90).map(|i| [(i % 30) as f32 - 15.0, 15.0, (i / 30) as f32 - 1.0]);
+        let points: Vec<[f32; 3]> = floor.chain(wall).collect();
+        let column = |axis: usize| {
+            let along = |at: &[f32; 3]| signs[axis] * at[axes[axis]];
+            points.iter().map(along).collect::<Vec<f32>>()
+        };
+        PointCloud::new(column(0), column(1), column(2)).unwrap()
+    }
+
+    #[test]
+    fn up_is_away_from_the_floor() {
+        assert_eq!(unusual_up(&room([0, 1, 2], [1.0; 3])), None, "z is up");
+        assert_eq!(unusual_up(&room([0, 1, 2], [1.0, -1.0, -1.0])), None, "z is down");
+        // x to the right, y down, z ahead.
+        assert_eq!(unusual_up(&room([1, 2, 0], [-1.0, -1.0, 1.0])), Some(Axis::MinusY));
+        assert_eq!(unusual_up(&room([2, 0, 1], [1.0; 3])), Some(Axis::X));
+        let frames = Axis::ALL.map(Axis::sensor_frame);
+        for (axis, frame) in Axis::ALL.into_iter().zip(frames) {
+            let Ok(super::super::sensor_frame::SensorFrame::Turned(turn)) = frame.parse() else {
+                panic!("{frame}");
+            };
+            assert!((turn * axis.direction() - Vector3::z()).norm() < 1e-9, "{frame}");
+        }
+    }
+}
