@@ -86,6 +86,7 @@ pub use annotate::{
 };
 pub use cloud::sensor_frame::{SensorFrame, Transforms};
 pub use cloud::taxonomy::{Class, Taxonomy};
+pub use cloud::{CloudFrames, SensorOrigin};
 pub use cloud::{
     Detection, Instance, PointClasses, PointCloud, PointColumns, PointLabels, Reason, ShapeClass,
     UprightBox,

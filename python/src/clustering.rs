@@ -133,7 +133,7 @@ pub fn upright(columns: PointColumns, sensor_frame: Option<SensorFrame>) -> PyRe
         }
         asked => asked.unwrap_or(SensorFrame::AsIs),
     };
-    cloud.turn(asked.turn("", &Transforms::default()).map_err(raised)?);
+    asked.place(&mut cloud, "", &Transforms::default()).map_err(raised)?;
     Ok(cloud)
 }
 

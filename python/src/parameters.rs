@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use divmerge::Taxonomy;
 use divmerge::annotate::{AnnotateConfig, ObjectOptions, ObjectSource};
+use divmerge::cloud::CloudFrames;
 use divmerge::cloud::sensor_frame::SensorFrame;
 use divmerge::cloud::{Crop, LengthUnit};
 use divmerge::comparison::methods;
@@ -156,7 +157,8 @@ impl Parameters {
         let (config, transforms) = opened.map_err(raised)?;
         let pipeline = self.pipeline(&config.taxonomy)?;
         let (unit, crop) = (self.unit, self.crop);
-        Ok(AnnotateConfig { pipeline, unit, crop, sensor_frame, transforms, ..config })
+        let frames = CloudFrames { sensor_frame, transforms, sensor_origins: Vec::new() };
+        Ok(AnnotateConfig { pipeline, unit, crop, frames, ..config })
     }
 }
 

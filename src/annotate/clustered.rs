@@ -9,9 +9,11 @@ use super::odd_field::OddField;
 use crate::error::{FrameError, Result, Unsupported, frame};
 use crate::frames::{CloudKey, FrameDetections};
 use crate::messages::clouds::CloudMessage;
+use divmerge_core::cloud::up::unusual_up;
 use divmerge_core::cloud::{PointCloud, Reason};
 use divmerge_core::pipeline;
 use divmerge_core::pipeline::Stages;
+use divmerge_core::range_image::Evidence;
 use divmerge_core::semantics::MaskSource;
 use divmerge_recording::stopwatch::ms_since;
 
@@ -147,13 +149,53 @@ pub fn remarks(clustered: &Clustered) -> Vec<(&'static str, String)> {
                        the mean of its training";
         remarks.push(("without remission", problem.to_owned()));
     }
-    if stages.mask.ground_is_overhead {
+    remarks.extend(viewpoint_remark(stages));
+    remarks.extend(ground_remark(&clustered.cloud, stages).filter(|_| returns > 0));
+    remarks.extend(clustered.missing_boxes.clone().map(|problem| ("without boxes", problem)));
+    remarks
+}
+
+/// That nothing shows where the sensor stands.
+fn viewpoint_remark(stages: &Stages) -> Option<(&'static str, String)> {
+    let assumed = stages.image.bands.iter().find(|band| band.evidence == Evidence::Assumed)?;
+    let [x, y, z] = assumed.sensor.translation.vector.into();
+    let problem = format!(
+        "the frame's origin is not where the sensor stands, and the points do not show where it \
+         does: seen from {x:.1}, {y:.1}, {z:.1} m. `--sensor-origin X,Y,Z` says where it stands"
+    );
+    Some(("from an unknown place", problem))
+}
+
+/// That the ground is not where it should be, or missing, and what may be the reason.
+fn ground_remark(cloud: &PointCloud, stages: &Stages) -> Option<(&'static str, String)> {
+    /// With less of the returns on the ground, another way up is looked for.
+    const LEAST_GROUND: f64 = 0.1;
+    let mask = &stages.mask;
+    mask.ground.as_ref()?;
+    let ground = mask.reason.iter().filter(|&&reason| reason == Reason::Ground).count();
+    let has_little = (ground as f64) < LEAST_GROUND * mask.reason.len() as f64;
+    if (mask.ground_is_overhead || has_little)
+        && !cloud.is_z_up
+        && let Some(up) = unusual_up(cloud)
+    {
+        let problem = format!(
+            "the largest level surface lies under another axis than z: `--sensor-frame {}` turns \
+             such a frame upright, `--sensor-frame none` keeps it as it is",
+            up.sensor_frame()
+        );
+        return Some(("with another axis up", problem));
+    }
+    if mask.ground_is_overhead {
         let problem = "the largest level surface lies above the sensor. If that is the ground, z \
                        points down in the cloud's frame: `--sensor-frame frd` turns a frame whose \
                        y is to the right and z down, `--sensor-frame 180,0,0` a sensor that hangs \
                        upside down";
-        remarks.push(("with the ground overhead", problem.to_owned()));
+        return Some(("with the ground overhead", problem.to_owned()));
     }
-    remarks.extend(clustered.missing_boxes.clone().map(|problem| ("without boxes", problem)));
-    remarks
+    mask.ground_is_missing.then(|| {
+        let problem = "no ground was found around the sensor, so that every return counts as part \
+                       of an object. If there is ground: `--sensor-frame` says which way is up, \
+                       `--sensor-origin` where the sensor stands";
+        ("without ground", problem.to_owned())
+    })
 }

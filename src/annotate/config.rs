@@ -9,9 +9,8 @@ use crate::error::{Result, frame};
 use crate::frames::{CloudKey, FrameBoxes, FrameClasses, LabelledFrame};
 use crate::messages::clouds::CloudMessage;
 use crate::network::Network;
-use divmerge_core::cloud::sensor_frame::{SensorFrame, Transforms};
 use divmerge_core::cloud::taxonomy::Taxonomy;
-use divmerge_core::cloud::{Crop, Detection, LengthUnit, PointCloud};
+use divmerge_core::cloud::{CloudFrames, Crop, Detection, LengthUnit, PointCloud};
 use divmerge_core::pipeline::Config;
 use divmerge_core::semantics::evidence::{self, Belief};
 use divmerge_core::semantics::{GroundParams, MaskSource};
@@ -73,17 +72,15 @@ pub struct AnnotateConfig {
     pub unit: Option<LengthUnit>,
     /// Which returns are looked at, by their place in the clouds' own frame.
     pub crop: Crop,
-    /// How the frames of the clouds stand.
-    pub sensor_frame: SensorFrame,
-    /// What the recording says of that.
-    pub transforms: Transforms,
+    /// How the frames of the clouds stand, and where sensors stand in them.
+    pub frames: CloudFrames,
 }
 
 /// A cloud as the method sees it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decoded<'a> {
     /// The cloud, with its classes if the semantics have some, rotated so that z is up
-    /// ([`SensorFrame`]).
+    /// ([`CloudFrames`]).
     pub cloud: PointCloud,
     /// Where its object mask comes from.
     pub mask: MaskSource<'a>,
@@ -164,7 +161,7 @@ impl AnnotateConfig {
     /// Those of [`upright`](Self::upright) and [`classify`](Self::classify).
     pub fn prepare(&self, frame: &mut LabelledFrame) -> Result<()> {
         let mut cloud = std::mem::take(&mut frame.cloud);
-        cloud = self.upright(cloud, &frame.frame_id)?;
+        cloud = self.upright(cloud, &frame.source, &frame.frame_id)?;
         frame.cloud = self.classify(cloud, &frame.key())?;
         Ok(())
     }
@@ -172,11 +169,16 @@ impl AnnotateConfig {
     /// A recorded cloud in metres, cropped, and upright unless there are boxes in its frame.
     ///
     /// # Errors
-    /// Those of [`SensorFrame::turn`].
-    pub fn upright(&self, cloud: PointCloud, frame_id: &str) -> frame::Result<PointCloud> {
+    /// Those of [`CloudFrames::place`].
+    pub fn upright(
+        &self,
+        cloud: PointCloud,
+        topic: &str,
+        frame_id: &str,
+    ) -> frame::Result<PointCloud> {
         let mut cloud = cloud.from_unit(self.unit.unwrap_or_default()).cropped(&self.crop);
         if self.boxes == FrameBoxes::Nothing {
-            cloud.turn(self.sensor_frame.turn(frame_id, &self.transforms)?);
+            self.frames.place(&mut cloud, topic, frame_id)?;
         }
         Ok(cloud)
     }
@@ -184,12 +186,12 @@ impl AnnotateConfig {
     /// The cloud in a message, upright, and where its object mask comes from.
     ///
     /// # Errors
-    /// Those of [`CloudMessage::to_cloud`], [`SensorFrame::turn`] and [`classify`](Self::classify);
+    /// Those of [`CloudMessage::to_cloud`], [`CloudFrames::place`] and [`classify`](Self::classify);
     /// [`FrameError::MissingField`](crate::error::FrameError::MissingField) if the field that
     /// should hold the classes is not there.
     pub fn decode(&self, wire: &CloudMessage, key: &CloudKey) -> Result<Decoded<'_>> {
         let started = Instant::now();
-        let (cloud, field) = self.unclassified(wire)?;
+        let (cloud, field) = self.unclassified(wire, key.topic)?;
         let decode_ms = ms_since(started);
         let started = Instant::now();
         let (cloud, mask, odd_field) = match (&self.semantics, field) {
@@ -236,6 +238,7 @@ impl AnnotateConfig {
     pub(super) fn unclassified<'w>(
         &'w self,
         wire: &'w CloudMessage,
+        topic: &str,
     ) -> frame::Result<(PointCloud, Option<&'w str>)> {
         let field = match &self.semantics {
             Semantics::Auto => wire.semantic_field(),
@@ -247,6 +250,6 @@ impl AnnotateConfig {
             let remission = wire.remission()?;
             cloud = cloud.with(|columns| columns.remission = remission)?;
         }
-        Ok((self.upright(cloud, &wire.frame_id)?, field))
+        Ok((self.upright(cloud, topic, &wire.frame_id)?, field))
     }
 }

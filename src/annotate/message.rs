@@ -66,7 +66,7 @@ pub(super) fn annotate_messages(
     let started = Instant::now();
     let opened = messages.iter().map(|encoded| {
         let wire = encoded.decode()?;
-        let (cloud, _) = method.unclassified(&wire)?;
+        let (cloud, _) = method.unclassified(&wire, &encoded.topic)?;
         Ok((wire, cloud))
     });
     let opened: Vec<Result<(CloudMessage, PointCloud)>> = opened.collect();

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::config::{AnnotateConfig, Semantics};
 use super::report::AnnotationReport;
-use divmerge_core::cloud::Crop;
+use divmerge_core::cloud::{CloudFrames, Crop};
 use divmerge_core::cloud::sensor_frame::SensorFrame;
 
 /// Name of the metadata record that says how a recording was annotated.
@@ -27,8 +27,13 @@ pub(super) fn method_metadata(method: &AnnotateConfig) -> BTreeMap<String, Strin
         ("parameters".to_owned(), json(serde_json::json!(method.pipeline))),
         ("ground".to_owned(), json(serde_json::json!(method.ground))),
     ]);
-    if method.sensor_frame != SensorFrame::Auto {
-        parameters.insert("sensor_frame".to_owned(), method.sensor_frame.to_string());
+    let CloudFrames { sensor_frame, sensor_origins, .. } = &method.frames;
+    if *sensor_frame != SensorFrame::Auto {
+        parameters.insert("sensor_frame".to_owned(), sensor_frame.to_string());
+    }
+    if !sensor_origins.is_empty() {
+        let each: Vec<String> = sensor_origins.iter().map(ToString::to_string).collect();
+        parameters.insert("sensor_origin".to_owned(), each.join(" "));
     }
     if let Some(unit) = method.unit {
         parameters.insert("units".to_owned(), unit.to_string());

@@ -1,5 +1,6 @@
 //! The nouns of the domain: point clouds, classes, instances, and how a cloud's frame stands.
 
+pub mod cloud_frames;
 pub mod crop;
 mod extent;
 mod fill_values;
@@ -13,6 +14,7 @@ pub mod taxonomy;
 pub mod up;
 pub mod upright_box;
 
+pub use cloud_frames::{CloudFrames, SensorOrigin};
 pub use crop::{Block, Crop};
 pub use instances::{Instance, PointLabels, Reason};
 pub use length_unit::LengthUnit;

@@ -193,8 +193,23 @@ impl fmt::Display for SensorFrame {
 
 /// Words in the names of the frames of sensors that measure clouds.
 const SENSOR_WORDS: [&str; 17] = [
-    "lidar", "laser", "velodyne", "vlp", "hdl", "ouster", "os_sensor", "os0", "os1", "os2", "hesai",
-    "pandar", "robosense", "rslidar", "livox", "sensor", "scanner",
+    "lidar",
+    "laser",
+    "velodyne",
+    "vlp",
+    "hdl",
+    "ouster",
+    "os_sensor",
+    "os0",
+    "os1",
+    "os2",
+    "hesai",
+    "pandar",
+    "robosense",
+    "rslidar",
+    "livox",
+    "sensor",
+    "scanner",
 ];
 
 /// Words in the names of frames that are no such sensor's, though another word says so.
@@ -315,9 +330,7 @@ mod tests {
     #[test]
     fn transforms_lead_to_the_vehicle_in_either_direction() {
         let mut transforms = Transforms::default();
-        let roll = |degrees: f64| {
-            Isometry3::rotation(Vector3::x() * degrees.to_radians())
-        };
+        let roll = |degrees: f64| Isometry3::rotation(Vector3::x() * degrees.to_radians());
         transforms.insert("base_link", "mast", roll(90.0));
         transforms.insert("/mast", "/lidar", roll(90.0));
         transforms.insert("lidar", "imu", roll(0.0));

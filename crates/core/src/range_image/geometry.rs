@@ -9,6 +9,7 @@ use super::beams::RingFlaw;
 use super::image::{NOWHERE, RangeImage};
 use super::projection::Projection;
 use super::sweep::Sweep;
+use super::viewpoint::Evidence;
 use super::{beams, coverage};
 use crate::cloud::PointCloud;
 use crate::geometry::statistics::median;
@@ -62,6 +63,8 @@ pub struct BandGeometry {
     /// Where it stands in the cloud's frame, metres, and how its axis leans from the frame's z,
     /// degrees; `None` at the origin and along z.
     pub stands: Option<[f64; 4]>,
+    /// How it is known where it stands.
+    pub evidence: Evidence,
 }
 
 impl Geometry {
@@ -136,6 +139,7 @@ impl BandGeometry {
             closes: width >= std::f64::consts::TAU,
             stands: (!band.is_at_origin())
                 .then(|| [origin.x, origin.y, origin.z, lean.to_degrees()]),
+            evidence: band.evidence,
         }
     }
 }

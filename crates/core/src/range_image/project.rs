@@ -38,11 +38,7 @@ pub(super) fn unorganised(cloud: &PointCloud, params: &ProjectionParams) -> Rang
     image(&sweep, rings, params)
 }
 
-fn image(
-    sweep: &Sweep,
-    rings: Option<Rings>,
-    params: &ProjectionParams,
-) -> RangeImage {
+fn image(sweep: &Sweep, rings: Option<Rings>, params: &ProjectionParams) -> RangeImage {
     let rows = rows(sweep, rings, params);
     let columns = match (rows.projection, params.columns.or(rows.columns)) {
         (Projection::UniformElevation, given) => Columns::new(given.unwrap_or(PAPER_COLUMNS)),

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::band::Band;
 use super::image::{NOWHERE, RangeImage};
-use super::params::{ProjectionParams, Wrap};
 use super::one_sensor::one_sensor;
+use super::params::{ProjectionParams, Wrap};
 use super::projection::Projection;
 use crate::cloud::{PointCloud, PointColumns};
 use crate::geometry::grid::Grid;

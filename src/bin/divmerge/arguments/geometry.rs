@@ -5,7 +5,8 @@ use std::path::Path;
 use anyhow::{Result, anyhow};
 use clap::Args;
 use divmerge::Error;
-use divmerge::cloud::sensor_frame::{SensorFrame, Transforms};
+use divmerge::cloud::sensor_frame::SensorFrame;
+use divmerge::cloud::{CloudFrames, SensorOrigin};
 use divmerge::frames::recorded_transforms;
 use divmerge::pipeline::Overrides;
 use divmerge::range_image::ProjectionParams;
@@ -34,10 +35,16 @@ pub struct GeometryArguments {
     /// Orientation of the clouds' frame: three letters for the directions of x, y and z (of
     /// forward, back, left, right, up, down: flu is the usual one, rfu has x right and y forward,
     /// frd z down); roll,pitch,yaw of the sensor on the vehicle in degrees (180,0,0: mounted upside
-    /// down); `tf` the recorded static transforms; `auto` these if recorded, else z up; `none` z
-    /// up. Points and boxes are written in the clouds' own frame
+    /// down); `tf` the recorded static transforms; `auto` these if recorded, rdf in a frame named
+    /// `optical`, else what the points say; `none` z up. Points and boxes are written in the
+    /// clouds' own frame
     #[arg(long, value_name = "FRAME", default_value = "auto", allow_hyphen_values = true)]
     sensor_frame: SensorFrame,
+
+    /// Where the sensor stands in the frame of the clouds, or of those of a topic, in metres; once
+    /// for each topic [default: the frame's origin, or where the points show the sensor]
+    #[arg(long, value_name = "[TOPIC=]X,Y,Z", allow_hyphen_values = true)]
+    sensor_origin: Vec<SensorOrigin>,
 
     #[command(flatten)]
     pub coordinates: CoordinateArguments,
@@ -54,9 +61,8 @@ impl GeometryArguments {
         Overrides { rows: self.rows, columns: self.columns, field_of_view: self.fov, ..overrides }
     }
 
-    /// The orientation of the clouds' frame, and the recording's static transforms if it needs
-    /// them.
-    pub fn frame(&self, recording: &Path) -> Result<(SensorFrame, Transforms)> {
+    /// How the frames of the clouds stand, and where sensors stand in them.
+    pub fn frames(&self, recording: &Path) -> Result<CloudFrames> {
         let transforms = recorded_transforms(&self.sensor_frame, recording);
         let transforms = transforms.map_err(|error| match error {
             Error::Parameter(_) => anyhow!(
@@ -66,6 +72,7 @@ impl GeometryArguments {
             _ => anyhow::Error::from(error)
                 .context(format!("{}: static transforms", recording.display())),
         })?;
-        Ok((self.sensor_frame, transforms))
+        let sensor_origins = self.sensor_origin.clone();
+        Ok(CloudFrames { sensor_frame: self.sensor_frame, transforms, sensor_origins })
     }
 }

@@ -128,13 +128,13 @@ impl MethodArguments {
     pub fn config(&self, recording: &Path) -> Result<AnnotateConfig> {
         let box_source = self.boxes.source(self.method == BOXES)?;
         let mut pipeline = self.overrides().config()?;
-        let (sensor_frame, transforms) = self.geometry.frame(recording)?;
+        let frames = self.geometry.frames(recording)?;
         let config = self.objects.config(recording)?;
         pipeline.other_method = methods::named(self.method, &config.taxonomy);
         self.boxes.set(&mut pipeline);
         let boxes = BoxArguments::open(box_source.as_ref(), recording, &config.taxonomy)?;
         let (unit, crop) = self.geometry.coordinates.values();
-        Ok(AnnotateConfig { pipeline, boxes, unit, crop, sensor_frame, transforms, ..config })
+        Ok(AnnotateConfig { pipeline, boxes, unit, crop, frames, ..config })
     }
 
     fn overrides(&self) -> Overrides {

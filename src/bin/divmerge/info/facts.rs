@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 
 use divmerge::annotate::{AnnotateConfig, Decoded};
-use divmerge::cloud::sensor_frame::{SensorFrame, Transforms};
-use divmerge::cloud::{Crop, LengthUnit};
+use divmerge::cloud::{CloudFrames, Crop, LengthUnit};
 use divmerge::frames::EncodedCloud;
 use divmerge::messages::clouds::PointField;
 use divmerge::range_image::{Geometry, ProjectionParams, RangeImage};
@@ -18,8 +17,7 @@ pub struct GeometryOptions {
     pub projection: ProjectionParams,
     pub unit: Option<LengthUnit>,
     pub crop: Crop,
-    pub frame: SensorFrame,
-    pub transforms: Transforms,
+    pub frames: CloudFrames,
 }
 
 /// A recording.
@@ -89,8 +87,7 @@ pub fn cloud_facts(
     let mut method = AnnotateConfig {
         unit: options.unit,
         crop: options.crop,
-        sensor_frame: options.frame,
-        transforms: options.transforms.clone(),
+        frames: options.frames.clone(),
         ..AnnotateConfig::default()
     };
     method.pipeline.projection = options.projection.clone();

@@ -1,6 +1,6 @@
 //! The geometry of a cloud in words.
 
-use divmerge::range_image::{BandGeometry, Geometry, Projection, RingFlaw};
+use divmerge::range_image::{BandGeometry, Evidence, Geometry, Projection, RingFlaw};
 
 use super::facts::CloudFacts;
 use crate::text::counted;
@@ -96,10 +96,22 @@ fn sensor_lines(sensor: &BandGeometry, is_one_of_several: bool) -> Vec<String> {
     });
     lines.extend(sensor.stands.map(|[x, y, z, lean]| {
         format!(
-            "sensor at {x:.2}, {y:.2}, {z:.2} m in the cloud's frame, axis {lean:.1} degrees from z"
+            "sensor at {x:.2}, {y:.2}, {z:.2} m in the cloud's frame, axis {lean:.1} degrees from z: \
+             {}",
+            evidence(sensor.evidence)
         )
     }));
     lines
+}
+
+fn evidence(evidence: Evidence) -> &'static str {
+    match evidence {
+        Evidence::Origin => "the frame's origin",
+        Evidence::Given => "given by --sensor-origin",
+        Evidence::Beams => "from there the beams are cones",
+        Evidence::Recorded => "by the recorded transforms",
+        Evidence::Assumed => "assumed, for the points do not show it (--sensor-origin X,Y,Z)",
+    }
 }
 
 fn returns(geometry: &Geometry) -> String {

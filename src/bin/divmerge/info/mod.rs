@@ -41,7 +41,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let mut options = GeometryOptions::default();
     arguments.geometry.set(&mut options.projection);
     (options.unit, options.crop) = arguments.geometry.coordinates.values();
-    (options.frame, options.transforms) = arguments.geometry.frame(&arguments.file)?;
+    options.frames = arguments.geometry.frames(&arguments.file)?;
     let (clouds, mut problems) = first_clouds(&overview, &options)?;
     problems.extend(overview.problems.iter().cloned());
     let info = Info {

@@ -7,10 +7,7 @@ use super::search::direction;
 
 /// The returns that lie on one of the lines on which elevations crowd, seen from a place, each with
 /// the number of its line.
-pub(super) fn returns_by_line(
-    returns: &[Vector3<f32>],
-    place: &Vector3<f32>,
-) -> Vec<RingReturn> {
+pub(super) fn returns_by_line(returns: &[Vector3<f32>], place: &Vector3<f32>) -> Vec<RingReturn> {
     /// Width of a bin of elevation, radians: a twentieth of a degree.
     const BIN: f32 = std::f32::consts::PI / 3600.0;
     /// A line is the fullest of so many bins on either side, and holds the returns of those.
@@ -44,7 +41,5 @@ pub(super) fn returns_by_line(
         line_of_bin[line.saturating_sub(NEAR)..(line + NEAR + 1).min(BINS)].fill(number);
     }
     let numbered = returns.iter().zip(bins).filter(|(_, bin)| line_of_bin[*bin] != usize::MAX);
-    numbered
-        .map(|(at, bin)| RingReturn { position: at.cast(), ring: line_of_bin[bin] })
-        .collect()
+    numbered.map(|(at, bin)| RingReturn { position: at.cast(), ring: line_of_bin[bin] }).collect()
 }

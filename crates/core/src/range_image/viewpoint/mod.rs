@@ -14,9 +14,9 @@ mod search;
 use nalgebra::{Isometry3, Vector3};
 use serde::Serialize;
 
+use super::coverage;
 use super::image::{NOWHERE, RangeImage};
 use super::projection::Projection;
-use super::coverage;
 use super::sweep::Sweep;
 use crate::cloud::point_cloud::{PointCloud, wide};
 use crate::geometry::statistics::median;
@@ -278,34 +278,54 @@ mod tests {
     fn swept_all(drive: &Drive, own: bool) -> PointCloud {
         let cloud = drive.frame(2).cloud;
         let mount = drive.mount;
-        let column = |axis: usize| (0..cloud.len()).map(|p| {
-            let here = cloud.position(p);
-            if !cloud.is_return(p) || own { return here[axis]; }
-            let at = mount.vehicle_from_sensor() * Point3::from(here.map(f64::from));
-            at[axis] as f32
-        }).collect();
+        let column = |axis: usize| {
+            (0..cloud.len())
+                .map(|p| {
+                    let here = cloud.position(p);
+                    if !cloud.is_return(p) || own {
+                        return here[axis];
+                    }
+                    let at = mount.vehicle_from_sensor() * Point3::from(here.map(f64::from));
+                    at[axis] as f32
+                })
+                .collect()
+        };
         let moved = PointCloud::new(column(0), column(1), column(2)).unwrap();
-        let moved = match &cloud.ring { Some(r) => moved.with_ring(r.clone()).unwrap(), None => moved };
+        let moved = match &cloud.ring {
+            Some(r) => moved.with_ring(r.clone()).unwrap(),
+            None => moved,
+        };
         moved.organised(cloud.height, cloud.width).unwrap()
     }
     #[test]
     fn survey3() {
         for sensor in Sensor::ALL {
             for scene in [Scene::Street, Scene::Hills, Scene::Yard] {
-            let mut drive = Drive::new(sensor, scene, 4);
-            drive.mount = Mount { ahead: 0.3, ..Mount::level(2.0) };
-            let moved = swept_all(&drive, false).with(|c| c.ring = None).unwrap();
-            let positions = positions(&moved, 6000);
-            let image = super::super::one_sensor::from_origin(&moved, &Default::default());
-            let t = std::time::Instant::now();
-            let u = search::unevenness(&positions, &search::start(&positions).unwrap());
-            let t1 = t.elapsed();
-            let s = find(&moved, &image);
-            let own = swept_all(&drive, true);
-            let image1 = super::super::one_sensor::from_origin(&own, &Default::default());
-            let s1 = if is_origin(&own, &image1) { None } else { find(&own, &image1) };
-            println!("   own {:?} {} {:.3?}", image1.projection, is_origin(&own, &image1), s1.map(|s| s.sensor.translation.vector.transpose()));
-            println!("{sensor} {scene:?} {:?} unevenness {u:.2} {:?} {:?} {:.3?}", image.projection, t1, t.elapsed(), s.map(|s| s.sensor.translation.vector.transpose()));
+                let mut drive = Drive::new(sensor, scene, 4);
+                drive.mount = Mount { ahead: 0.3, ..Mount::level(2.0) };
+                let moved = swept_all(&drive, false).with(|c| c.ring = None).unwrap();
+                let positions = positions(&moved, 6000);
+                let image = super::super::one_sensor::from_origin(&moved, &Default::default());
+                let t = std::time::Instant::now();
+                let u = search::unevenness(&positions, &search::start(&positions).unwrap());
+                let t1 = t.elapsed();
+                let s = find(&moved, &image);
+                let own = swept_all(&drive, true);
+                let image1 = super::super::one_sensor::from_origin(&own, &Default::default());
+                let s1 = if is_origin(&own, &image1) { None } else { find(&own, &image1) };
+                println!(
+                    "   own {:?} {} {:.3?}",
+                    image1.projection,
+                    is_origin(&own, &image1),
+                    s1.map(|s| s.sensor.translation.vector.transpose())
+                );
+                println!(
+                    "{sensor} {scene:?} {:?} unevenness {u:.2} {:?} {:?} {:.3?}",
+                    image.projection,
+                    t1,
+                    t.elapsed(),
+                    s.map(|s| s.sensor.translation.vector.transpose())
+                );
             }
         }
     }

@@ -78,9 +78,7 @@ impl Level {
         let may_hang = !cloud.is_z_up && above.len() as f32 > least_above;
         let ceiling = if may_hang { Consensus::of(&above, Side::Above) } else { None };
         match (floor, ceiling) {
-            (_, Some(ceiling))
-                if ceiling.support > least_above && !is_enclosed(cloud, params) =>
-            {
+            (_, Some(ceiling)) if ceiling.support > least_above && !is_enclosed(cloud, params) => {
                 Some(Level::from_normal(-ceiling.refined(&above), true))
             }
             (Some(floor), _) => Some(Level::from_normal(floor.refined(&below), false)),
