@@ -91,20 +91,22 @@ pub(super) fn find(cloud: &PointCloud, image: &RangeImage) -> Option<Viewpoint> 
     match of_beams_nearby(cloud, &by_rows).or_else(searched) {
         Some(view) => Some(of_beams(view)),
         None if has_rows => None,
-        None => Some(elsewhere.assumed(&cloud.recorded_sensors)),
+        None => elsewhere.assumed(&cloud.recorded_sensors),
     }
 }
 
-/// Why the sensor cannot stand at the origin.
+/// Why the sensor may not stand at the origin.
 enum Elsewhere {
     /// The frame lies on the ground, where no sensor could see it.
     OverGround,
-    /// From there the returns crowd in some directions; they are more even from this place.
-    At(Vector3<f32>),
+    /// Nothing was measured near the origin; the returns are most even from this place.
+    Far(Vector3<f32>),
+    /// From there the returns crowd in some directions.
+    Uneven,
 }
 
 impl Elsewhere {
-    /// `None` where it may stand at the origin.
+    /// `None` where nothing speaks against the origin.
     fn of(cloud: &PointCloud, positions: &[Vector3<f32>]) -> Option<Elsewhere> {
         /// A sweep has returns in the directions that it covers about as many as in others, nats.
         /// From the origin of their own frames simulated sensors that look all round have up to
@@ -117,29 +119,27 @@ impl Elsewhere {
             return Some(Elsewhere::OverGround);
         }
         let near = positions.iter().filter(|at| at.xy().norm() < NEAR).count();
-        let is_far = (near as f32) < SHARE * positions.len() as f32;
-        let closes = || {
-            let azimuths = positions.iter().map(|at| at.y.atan2(at.x));
-            coverage::covered(azimuths).1 >= std::f64::consts::TAU
-        };
-        if is_far || closes() {
-            let place = search::start(positions)?;
-            let gain = search::unevenness(positions, &place);
-            return (is_far || gain > UNEVEN).then_some(Elsewhere::At(place));
+        if (near as f32) < SHARE * positions.len() as f32 {
+            return search::start(positions).map(Elsewhere::Far);
         }
-        None
+        let azimuths = positions.iter().map(|at| at.y.atan2(at.x));
+        let closes = coverage::covered(azimuths).1 >= std::f64::consts::TAU;
+        let is_uneven = || Some(search::unevenness(positions, &search::start(positions)?) > UNEVEN);
+        (closes && is_uneven()?).then_some(Elsewhere::Uneven)
     }
 
     /// Where to look from, for want of better: where the recording has its only sensor, a car's roof
-    /// over the frame, or the place from which the returns are even.
-    fn assumed(&self, recorded: &[Vector3<f64>]) -> Viewpoint {
+    /// over a frame on the ground, or the place from which the returns are even. `None` for the
+    /// origin, against which too little speaks.
+    fn assumed(&self, recorded: &[Vector3<f64>]) -> Option<Viewpoint> {
         const ROOF: f64 = 1.8;
         let (origin, evidence) = match (recorded, self) {
             ([only], _) => (*only, Evidence::Recorded),
             (_, Elsewhere::OverGround) => (Vector3::z() * ROOF, Evidence::Assumed),
-            (_, Elsewhere::At(place)) => (place.cast(), Evidence::Assumed),
+            (_, Elsewhere::Far(place)) => (place.cast(), Evidence::Assumed),
+            (_, Elsewhere::Uneven) => return None,
         };
-        Viewpoint { sensor: View::upright(origin).pose(), evidence }
+        Some(Viewpoint { sensor: View::upright(origin).pose(), evidence })
     }
 }
 
