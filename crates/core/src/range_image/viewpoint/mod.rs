@@ -103,6 +103,8 @@ enum Elsewhere {
     Far(Vector3<f32>),
     /// From there the returns crowd in some directions.
     Uneven,
+    /// The frame is no sensor's by its name, and the recording has one elsewhere.
+    Recorded,
 }
 
 impl Elsewhere {
@@ -115,6 +117,8 @@ impl Elsewhere {
         /// Distance across the ground within which a sensor has returns, metres, and their share.
         const NEAR: f32 = 10.0;
         const SHARE: f32 = 0.01;
+        /// A sensor that covers more of the circle, radians, looks all round.
+        const ROUND: f64 = 4.0;
         if is_on_ground(cloud) {
             return Some(Elsewhere::OverGround);
         }
@@ -123,9 +127,12 @@ impl Elsewhere {
             return search::start(positions).map(Elsewhere::Far);
         }
         let azimuths = positions.iter().map(|at| at.y.atan2(at.x));
-        let closes = coverage::covered(azimuths).1 >= std::f64::consts::TAU;
+        let looks_round = coverage::covered(azimuths).1 > ROUND;
         let is_uneven = || Some(search::unevenness(positions, &search::start(positions)?) > UNEVEN);
-        (closes && is_uneven()?).then_some(Elsewhere::Uneven)
+        if looks_round && is_uneven()? {
+            return Some(Elsewhere::Uneven);
+        }
+        (cloud.recorded_sensors.len() == 1).then_some(Elsewhere::Recorded)
     }
 
     /// Where to look from, for want of better: where the recording has its only sensor, a car's roof
@@ -137,7 +144,7 @@ impl Elsewhere {
             ([only], _) => (*only, Evidence::Recorded),
             (_, Elsewhere::OverGround) => (Vector3::z() * ROOF, Evidence::Assumed),
             (_, Elsewhere::Far(place)) => (place.cast(), Evidence::Assumed),
-            (_, Elsewhere::Uneven) => return None,
+            (_, Elsewhere::Uneven | Elsewhere::Recorded) => return None,
         };
         Some(Viewpoint { sensor: View::upright(origin).pose(), evidence })
     }
@@ -201,28 +208,25 @@ fn position(cloud: &PointCloud, point: usize) -> Vector3<f64> {
     Vector3::from(wide(cloud.position(point)))
 }
 
-/// Whether the origin of a cloud's frame lies on the ground, as those of vehicles do: in most
-/// cells around it the lowest return lies at its height, where no sensor could see it.
+/// Whether the origin of a cloud's frame lies on the ground, as those of vehicles do: in most square
+/// metres around it the lowest return lies at its height, where no sensor could see it.
 fn is_on_ground(cloud: &PointCloud) -> bool {
-    /// Metres around the origin; farther where a sensor that looks up sees no ground so near.
-    const AROUND: [f32; 2] = [16.0, 40.0];
     const FEWEST_CELLS: usize = 32;
     const ON_GROUND: f64 = 0.3;
-    let of = |around: f32| Some(lowest(cloud, around)).filter(|cells| cells.len() >= FEWEST_CELLS);
-    let heights = AROUND.into_iter().find_map(of);
-    heights.is_some_and(|mut heights| median(&mut heights).is_some_and(|h| h.abs() < ON_GROUND))
+    let mut cells = lowest(cloud);
+    cells.len() >= FEWEST_CELLS && median(&mut cells).is_some_and(|h| h.abs() < ON_GROUND)
 }
 
-/// The lowest return of each cell of a square that reaches so many metres around the origin.
-fn lowest(cloud: &PointCloud, around: f32) -> Vec<f64> {
+/// The lowest return of each square metre around the origin that has one.
+fn lowest(cloud: &PointCloud) -> Vec<f64> {
+    const AROUND: f32 = 16.0;
     const SIDE: usize = 32;
     let mut lowest = [f64::INFINITY; SIDE * SIDE];
-    let cell = 2.0 * around / SIDE as f32;
     for point in (0..cloud.len()).filter(|&point| cloud.is_return(point)) {
         let [x, y, z] = cloud.position(point);
-        if x.abs() < around && y.abs() < around {
-            let [row, column] = [x, y].map(|along| ((along + around) / cell) as usize);
-            let lowest = &mut lowest[row.min(SIDE - 1) * SIDE + column.min(SIDE - 1)];
+        if x.abs() < AROUND && y.abs() < AROUND {
+            let [row, column] = [x, y].map(|along| ((along + AROUND) as usize).min(SIDE - 1));
+            let lowest = &mut lowest[row * SIDE + column];
             *lowest = lowest.min(f64::from(z));
         }
     }
@@ -230,110 +234,4 @@ fn lowest(cloud: &PointCloud, around: f32) -> Vec<f64> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use divmerge_simulate::{Drive, Mount, Scene, Sensor};
-    use nalgebra::Point3;
-
-    /// A sweep in the frame of the vehicle's foot.
-    fn swept(sensor: Sensor, mount: Mount) -> PointCloud {
-        let mut drive = Drive::new(sensor, Scene::Street, 4);
-        drive.mount = mount;
-        let cloud = drive.frame(2).cloud;
-        let to_vehicle = |point: usize| {
-            let at = Point3::from(cloud.position(point).map(f64::from));
-            mount.vehicle_from_sensor() * at
-        };
-        let moved: Vec<Point3<f64>> = (0..cloud.len()).map(to_vehicle).collect();
-        let column = |axis: usize| moved.iter().map(|at| at[axis] as f32).collect();
-        let moved = PointCloud::new(column(0), column(1), column(2)).unwrap();
-        moved.with_ring(cloud.ring.clone().unwrap()).unwrap()
-    }
-
-    fn found(cloud: &PointCloud) -> Option<Viewpoint> {
-        let image = super::super::one_sensor::from_origin(cloud, &Default::default());
-        match is_origin(cloud, &image) {
-            true => None,
-            false => find(cloud, &image),
-        }
-    }
-
-    #[test]
-    fn finds_a_sensor_by_its_rings() {
-        let corner =
-            Mount { ahead: 2.0, left: 0.9, yaw: 0.8, pitch: 0.05, roll: -0.1, ..Mount::level(1.0) };
-        for sensor in [Sensor::Vlp16, Sensor::Hdl32e, Sensor::Vls128] {
-            for mount in [Mount { ahead: 0.3, ..Mount::level(2.0) }, corner] {
-                let cloud = swept(sensor, mount);
-                let found = found(&cloud).expect("a pose").sensor;
-                let expected = mount.vehicle_from_sensor();
-                let off = (found.translation.vector - expected.translation.vector).norm();
-                let leaning = (found * Vector3::z()).angle(&(expected * Vector3::z()));
-                assert!(off < 0.05 && leaning < 0.005, "{sensor}: {off} m, {leaning} rad");
-            }
-        }
-    }
-
-    /// The drive's third cloud in its vehicle's frame, or in the sensor's own.
-    fn swept_all(drive: &Drive, own: bool) -> PointCloud {
-        let cloud = drive.frame(2).cloud;
-        let mount = drive.mount;
-        let column = |axis: usize| {
-            (0..cloud.len())
-                .map(|p| {
-                    let here = cloud.position(p);
-                    if !cloud.is_return(p) || own {
-                        return here[axis];
-                    }
-                    let at = mount.vehicle_from_sensor() * Point3::from(here.map(f64::from));
-                    at[axis] as f32
-                })
-                .collect()
-        };
-        let moved = PointCloud::new(column(0), column(1), column(2)).unwrap();
-        let moved = match &cloud.ring {
-            Some(r) => moved.with_ring(r.clone()).unwrap(),
-            None => moved,
-        };
-        moved.organised(cloud.height, cloud.width).unwrap()
-    }
-    #[test]
-    fn survey3() {
-        for sensor in Sensor::ALL {
-            for scene in [Scene::Street, Scene::Hills, Scene::Yard] {
-                let mut drive = Drive::new(sensor, scene, 4);
-                drive.mount = Mount { ahead: 0.3, ..Mount::level(2.0) };
-                let moved = swept_all(&drive, false).with(|c| c.ring = None).unwrap();
-                let positions = positions(&moved, 6000);
-                let image = super::super::one_sensor::from_origin(&moved, &Default::default());
-                let t = std::time::Instant::now();
-                let u = search::unevenness(&positions, &search::start(&positions).unwrap());
-                let t1 = t.elapsed();
-                let s = find(&moved, &image);
-                let own = swept_all(&drive, true);
-                let image1 = super::super::one_sensor::from_origin(&own, &Default::default());
-                let s1 = if is_origin(&own, &image1) { None } else { find(&own, &image1) };
-                println!(
-                    "   own {:?} {} {:.3?}",
-                    image1.projection,
-                    is_origin(&own, &image1),
-                    s1.map(|s| s.sensor.translation.vector.transpose())
-                );
-                println!(
-                    "{sensor} {scene:?} {:?} unevenness {u:.2} {:?} {:?} {:.3?}",
-                    image.projection,
-                    t1,
-                    t.elapsed(),
-                    s.map(|s| s.sensor.translation.vector.transpose())
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn rings_that_are_no_beams_say_nothing() {
-        let cloud = swept(Sensor::M1, Mount::level(1.8));
-        let found = found(&cloud).map(|found| found.evidence);
-        assert_eq!(found, Some(Evidence::Assumed));
-    }
-}
+mod tests;
