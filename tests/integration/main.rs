@@ -20,6 +20,7 @@ mod house;
 mod inputs;
 mod lookup;
 mod networks;
+mod odd_clouds;
 mod onnx;
 mod oracle;
 mod partition;

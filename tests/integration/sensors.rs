@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use divmerge::annotate::{
     AnnotateConfig, Annotated, MessageTypes, Semantics, annotate_message, remarks,
 };
+use divmerge::cloud::CloudFrames;
 use divmerge::cloud::sensor_frame::SensorFrame;
 use divmerge::datasets::cloud_recording::{CloudRecording, Transform};
 use divmerge::datasets::drive::cloud_message;
@@ -267,7 +268,7 @@ fn an_upside_down_sensor_is_warned_of_and_turned() {
     let warning = warnings.iter().find(|(kind, _)| *kind == "with the ground overhead");
     assert!(warning.is_some_and(|(_, text)| text.contains("--sensor-frame")), "{warnings:?}");
 
-    method.sensor_frame = "180,0,0".parse().unwrap();
+    method.frames.sensor_frame = "180,0,0".parse().unwrap();
     let (message, written, turned) = annotated(&hanging, &method);
     assert!(remarks(&turned).is_empty());
     let (before, after) = (
@@ -307,7 +308,7 @@ fn axes_are_turned_and_turned_back() {
     let camera_cloud = plain.cloud.clone();
     let turned = camera_cloud.with(|columns| (columns.x, columns.y, columns.z) = axes);
     camera.cloud = turned.expect("as many of each");
-    method.sensor_frame = "rdf".parse().unwrap();
+    method.frames.sensor_frame = "rdf".parse().unwrap();
     let (_, _, found) = annotated(&camera, &method);
     assert_eq!(found.stages.labels, expected.stages.labels);
     let ahead = [10.0, 2.0, -1.0];
@@ -332,10 +333,11 @@ fn recorded_transforms_say_which_way_is_up() {
     recording.write_cloud(2, &message).unwrap();
     recording.finish().unwrap();
 
-    let transforms = static_transforms(&path).unwrap();
+    let frames =
+        CloudFrames { transforms: static_transforms(&path).unwrap(), ..CloudFrames::default() };
     let method =
-        AnnotateConfig { transforms, semantics: Semantics::Ground, ..AnnotateConfig::default() };
-    assert_eq!(method.sensor_frame, SensorFrame::Auto);
+        AnnotateConfig { frames, semantics: Semantics::Ground, ..AnnotateConfig::default() };
+    assert_eq!(method.frames.sensor_frame, SensorFrame::Auto);
     let (_, _, clustered) = annotated(&hanging(), &method);
     assert!(remarks(&clustered).is_empty());
     assert!((clustered.cloud.turned.angle() - PI).abs() < 1e-9);
