@@ -77,7 +77,9 @@ pub(super) fn find(cloud: &PointCloud, image: &RangeImage) -> Option<Viewpoint> 
         false => returns_by_ring(cloud, RETURNS),
     };
     let of_beams = |view: View| Viewpoint { sensor: view.pose(), evidence: Evidence::Beams };
-    if has_rows && let Some(view) = of_beams_nearby(cloud, &by_rows) {
+    let usual = [0.0, 1.0, 2.0].map(|height| Vector3::z() * height);
+    let usual = || cloud.recorded_sensors.iter().chain(&usual).copied();
+    if has_rows && let Some(view) = beams_from(usual(), &by_rows) {
         return Some(of_beams(view));
     }
     let positions = positions(cloud, POSITIONS);
@@ -89,11 +91,11 @@ pub(super) fn find(cloud: &PointCloud, image: &RangeImage) -> Option<Viewpoint> 
             checked(view, &by_rows, BEAMS).or_else(|| checked(view, &lines(), CLEARLY_BEAMS))
         })
     };
-    match of_beams_nearby(cloud, &by_rows).or_else(searched) {
-        Some(view) => Some(of_beams(view)),
-        None if has_rows => None,
-        None => elsewhere.assumed(&cloud.recorded_sensors),
-    }
+    beams_from(usual(), &by_rows)
+        .or_else(|| beams_from(elsewhere.starts(), &by_rows))
+        .or_else(searched)
+        .map(of_beams)
+        .or_else(|| elsewhere.assumed(&cloud.recorded_sensors))
 }
 
 /// Why the sensor may not stand at the origin.
@@ -102,8 +104,8 @@ enum Elsewhere {
     OverGround,
     /// Nothing was measured near the origin; the returns are most even from this place.
     Far(Vector3<f32>),
-    /// From there the returns crowd in some directions.
-    Uneven,
+    /// From there the returns crowd in some directions; they are more even from this place.
+    Uneven(Vector3<f32>),
     /// The frame is no sensor's by its name, and the recording has one elsewhere.
     Recorded,
 }
@@ -129,11 +131,26 @@ impl Elsewhere {
         }
         let azimuths = positions.iter().map(|at| at.y.atan2(at.x));
         let looks_round = coverage::covered(azimuths).1 > ROUND;
-        let is_uneven = || Some(search::unevenness(positions, &search::start(positions)?) > UNEVEN);
-        if looks_round && is_uneven()? {
-            return Some(Elsewhere::Uneven);
+        if looks_round {
+            let place = search::start(positions)?;
+            if search::unevenness(positions, &place) > UNEVEN {
+                return Some(Elsewhere::Uneven(place));
+            }
         }
         (cloud.recorded_sensors.len() == 1).then_some(Elsewhere::Recorded)
+    }
+
+    /// Places where the sensor may stand, for rows to be fitted from. The directions say little of
+    /// the height.
+    fn starts(&self) -> impl Iterator<Item = Vector3<f64>> {
+        let place = match self {
+            Elsewhere::Far(place) | Elsewhere::Uneven(place) => Some(*place),
+            Elsewhere::OverGround | Elsewhere::Recorded => None,
+        };
+        let heights = (-8..=2).map(f64::from);
+        place.into_iter().flat_map(move |place| {
+            heights.clone().map(move |height| place.cast() + Vector3::z() * height)
+        })
     }
 
     /// Where to look from, for want of better: where the recording has its only sensor, a car's roof
@@ -145,18 +162,15 @@ impl Elsewhere {
             ([only], _) => (*only, Evidence::Recorded),
             (_, Elsewhere::OverGround) => (Vector3::z() * ROOF, Evidence::Assumed),
             (_, Elsewhere::Far(place)) => (place.cast(), Evidence::Assumed),
-            (_, Elsewhere::Uneven | Elsewhere::Recorded) => return None,
+            (_, Elsewhere::Uneven(_) | Elsewhere::Recorded) => return None,
         };
         Some(Viewpoint { sensor: View::upright(origin).pose(), evidence })
     }
 }
 
-/// The view under which rows are beams, from where the recording has sensors and where they mostly
-/// stand in the frame of a vehicle.
-fn of_beams_nearby(cloud: &PointCloud, returns: &[RingReturn]) -> Option<View> {
-    let usual = [0.0, 1.0, 2.0].map(|height| Vector3::z() * height);
-    let starts = cloud.recorded_sensors.iter().chain(&usual);
-    let views = starts.map(|&start| refined(returns, View::upright(start)));
+/// The view under which rows are beams, sought from some places; `None` unless they clearly are.
+fn beams_from(places: impl Iterator<Item = Vector3<f64>>, returns: &[RingReturn]) -> Option<View> {
+    let views = places.map(|place| refined(returns, View::upright(place)));
     let scored = views.map(|view| (view, disagreement(returns, &view)));
     let (view, misfit) = scored.min_by(|a, b| a.1.total_cmp(&b.1))?;
     (misfit < CLEARLY_BEAMS).then_some(view)
