@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::config::{AnnotateConfig, Semantics};
 use super::report::AnnotationReport;
-use divmerge_core::cloud::{CloudFrames, Crop};
 use divmerge_core::cloud::sensor_frame::SensorFrame;
+use divmerge_core::cloud::{CloudFrames, Crop};
 
 /// Name of the metadata record that says how a recording was annotated.
 pub const METADATA_NAME: &str = "divmerge";

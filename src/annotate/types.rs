@@ -1,5 +1,6 @@
 //! In which messages an annotation is written.
 
+use nalgebra::Translation3;
 use serde::{Deserialize, Serialize};
 
 use super::form::Form;
@@ -61,7 +62,8 @@ impl MessageTypes {
         out: &mut Vec<u8>,
     ) -> frame::Result<()> {
         // What was found in the cloud turned upright is turned back.
-        let frame = cloud.isometry() * upright.turned.inverse();
+        let frame =
+            cloud.isometry() * Translation3::from(upright.offset) * upright.turned.inverse();
         let per_metre = upright.unit.per_metre();
         let object = |instance| ObjectBox::of(instance, per_metre, &frame);
         let boxes: Vec<ObjectBox> = instances.iter().map(object).collect();

@@ -192,7 +192,7 @@ impl Trial {
 }
 
 fn remarks_of(found: &Clustered) -> Vec<(&'static str, String)> {
-    remarks(found, &divmerge::Taxonomy::semantic_kitti())
+    remarks(found)
 }
 
 fn clustered(frame: &SimulatedFrame, frame_id: &str, origin: Option<[f64; 3]>) -> Clustered {

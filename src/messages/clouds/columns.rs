@@ -49,7 +49,7 @@ impl CloudMessage<'_> {
             ..PointColumns::default()
         };
         if self.point_count() > 0 {
-            [columns.x, columns.y, columns.z] = self.coordinates()?;
+            (columns.x, columns.y, columns.z, columns.offset) = self.coordinates()?;
             columns.ring = self.ring()?;
             columns.source = self.source()?;
         }
@@ -124,13 +124,14 @@ impl CloudMessage<'_> {
         self.column(name, |number| number.round() as i64 as u32)
     }
 
-    fn coordinates(&self) -> Result<[Vec<f32>; 3]> {
+    /// x, y and z, and what was subtracted from them.
+    fn coordinates(&self) -> Result<(Vec<f32>, Vec<f32>, Vec<f32>, [f64; 3])> {
         let [x, y, z] = ["x", "y", "z"].map(|name| self.readable(name));
         let fields = [x?, y?, z?];
         let plain = |field: &&PointField| field.datatype == Datatype::Float32;
         if self.is_bigendian || !fields.iter().all(plain) {
-            let [x, y, z] = ["x", "y", "z"].map(|name| self.column(name, |n| n as f32));
-            return Ok([x?, y?, z?]);
+            let [x, y, z] = ["x", "y", "z"].map(|name| self.column_f64(name));
+            return Ok(near_origin([x?, y?, z?]));
         }
         let [i, j, k] = fields.map(|field| field.offset as usize);
         let (step, width) = (self.point_step as usize, self.width as usize);
@@ -142,7 +143,8 @@ impl CloudMessage<'_> {
                 (*x, *y, *z) = (f32_le(point, i), f32_le(point, j), f32_le(point, k));
             }
         }
-        Ok(columns)
+        let [x, y, z] = columns;
+        Ok((x, y, z, [0.0; 3]))
     }
 
     fn ring(&self) -> Result<Option<Vec<u16>>> {
@@ -243,6 +245,38 @@ impl CloudMessage<'_> {
         }
         Ok(field)
     }
+}
+
+/// Coordinates in single precision, less an offset of whole units where the cloud lies farther from
+/// the origin than several times its own size, as in a frame of the Earth. Points at the origin stay
+/// there: they are no returns.
+fn near_origin([x, y, z]: [Vec<f64>; 3]) -> (Vec<f32>, Vec<f32>, Vec<f32>, [f64; 3]) {
+    /// A sensor sees its surroundings, so that in its own frame this is below 1.
+    const TIMES: f64 = 4.0;
+    /// From there on single precision is coarser than 2 mm, if the unit is the metre.
+    const COARSE: f64 = 20_000.0;
+    let is_nothing = |point: usize| x[point] == 0.0 && y[point] == 0.0 && z[point] == 0.0;
+    let limits = [&x, &y, &z].map(|column| {
+        let found = column
+            .iter()
+            .enumerate()
+            .filter(|(point, along)| along.is_finite() && !is_nothing(*point));
+        found.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], (_, &along)| {
+            [least.min(along), most.max(along)]
+        })
+    });
+    let size = limits.map(|[least, most]| most - least).into_iter().fold(0.0, f64::max);
+    let middle = limits.map(|[least, most]| ((least + most) / 2.0).round());
+    let is_far = middle.iter().any(|along| along.abs() > (TIMES * size).max(COARSE));
+    let offset = if is_far { middle } else { [0.0; 3] };
+    let column = |column: &[f64], offset: f64| {
+        let near = |(point, &along): (usize, &f64)| match is_nothing(point) {
+            true => 0.0,
+            false => (along - offset) as f32,
+        };
+        column.iter().enumerate().map(near).collect()
+    };
+    (column(&x, offset[0]), column(&y, offset[1]), column(&z, offset[2]), offset)
 }
 
 #[inline]

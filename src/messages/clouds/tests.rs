@@ -134,6 +134,29 @@ fn coordinates_of_any_type_order_and_place() {
     assert_eq!((points.height, points.width), (1, 2));
 }
 
+#[test]
+fn double_precision_keeps_its_millimetres_far_from_the_origin() {
+    let places = [
+        [500_000.123, 5_400_000.456, 300.007],
+        [500_010.124, 5_400_020.457, 301.008],
+        [0.0; 3],
+        [f64::NAN, 5_400_000.0, 300.0],
+    ];
+    let data: Vec<u8> =
+        places.iter().flatten().flat_map(|along: &f64| along.to_le_bytes()).collect();
+    let fields = ["x", "y", "z"].into_iter().zip([0, 8, 16]);
+    let fields = fields.map(|(name, at)| field(name, at, Datatype::Float64)).collect();
+    let points = cloud(fields, 24, &data).to_cloud(None).unwrap();
+    for (point, expected) in places.iter().enumerate().take(2) {
+        let recorded = points.recorded(points.position(point).map(f64::from));
+        let off = (0..3).map(|axis| (recorded[axis] - expected[axis]).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-5, "{recorded:?}");
+        let back = points.from_recorded(*expected);
+        assert!((back[0] - f64::from(points.x[point])).abs() < 1e-5);
+    }
+    assert!(!points.is_return(2) && !points.is_return(3), "the origin is no return");
+}
+
 /// 2 rows of 3 points of 13 bytes, and 5 bytes behind each row.
 fn padded_rows() -> Vec<u8> {
     let mut data = Vec::new();

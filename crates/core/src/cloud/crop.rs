@@ -91,7 +91,9 @@ impl PointCloud {
         }
         let mut is_cropped = vec![false; self.len()];
         for (point, is_cropped) in is_cropped.iter_mut().enumerate() {
-            if self.is_return(point) && !crop.keeps(wide(self.position(point))) {
+            let recorded = self.recorded(wide(self.position(point)));
+            let metres = recorded.map(|along| along / self.unit.per_metre());
+            if self.is_return(point) && !crop.keeps(metres) {
                 *is_cropped = true;
                 self.set_position(point, [f32::NAN; 3]);
             }

@@ -79,9 +79,7 @@ impl SensorFrame {
         if let Some(leaning) = up.filter(|up| up.angle(&Vector3::z()) > LEAST_LEAN) {
             cloud.turn(upright(&leaning));
         }
-        let sensors = transforms.sensors_in(frame_id);
-        let turned = cloud.turned;
-        cloud.set_frame(up.is_some(), sensors.into_iter().map(|at| turned * at).collect());
+        cloud.set_frame(up.is_some(), &transforms.sensors_in(frame_id));
         Ok(())
     }
 }
