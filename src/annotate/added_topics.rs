@@ -1,6 +1,7 @@
 //! What the added topics carry, and that they are not there yet.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 use std::sync::Arc;
 
 use crate::error::{Conflict, Error, Result};
@@ -10,14 +11,18 @@ use crate::messages::definitions::MessageSchema;
 use crate::messages::qos::{Durability, QOS_KEY, connection_metadata, qos_metadata};
 use divmerge_recording::{Channel, Overview};
 
-/// Refuses a recording that has the topics that would be added.
+/// Refuses a recording that has the topics that would be added beside those of its clouds.
 pub(super) fn refuse_annotated<'a>(
-    overview: &Overview,
-    topics: impl IntoIterator<Item = &'a Arc<str>>,
+    path: &Path,
+    names: &BTreeSet<&str>,
+    clouds: impl IntoIterator<Item = &'a Arc<str>>,
 ) -> Result<()> {
-    for topic in topics {
+    for topic in clouds {
         for end in [INSTANCES, OBJECTS] {
-            refuse_topic(overview, format!("{topic}{end}"))?;
+            let added = format!("{topic}{end}");
+            if names.contains(added.as_str()) {
+                return Err(already_there(path, added));
+            }
         }
     }
     Ok(())
@@ -25,10 +30,15 @@ pub(super) fn refuse_annotated<'a>(
 
 /// Refuses a recording that has a topic that would be added.
 pub(crate) fn refuse_topic(overview: &Overview, topic: String) -> Result<()> {
-    if overview.channels_of(&topic).next().is_none() {
-        return Ok(());
+    match overview.channels_of(&topic).next() {
+        None => Ok(()),
+        Some(_) => Err(already_there(&overview.path, topic)),
     }
-    Err(Error::Conflict { path: overview.path.clone(), problem: Conflict::TopicExists { topic } })
+}
+
+/// The error that a topic that would be added is there already.
+pub(super) fn already_there(path: &Path, topic: String) -> Error {
+    Error::Conflict { path: path.to_owned(), problem: Conflict::TopicExists { topic } }
 }
 
 /// Quality-of-service metadata for an added channel: the cloud's own where it has some, else

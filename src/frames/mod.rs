@@ -32,4 +32,4 @@ pub use selection::Selection;
 pub use static_transforms::{recorded_transforms, static_transforms};
 pub use topic_boxes::FrameDetections;
 pub use topic_classes::TOLERANCE_NS;
-pub use topics::{CloudTopic, INSTANCES, OBJECTS, annotated_topics, choose_topics, is_annotation};
+pub use topics::{CloudTopic, INSTANCES, OBJECTS, annotated_topics, choose_topics};

@@ -60,7 +60,7 @@ pub(super) fn type_name<'a>(overview: &'a Overview, channel: &Channel) -> &'a st
 
 /// Whether a topic is one that an earlier annotation added beside its cloud topic: the clouds are
 /// there, or the objects that come with it.
-pub fn is_annotation(overview: &Overview, topic: &str) -> bool {
+fn is_annotation(overview: &Overview, topic: &str) -> bool {
     let has_clouds = |topic: &str| {
         overview.channels_of(topic).any(|channel| CloudTopic::of(overview, channel).is_some())
     };
@@ -70,10 +70,24 @@ pub fn is_annotation(overview: &Overview, topic: &str) -> bool {
         .is_some_and(|cloud| has_clouds(cloud) || is_there(&format!("{cloud}{OBJECTS}")))
 }
 
-/// The topics that an earlier annotation added, `T/instances` of each cloud topic T.
+/// The topics that an earlier annotation added: `T/instances` of each cloud topic T, or beside
+/// `T/objects`.
 pub fn annotated_topics(overview: &Overview) -> BTreeSet<&str> {
-    let topics = overview.channels.values().map(|channel| channel.topic.as_str());
-    topics.filter(|topic| is_annotation(overview, topic)).collect()
+    let topics = topic_names(overview);
+    let channels = overview.channels.values();
+    let clouds = channels.filter(|channel| CloudTopic::of(overview, channel).is_some());
+    let clouds: BTreeSet<&str> = clouds.map(|channel| channel.topic.as_str()).collect();
+    let is_added = |topic: &&str| {
+        topic.strip_suffix(INSTANCES).is_some_and(|cloud| {
+            clouds.contains(cloud) || topics.contains(format!("{cloud}{OBJECTS}").as_str())
+        })
+    };
+    topics.iter().copied().filter(is_added).collect()
+}
+
+/// Names of the topics of a recording.
+pub(crate) fn topic_names(overview: &Overview) -> BTreeSet<&str> {
+    overview.channels.values().map(|channel| channel.topic.as_str()).collect()
 }
 
 /// The channels whose clouds are clustered: those of the topics that are named, or without names
@@ -87,34 +101,34 @@ pub fn choose_topics(
     class_topic: Option<&str>,
 ) -> Result<BTreeMap<u16, CloudTopic>> {
     let has_classes = |topic: &str| topics.is_empty() && class_topic == Some(topic);
+    let annotated = annotated_topics(overview);
     let mut readable: BTreeMap<u16, CloudTopic> = overview
         .channels
         .values()
         .filter(|channel| !has_classes(&channel.topic))
-        .filter_map(|channel| Some((channel.id, clustered_topic(overview, channel, &[])?)))
+        .filter(|channel| !annotated.contains(channel.topic.as_str()))
+        .filter_map(|channel| Some((channel.id, CloudTopic::of(overview, channel)?)))
         .collect();
     if readable.is_empty() {
         return Err(no_readable_topic(overview));
     }
-    let has = |topic: &String| readable.values().any(|have| *have.topic == **topic);
-    if let Some(missing) = topics.iter().find(|topic| !has(topic)) {
+    let there: BTreeSet<&str> = readable.values().map(|have| &*have.topic).collect();
+    if let Some(missing) = topics.iter().find(|topic| !there.contains(topic.as_str())) {
         return Err(no_such_topic(overview, missing, readable.values()));
     }
-    readable.retain(|_, have| is_named(&have.topic, topics));
+    let named: BTreeSet<&str> = topics.iter().map(String::as_str).collect();
+    readable.retain(|_, have| named.is_empty() || named.contains(&*have.topic));
     Ok(readable)
 }
 
-fn is_named(topic: &str, topics: &[String]) -> bool {
-    topics.is_empty() || topics.iter().any(|named| named == topic)
-}
-
-/// The topic of a channel whose clouds are clustered, as far as is known of the recording.
+/// The topic of a channel whose clouds are clustered, as far as is known of a stream.
 pub(crate) fn clustered_topic(
     overview: &Overview,
     channel: &Channel,
     topics: &[String],
 ) -> Option<CloudTopic> {
-    let is_source = is_named(&channel.topic, topics) && !is_annotation(overview, &channel.topic);
+    let is_named = topics.is_empty() || topics.contains(&channel.topic);
+    let is_source = is_named && !is_annotation(overview, &channel.topic);
     CloudTopic::of(overview, channel).filter(|_| is_source)
 }
 

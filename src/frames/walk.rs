@@ -47,6 +47,7 @@ impl Walk {
             numbered,
             numbers: selection.frames,
             others: false,
+            skims_large_chunks: true,
             ..ReadFilter::default()
         };
         let reader = RecordingReader::open_filtered(overview, &filter, &Workers::none())?;

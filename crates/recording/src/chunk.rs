@@ -1,10 +1,18 @@
 //! A chunk: compressed records, and the checksum over them.
 
 use std::io::{self, Read};
+use std::sync::Arc;
+
+use crc32fast::Hasher;
+use mcap::records::op;
 
 use crate::damage::Damage;
-use crate::fields::{Fields, HEAD_LEN, MAX_RECORD, split_head};
+use crate::fields::{Fields, HEAD_LEN, MAX_RECORD, MESSAGE_HEADER_LEN, split_head};
 use crate::names::record_name;
+use crate::shared_bytes::SharedBytes;
+
+/// A compressed chunk of more bytes of records is large: what is not needed of it is not held.
+const LARGE_CHUNK: u64 = 32 << 20;
 
 /// Bytes of records that any chunk may hold, however small it is in the file: many times a usual
 /// chunk, and more than the largest message that compresses to nothing, such as an empty map.
@@ -64,28 +72,102 @@ pub(crate) fn compression(body: &[u8]) -> Option<&str> {
     Header::parse(body).map(|header| header.compression)
 }
 
-/// Puts the records of a whole chunk into `records`, one behind the other with their heads.
+/// Whether a chunk is compressed and claims more records than are held in memory without need.
+pub(crate) fn is_large(body: &[u8]) -> bool {
+    Header::parse(body).is_some_and(|header| {
+        !header.compression.is_empty() && header.uncompressed_size > LARGE_CHUNK
+    })
+}
+
+/// The records in the record of a whole chunk, one behind the other with their heads. Those of a
+/// chunk without compression are not copied.
 ///
 /// # Errors
 /// Any [`Damage`] of a chunk: its checksum and the lengths of its records are checked.
-pub(crate) fn unpack(body: &[u8], records: &mut Vec<u8>) -> Result<(), Damage> {
-    records.clear();
-    let unreadable = Damage::Unreadable { record: "the chunk's header" };
-    let header = Header::parse(body).ok_or(unreadable)?;
-    let (claimed, found) = (header.compressed_size, header.data.len() as u64);
-    let data = usize::try_from(claimed).ok().and_then(|size| header.data.get(..size));
-    let data = data.ok_or(Damage::ChunkSize { claimed, found })?;
-    let (claimed, most) = (header.uncompressed_size, most_records(data.len()));
-    if claimed > most {
-        let compressed = data.len() as u64;
-        return Err(Damage::ChunkTooLarge { claimed, compressed, most });
+pub(crate) fn unpack(record: &Arc<Vec<u8>>) -> Result<SharedBytes, Damage> {
+    let (header, data) = Header::of_whole(&record[HEAD_LEN..])?;
+    if header.compression.is_empty() {
+        let found = (data.len() as u64).min(header.uncompressed_size.saturating_add(1)) as usize;
+        header.check(&data[..found])?;
+        let start = record.len() - header.data.len();
+        return Ok(SharedBytes::new(record, start..start + found));
     }
-    if quick(&header, data, records) {
-        return Ok(());
+    let records = match quick(&header, data) {
+        Some(records) => records,
+        None => {
+            let mut records = Vec::new();
+            inflate(&header, data, &mut records)?;
+            header.check(&records)?;
+            records
+        }
+    };
+    Ok(records.into())
+}
+
+/// The records of a whole chunk as [`unpack`] gives them, but without the content of messages that
+/// are not kept: of those only the record's head and the message's own header are there. What is
+/// left out is unpacked and checked all the same, and never held.
+///
+/// # Errors
+/// Those of [`unpack`].
+pub(crate) fn skim(body: &[u8], is_kept: &dyn Fn(u16) -> bool) -> Result<Vec<u8>, Damage> {
+    let (header, data) = Header::of_whole(body)?;
+    let most = header.uncompressed_size.saturating_add(1);
+    let unpacked = Checked { from: decoder(&header, data)?, crc: Hasher::new(), length: 0 };
+    let mut unpacked = unpacked.take(most);
+    let mut records = Vec::new();
+    let cut = skim_records(&mut unpacked, is_kept, &mut records).map_err(decompression)?;
+    io::copy(&mut unpacked, &mut io::sink()).map_err(decompression)?;
+    let Checked { crc, length, .. } = unpacked.into_inner();
+    header.check_sums(length, &|| crc.clone().finalize())?;
+    match cut {
+        None => Ok(records),
+        Some(opcode) => Err(Damage::ChunkEnds { record: record_name(opcode) }),
     }
-    inflate(&header, data, records).and_then(|()| header.check(records)).inspect_err(|_| {
-        records.clear();
-    })
+}
+
+/// Appends records up to the end, or up to one that is cut, whose opcode is returned.
+fn skim_records(
+    from: &mut impl Read,
+    is_kept: &dyn Fn(u16) -> bool,
+    records: &mut Vec<u8>,
+) -> io::Result<Option<u8>> {
+    loop {
+        let start = records.len();
+        from.take(HEAD_LEN as u64).read_to_end(records)?;
+        let Some((opcode, length)) = split_head(&records[start..]) else {
+            return Ok(records.get(start).copied());
+        };
+        let mut there = 0;
+        if opcode == op::MESSAGE {
+            let header = length.min(MESSAGE_HEADER_LEN as u64);
+            there += from.take(header).read_to_end(records)? as u64;
+            let channel = Fields(&records[start + HEAD_LEN..]).u16();
+            if there == MESSAGE_HEADER_LEN as u64 && !channel.is_some_and(is_kept) {
+                there += io::copy(&mut from.take(length - there), &mut io::sink())?;
+            }
+        }
+        there += from.take(length - there).read_to_end(records)? as u64;
+        if there < length {
+            return Ok(Some(opcode));
+        }
+    }
+}
+
+/// Counts and sums up what is read.
+struct Checked<R> {
+    from: R,
+    crc: Hasher,
+    length: u64,
+}
+
+impl<R: Read> Read for Checked<R> {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let read = self.from.read(into)?;
+        self.crc.update(&into[..read]);
+        self.length += read as u64;
+        Ok(read)
+    }
 }
 
 /// The most bytes of records that are unpacked from this many bytes. A chunk can claim anything,
@@ -94,63 +176,87 @@ fn most_records(compressed: usize) -> u64 {
     (compressed as u64).saturating_mul(MOST_TIMES_SMALLER).clamp(ALWAYS, MAX_RECORD)
 }
 
-impl Header<'_> {
+impl<'a> Header<'a> {
+    /// The header of a whole chunk, and its compressed records.
+    fn of_whole(body: &'a [u8]) -> Result<(Self, &'a [u8]), Damage> {
+        let unreadable = Damage::Unreadable { record: "the chunk's header" };
+        let header = Header::parse(body).ok_or(unreadable)?;
+        let (claimed, found) = (header.compressed_size, header.data.len() as u64);
+        let data = usize::try_from(claimed).ok().and_then(|size| header.data.get(..size));
+        let data = data.ok_or(Damage::ChunkSize { claimed, found })?;
+        let (claimed, most) = (header.uncompressed_size, most_records(data.len()));
+        if claimed > most {
+            let compressed = data.len() as u64;
+            return Err(Damage::ChunkTooLarge { claimed, compressed, most });
+        }
+        Ok((header, data))
+    }
+
     /// Fails unless the records are what the header says, and whole.
     fn check(&self, records: &[u8]) -> Result<(), Damage> {
-        let (found, claimed) = (records.len() as u64, self.uncompressed_size);
-        if found != claimed {
-            return Err(Damage::ChunkSize { claimed, found });
-        }
-        Damage::check("chunk", self.uncompressed_crc, crc32fast::hash(records))?;
+        self.check_sums(records.len() as u64, &|| crc32fast::hash(records))?;
         match records.get(whole_records(records)) {
             None => Ok(()),
             Some(&opcode) => Err(Damage::ChunkEnds { record: record_name(opcode) }),
         }
     }
+
+    fn check_sums(&self, found: u64, crc: &dyn Fn() -> u32) -> Result<(), Damage> {
+        let claimed = self.uncompressed_size;
+        if found != claimed {
+            return Err(Damage::ChunkSize { claimed, found });
+        }
+        Damage::check("chunk", self.uncompressed_crc, crc())
+    }
 }
 
-/// Unpacks a chunk of one Zstandard frame at once, in half the time of unpacking it piece by piece.
-/// Returns whether that worked and the records are right; if not, `records` is unchanged. Claims
-/// far beyond what points compress to are not believed.
-fn quick(header: &Header, data: &[u8], records: &mut Vec<u8>) -> bool {
+/// The records of a chunk of one Zstandard frame, unpacked at once, in half the time of unpacking
+/// it piece by piece; `None` if that does not work or the records are not right. Claims far beyond
+/// what points compress to are not believed.
+fn quick(header: &Header, data: &[u8]) -> Option<Vec<u8>> {
     let size = header.uncompressed_size;
     if header.compression != "zstd" || size / MOST_TIMES_SMALLER > data.len() as u64 {
-        return false;
+        return None;
     }
-    match zstd::bulk::decompress(data, clamp(size)) {
-        Ok(unpacked) if header.check(&unpacked).is_ok() => *records = unpacked,
-        _ => return false,
-    }
-    true
+    let records = zstd::bulk::decompress(data, clamp(size)).ok()?;
+    header.check(&records).is_ok().then_some(records)
 }
 
 /// Appends the records in `data` to `records`, at most one byte more than the header says. Memory
 /// grows with the unpacked bytes, not with the claim. Records before an error are kept.
 fn inflate(header: &Header, data: &[u8], records: &mut Vec<u8>) -> Result<(), Damage> {
     let most = header.uncompressed_size.saturating_add(1);
-    let mut take = |source: &mut dyn Read| source.take(most).read_to_end(records).map(drop);
-    let inflated = match header.compression {
-        "" => take(&mut &*data),
-        "zstd" => {
-            zstd::stream::read::Decoder::with_buffer(data).and_then(|mut zstd| take(&mut zstd))
-        }
-        "lz4" => lz4::Decoder::new(data).and_then(|mut lz4| take(&mut lz4)),
-        name => return Err(Damage::Compression { name: name.to_owned() }),
-    };
-    inflated.map_err(|error: io::Error| Damage::Decompression { problem: error.to_string() })
+    decoder(header, data)?.take(most).read_to_end(records).map(drop).map_err(decompression)
 }
 
-/// Puts the records that are still whole in a cut chunk into `records`, unchecked.
-pub(crate) fn salvage(body: &[u8], records: &mut Vec<u8>) {
-    records.clear();
+fn decoder<'a>(header: &Header, data: &'a [u8]) -> Result<Box<dyn Read + 'a>, Damage> {
+    Ok(match header.compression {
+        "" => Box::new(data),
+        "zstd" => {
+            let zstd = zstd::stream::read::Decoder::with_buffer(data);
+            Box::new(zstd.map_err(decompression)?)
+        }
+        "lz4" => Box::new(lz4::Decoder::new(data).map_err(decompression)?),
+        name => return Err(Damage::Compression { name: name.to_owned() }),
+    })
+}
+
+fn decompression(error: io::Error) -> Damage {
+    Damage::Decompression { problem: error.to_string() }
+}
+
+/// The records that are still whole in a cut chunk, unchecked.
+pub(crate) fn salvage(body: &[u8]) -> Vec<u8> {
+    let mut records = Vec::new();
     let Some(mut header) = Header::parse(body) else {
-        return;
+        return records;
     };
     let data = &header.data[..header.data.len().min(clamp(header.compressed_size))];
     header.uncompressed_size = header.uncompressed_size.min(most_records(data.len()));
     // The cut is an error; the records before it are whole.
-    let _ = inflate(&header, data, records);
-    records.truncate(whole_records(records));
+    let _ = inflate(&header, data, &mut records);
+    records.truncate(whole_records(&records));
+    records
 }
 
 /// Bytes of the whole records at the start of `data`.

@@ -3,7 +3,7 @@
 use std::io::Cursor;
 
 use binrw::BinWrite;
-use mcap::records::{AttachmentHeader, MessageHeader, SchemaHeader, op};
+use mcap::records::{MessageHeader, SchemaHeader, op};
 
 use crate::fields::{MESSAGE_HEADER_LEN, head};
 use crate::record::Schema;
@@ -39,21 +39,11 @@ pub(crate) fn schema(schema: &Schema) -> Vec<u8> {
     plain(op::SCHEMA, &[bytes(&header).as_slice(), &length, data].concat())
 }
 
-/// An attachment record with its checksum, and the bytes of the attached file.
-pub(crate) fn attachment(header: &AttachmentHeader, data: &[u8]) -> Vec<u8> {
-    let length = (data.len() as u64).to_le_bytes();
-    let mut content = [bytes(header).as_slice(), &length, data].concat();
-    let crc = crc32fast::hash(&content);
-    content.extend_from_slice(&crc.to_le_bytes());
-    plain(op::ATTACHMENT, &content)
-}
-
-/// Appends a message record.
-pub(crate) fn put_message(header: &MessageHeader, data: &[u8], into: &mut Vec<u8>) {
-    into.extend_from_slice(&head(op::MESSAGE, (MESSAGE_HEADER_LEN + data.len()) as u64));
+/// Appends a message record, up to its data of this length.
+pub(crate) fn put_message_start(header: &MessageHeader, length: usize, into: &mut Vec<u8>) {
+    into.extend_from_slice(&head(op::MESSAGE, (MESSAGE_HEADER_LEN + length) as u64));
     into.extend_from_slice(&header.channel_id.to_le_bytes());
     into.extend_from_slice(&header.sequence.to_le_bytes());
     into.extend_from_slice(&header.log_time.to_le_bytes());
     into.extend_from_slice(&header.publish_time.to_le_bytes());
-    into.extend_from_slice(data);
 }

@@ -83,6 +83,20 @@ pub enum Error {
         channel: u16,
     },
 
+    /// The pieces of an attachment did not come one behind the other.
+    #[error(
+        "writing MCAP: attachment `{name}` has {size} bytes, and behind the first {written} comes \
+         something else"
+    )]
+    AttachmentPieces {
+        /// Name of the attachment.
+        name: String,
+        /// Its bytes that were written.
+        written: u64,
+        /// All its bytes.
+        size: u64,
+    },
+
     /// All schema ids are taken.
     #[error("writing MCAP: cannot write more than 65535 schemas to one MCAP")]
     TooManySchemas,

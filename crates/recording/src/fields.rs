@@ -1,5 +1,7 @@
 //! The small pieces that records are made of.
 
+use mcap::records::MessageHeader;
+
 /// Bytes of a record's opcode and length.
 pub(crate) const HEAD_LEN: usize = 1 + 8;
 
@@ -64,4 +66,15 @@ pub(crate) fn head(opcode: u8, length: u64) -> [u8; HEAD_LEN] {
 pub(crate) fn split_head(bytes: &[u8]) -> Option<(u8, u64)> {
     let mut fields = Fields(bytes);
     Some((fields.u8()?, fields.u64()?))
+}
+
+/// The header that the content of a message record begins with.
+pub(crate) fn message_header(body: &[u8]) -> Option<MessageHeader> {
+    let mut fields = Fields(body);
+    Some(MessageHeader {
+        channel_id: fields.u16()?,
+        sequence: fields.u32()?,
+        log_time: fields.u64()?,
+        publish_time: fields.u64()?,
+    })
 }

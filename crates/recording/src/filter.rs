@@ -31,6 +31,11 @@ pub struct ReadFilter {
     /// compression as it lies in the file, neither opened nor checked, if it has no numbered
     /// message. Default: none.
     pub unopened: Option<Compression>,
+    /// Whether messages of the other channels are left out of compressed chunks of more than 32 MiB
+    /// of records, so that those need not be in memory beside the chunk itself. Such a chunk can be
+    /// copied as it is, or opened ([`SourceChunk::into_items`](crate::SourceChunk::into_items)).
+    /// Default: no.
+    pub skims_large_chunks: bool,
 }
 
 /// Every byte of a file.
@@ -47,6 +52,7 @@ impl Default for ReadFilter {
             bytes: ALL_BYTES,
             others: true,
             unopened: None,
+            skims_large_chunks: false,
         }
     }
 }
@@ -78,7 +84,7 @@ impl ReadFilter {
     /// Whether a chunk need not be opened.
     pub(crate) fn may_stay_unopened(&self, chunk: &IndexedChunk) -> bool {
         self.others
-            && self.unopened.is_some_and(|compression| compression.name() == chunk.compression)
+            && self.unopened.is_some_and(|compression| compression.name() == &*chunk.compression)
             && chunk.has_message_indexes()
             && chunk.counts.is_empty()
             && self.is_in_window(chunk.times.0)

@@ -1,7 +1,8 @@
 //! The chunks of a recording as the index in its summary lists them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::sync::Arc;
 
 use mcap::records;
 
@@ -29,9 +30,9 @@ pub(crate) struct IndexedChunk {
     /// Channels that it has message indexes of.
     pub(crate) channels: usize,
     /// Name of its compression, empty for none.
-    pub(crate) compression: String,
+    pub(crate) compression: Arc<str>,
     /// Channels that are kept, and their messages.
-    pub(crate) counts: Vec<(u16, u64)>,
+    pub(crate) counts: Box<[(u16, u64)]>,
 }
 
 impl Index {
@@ -39,13 +40,20 @@ impl Index {
     /// no summary or no checksum over it, it does not list as many chunks as it counts, chunks
     /// overlap in the file, or message indexes cannot lie where it says.
     pub(crate) fn read(path: &Path, size: u64, keep: &dyn Fn(u16) -> bool) -> Option<Self> {
-        let (mut chunks, mut counted) = (Vec::new(), None);
+        let (mut chunks, mut counted) = (Some(Vec::new()), None);
+        let mut names = BTreeSet::new();
         let seen = visit_summary(path, size, |record| match record {
-            records::Record::ChunkIndex(chunk) => chunks.push(IndexedChunk::new(chunk, keep)),
+            records::Record::ChunkIndex(chunk) => {
+                let name = shared(&mut names, &chunk.compression);
+                match IndexedChunk::new(chunk, name, keep).zip(chunks.as_mut()) {
+                    Some((chunk, chunks)) => chunks.push(chunk),
+                    None => chunks = None,
+                }
+            }
             records::Record::Statistics(statistics) => counted = Some(statistics.chunk_count),
             _ => {}
         })?;
-        let mut chunks: Vec<IndexedChunk> = chunks.into_iter().collect::<Option<_>>()?;
+        let mut chunks: Vec<IndexedChunk> = chunks?;
         chunks.sort_by_key(|chunk| chunk.start);
         let is_ordered = chunks.windows(2).all(|two| two[0].end <= two[1].start);
         let is_inside = chunks.last().is_none_or(|last| last.end <= seen.start);
@@ -58,8 +66,22 @@ impl Index {
     }
 }
 
+/// A name as it is held already, so that it takes memory once.
+fn shared(names: &mut BTreeSet<Arc<str>>, name: &str) -> Arc<str> {
+    if let Some(known) = names.get(name) {
+        return Arc::clone(known);
+    }
+    let name: Arc<str> = name.into();
+    names.insert(Arc::clone(&name));
+    name
+}
+
 impl IndexedChunk {
-    fn new(chunk: records::ChunkIndex, keep: &dyn Fn(u16) -> bool) -> Option<Self> {
+    fn new(
+        chunk: records::ChunkIndex,
+        compression: Arc<str>,
+        keep: &dyn Fn(u16) -> bool,
+    ) -> Option<Self> {
         let start = chunk.chunk_start_offset;
         let end = start.checked_add(chunk.chunk_length)?.checked_add(chunk.message_index_length)?;
         let times = (chunk.message_start_time, chunk.message_end_time);
@@ -70,7 +92,7 @@ impl IndexedChunk {
             end,
             times,
             channels,
-            compression: chunk.compression,
+            compression,
             counts: counts.into_iter().filter(|&(channel, _)| keep(channel)).collect(),
         })
     }

@@ -92,6 +92,7 @@ mod reader;
 mod record;
 #[cfg(feature = "remote")]
 mod remote;
+mod shared_bytes;
 mod source;
 pub mod stopwatch;
 mod summary;
@@ -112,8 +113,9 @@ pub use index::{ChunkPlace, window_around};
 pub use input::Fetched;
 pub use names::checksum;
 pub use overview::Overview;
-pub use part::{Item, Part, SharedBytes, SourceChunk};
+pub use part::{Item, Part, SourceChunk};
 pub use partial::{PartialFile, abandon_partial_files, write_file};
 pub use reader::{ReadTimes, RecordingReader};
 pub use record::{Position, Record, Schema};
+pub use shared_bytes::SharedBytes;
 pub use writer::{RecordingWriter, WriteOptions, WriteTimes};

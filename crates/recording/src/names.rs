@@ -3,7 +3,7 @@
 use mcap::records::op;
 
 /// Name of a record, with its article.
-pub(crate) fn record_name(opcode: u8) -> &'static str {
+pub(crate) const fn record_name(opcode: u8) -> &'static str {
     match opcode {
         op::HEADER => "a header record",
         op::FOOTER => "a footer record",

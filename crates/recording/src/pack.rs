@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
-use std::sync::Arc;
 use std::time::Instant;
 
 use mcap::records::{
@@ -12,10 +11,17 @@ use mcap::records::{
 use crate::compression::Compression;
 use crate::encode;
 use crate::fields::{HEAD_LEN, head, split_head};
+use crate::shared_bytes::SharedBytes;
 use crate::stopwatch::ms_since;
 
 /// Zstandard's level.
 const ZSTD_LEVEL: i32 = 1;
+
+/// A message of more bytes is large: it is not copied.
+pub(crate) const LARGE_MESSAGE: usize = 32 << 20;
+
+/// How many times smaller compression must make a large message.
+const TIMES_SMALLER: usize = 8;
 
 /// Where the messages of a chunk are: log times and offsets among its records, by channel.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -80,16 +86,19 @@ impl MessagePlaces {
 #[derive(Debug, Default)]
 pub(crate) struct OpenChunk {
     records: Vec<u8>,
+    /// The data of a large message, which the records end with.
+    large: SharedBytes,
     places: MessagePlaces,
 }
 
 impl OpenChunk {
     pub(crate) fn len(&self) -> u64 {
-        self.records.len() as u64
+        (self.records.len() + self.large.len()) as u64
     }
 
-    pub(crate) fn records(&self) -> &[u8] {
-        &self.records
+    /// Its records; `None` if there is a large message among them.
+    pub(crate) fn records(&self) -> Option<&[u8]> {
+        self.large.is_empty().then_some(&self.records)
     }
 
     pub(crate) fn put_record(&mut self, record: &[u8]) {
@@ -98,65 +107,118 @@ impl OpenChunk {
 
     pub(crate) fn put_message(&mut self, header: &MessageHeader, data: &[u8]) {
         self.places.take(header, self.len());
-        encode::put_message(header, data, &mut self.records);
+        encode::put_message_start(header, data.len(), &mut self.records);
+        self.records.extend_from_slice(data);
     }
 
-    /// Compresses the records.
+    /// Puts a message whose data are not copied. No record may follow.
+    pub(crate) fn put_large_message(&mut self, header: &MessageHeader, data: SharedBytes) {
+        self.places.take(header, self.len());
+        encode::put_message_start(header, data.len(), &mut self.records);
+        self.large = data;
+    }
+
+    /// Compresses the records. Those with a large message are left uncompressed unless that makes
+    /// them much smaller, so that it is not in memory twice.
     pub(crate) fn pack(self, compression: Compression) -> io::Result<PackedChunk> {
         let started = Instant::now();
-        let OpenChunk { records, places } = self;
-        let uncompressed_size = records.len() as u64;
-        let uncompressed_crc = crc32fast::hash(&records);
-        let data = match compression {
-            Compression::None => records,
-            Compression::Lz4 => lz4(&records)?,
-            Compression::Zstd => zstd::bulk::compress(&records, ZSTD_LEVEL)?,
+        let OpenChunk { records, large, places } = self;
+        let uncompressed_size = (records.len() + large.len()) as u64;
+        let mut crc = crc32fast::Hasher::new();
+        crc.update(&records);
+        crc.update(&large);
+        let (compression, data) = match compression {
+            _ if !large.is_empty() => match compress_large([&records, &large], compression)? {
+                Some(data) => (compression, data),
+                None => (Compression::None, Vec::new()),
+            },
+            Compression::None => (compression, Vec::new()),
+            Compression::Lz4 => (compression, lz4(&[&records], Vec::new())?),
+            Compression::Zstd => (compression, zstd::bulk::compress(&records, ZSTD_LEVEL)?),
         };
         let (message_start_time, message_end_time) = places.times();
+        let compressed_size = match compression {
+            Compression::None => uncompressed_size,
+            _ => data.len() as u64,
+        };
         let header = ChunkHeader {
             message_start_time,
             message_end_time,
             uncompressed_size,
-            uncompressed_crc,
+            uncompressed_crc: crc.finalize(),
             compression: compression.name().to_owned(),
-            compressed_size: data.len() as u64,
+            compressed_size,
         };
         let mut start = encode::bytes(&header);
-        let length = (start.len() + data.len()) as u64;
+        let length = start.len() as u64 + compressed_size;
         start.splice(0..0, head(op::CHUNK, length));
-        let ms = ms_since(started);
-        let data = Arc::new(data);
-        Ok(PackedChunk {
-            start,
-            data,
-            places,
-            uncompressed_size,
-            compression: header.compression,
-            compressed_size: header.compressed_size,
-            ms,
-        })
+        let parts = match compression {
+            Compression::None => [start.into(), records.into(), large],
+            _ => [start.into(), data.into(), SharedBytes::default()],
+        };
+        let (compression, ms) = (header.compression, ms_since(started));
+        Ok(PackedChunk { parts, places, uncompressed_size, compression, compressed_size, ms })
+    }
+}
+
+/// Compresses the records of a chunk with a large message; `None` if they do not become
+/// [`TIMES_SMALLER`] times smaller.
+fn compress_large(records: [&[u8]; 2], compression: Compression) -> io::Result<Option<Vec<u8>>> {
+    let most = records.iter().map(|part| part.len()).sum::<usize>() / TIMES_SMALLER;
+    let mut into = Limited { bytes: Vec::new(), most, is_full: false };
+    let compressed = match compression {
+        Compression::None => return Ok(None),
+        Compression::Lz4 => lz4(&records, &mut into).map(drop),
+        Compression::Zstd => {
+            let mut encoder = zstd::Encoder::new(&mut into, ZSTD_LEVEL)?;
+            let written = records.iter().try_for_each(|part| encoder.write_all(part));
+            written.and_then(|()| encoder.finish().map(drop))
+        }
+    };
+    match into.is_full {
+        true => Ok(None),
+        false => compressed.map(|()| Some(into.bytes)),
+    }
+}
+
+/// Takes no more bytes than this.
+struct Limited {
+    bytes: Vec<u8>,
+    most: usize,
+    is_full: bool,
+}
+
+impl Write for &mut Limited {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.is_full |= self.bytes.len() + bytes.len() > self.most;
+        if self.is_full {
+            return Err(io::ErrorKind::FileTooLarge.into());
+        }
+        self.bytes.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
     }
 }
 
 /// One frame without checksums of blocks or content: the chunk has its own, and some readers of
 /// MCAP fail on those of blocks.
-fn lz4(records: &[u8]) -> io::Result<Vec<u8>> {
+fn lz4<W: Write>(records: &[&[u8]], into: W) -> io::Result<W> {
     let mut encoder = lz4::EncoderBuilder::new()
         .level(0)
         .block_checksum(lz4::liblz4::BlockChecksum::NoBlockChecksum)
-        .build(Vec::new())?;
-    encoder.write_all(records)?;
-    let (data, result) = encoder.finish();
-    result.map(|()| data)
+        .build(into)?;
+    records.iter().try_for_each(|part| encoder.write_all(part))?;
+    let (into, result) = encoder.finish();
+    result.map(|()| into)
 }
 
 /// A whole chunk, ready to be placed in the file.
 #[derive(Debug)]
 pub(crate) struct PackedChunk {
-    /// The first bytes of its record, up to what `data` holds.
-    pub(crate) start: Vec<u8>,
-    /// The rest of its record.
-    pub(crate) data: Arc<Vec<u8>>,
+    /// Its record, head included.
+    pub(crate) parts: [SharedBytes; 3],
     pub(crate) places: MessagePlaces,
     pub(crate) uncompressed_size: u64,
     pub(crate) compression: String,
@@ -166,9 +228,14 @@ pub(crate) struct PackedChunk {
 }
 
 impl PackedChunk {
+    /// Bytes of its record.
+    pub(crate) fn len(&self) -> u64 {
+        self.parts.iter().map(|part| part.len() as u64).sum()
+    }
+
     /// The message indexes that follow a chunk at `offset`, and its entry in the summary.
     pub(crate) fn index(&self, offset: u64) -> (Vec<u8>, ChunkIndex) {
-        let length = (self.start.len() + self.data.len()) as u64;
+        let length = self.len();
         let mut indexes = Vec::new();
         let mut message_index_offsets = BTreeMap::new();
         for (&channel_id, records) in &self.places.by_channel {

@@ -1,42 +1,14 @@
 //! A recording in parts: whole chunks with their records, and records outside of chunks.
 
-use std::ops::{Deref, Range};
 use std::sync::Arc;
 
 use mcap::records::{MessageHeader, op};
 
 use crate::chunk;
-use crate::fields::{HEAD_LEN, MESSAGE_HEADER_LEN, head};
+use crate::fields::{Fields, HEAD_LEN, MESSAGE_HEADER_LEN, message_header, split_head};
 use crate::pack::{MessagePlaces, PackedChunk};
 use crate::record::{Position, Record};
-
-/// Bytes to keep or to use in another thread without a copy. The bytes around them are kept, too.
-#[derive(Debug, Clone)]
-pub struct SharedBytes {
-    all: Arc<Vec<u8>>,
-    place: Range<usize>,
-}
-
-impl SharedBytes {
-    pub(crate) fn new(all: &Arc<Vec<u8>>, place: Range<usize>) -> Self {
-        SharedBytes { all: Arc::clone(all), place }
-    }
-}
-
-impl From<Vec<u8>> for SharedBytes {
-    fn from(bytes: Vec<u8>) -> Self {
-        let place = 0..bytes.len();
-        SharedBytes { all: Arc::new(bytes), place }
-    }
-}
-
-impl Deref for SharedBytes {
-    type Target = [u8];
-
-    fn deref(&self) -> &[u8] {
-        &self.all[self.place.clone()]
-    }
-}
+use crate::shared_bytes::SharedBytes;
 
 /// A record, to keep.
 #[derive(Debug, Clone)]
@@ -67,48 +39,60 @@ pub enum Part {
 /// records have been checked, unless it is unopened.
 #[derive(Debug, Clone)]
 pub struct SourceChunk {
-    /// Its records without repeated definitions; empty if it is unopened.
+    /// Its records without repeated definitions; empty if it is unopened. Of a large chunk, messages
+    /// that the [`ReadFilter`](crate::ReadFilter) does not number may be left out.
     pub items: Vec<Item>,
-    body: Arc<Vec<u8>>,
+    /// Where it lies in the file.
+    offset: u64,
+    /// Its record, the head included.
+    record: Arc<Vec<u8>>,
+    /// Its records, unpacked; `None` if it is unopened or messages are left out.
+    records: Option<SharedBytes>,
     places: MessagePlaces,
     header: chunk::Sizes,
 }
 
 impl SourceChunk {
-    /// The chunk, or its items back if it should not be copied as it is.
-    pub(crate) fn new(body: &Arc<Vec<u8>>, items: Vec<Item>) -> Result<Self, Vec<Item>> {
-        let mut places = MessagePlaces::default();
-        for item in &items {
-            match item {
-                Item::Message { header, data, .. } => {
-                    let start = data.place.start - MESSAGE_HEADER_LEN - HEAD_LEN;
-                    places.take(header, start as u64);
-                }
-                Item::Record(Record::Damaged { .. }) => return Err(items),
-                Item::Record(_) => {}
+    /// The chunk, or its items back if it should not be copied as it is. `records` is `None` if
+    /// messages are left out.
+    pub(crate) fn new(
+        offset: u64,
+        record: &Arc<Vec<u8>>,
+        (items, places): (Vec<Item>, MessagePlaces),
+        records: Option<SharedBytes>,
+    ) -> Result<Self, Vec<Item>> {
+        let is_damaged = |item: &Item| matches!(item, Item::Record(Record::Damaged { .. }));
+        let header = chunk::sizes(&record[HEAD_LEN..]);
+        match header.filter(|header| header.times == places.times()) {
+            Some(header) if !items.iter().any(is_damaged) => {
+                let record = Arc::clone(record);
+                Ok(SourceChunk { items, offset, record, records, places, header })
             }
-        }
-        match chunk::sizes(body).filter(|header| header.times == places.times()) {
-            Some(header) => Ok(SourceChunk { items, body: Arc::clone(body), places, header }),
-            None => Err(items),
+            _ if records.is_none() => Err(with_left_out(offset, record, items)),
+            _ => Err(items),
         }
     }
 
     /// The chunk unopened, its messages where the message indexes say that they are. `None` if
     /// these do not fit the header of the chunk, or are not of this many channels.
-    pub(crate) fn unopened(body: &Arc<Vec<u8>>, indexes: &[u8], channels: usize) -> Option<Self> {
+    pub(crate) fn unopened(
+        offset: u64,
+        record: &Arc<Vec<u8>>,
+        indexes: &[u8],
+        channels: usize,
+    ) -> Option<Self> {
         let places = MessagePlaces::read(indexes)?;
-        let header = chunk::sizes(body)?;
+        let header = chunk::sizes(&record[HEAD_LEN..])?;
         let is_sound = header.times == places.times()
             && places.counts().count() == channels
             && places.are_below(header.uncompressed_size);
-        let (items, body) = (Vec::new(), Arc::clone(body));
-        is_sound.then_some(SourceChunk { items, body, places, header })
+        let (items, record, records) = (Vec::new(), Arc::clone(record), None);
+        is_sound.then_some(SourceChunk { items, offset, record, records, places, header })
     }
 
-    /// The content of its record in the file.
-    pub(crate) fn body(&self) -> &Arc<Vec<u8>> {
-        &self.body
+    /// Its record in the file.
+    pub(crate) fn record(&self) -> &Arc<Vec<u8>> {
+        &self.record
     }
 
     /// Messages of each channel in it.
@@ -116,12 +100,17 @@ impl SourceChunk {
         self.places.counts()
     }
 
-    /// Its records, unpacked; `None` if it is unopened or has no message.
+    /// Its records, unpacked; `None` if it is unopened or messages are left out.
     pub(crate) fn records(&self) -> Option<&[u8]> {
-        self.items.iter().find_map(|item| match item {
-            Item::Message { data, .. } => Some(data.all.as_slice()),
-            Item::Record(_) => None,
-        })
+        self.records.as_deref()
+    }
+
+    /// Its records with the messages that are left out of a large chunk. It must not be unopened.
+    pub fn into_items(self) -> Vec<Item> {
+        match self.records {
+            Some(_) => self.items,
+            None => with_left_out(self.offset, &self.record, self.items),
+        }
     }
 
     /// Name of its compression, empty for none.
@@ -139,21 +128,72 @@ impl SourceChunk {
         self.counts().map(|(_, count)| count).sum()
     }
 
-    /// Its bytes in memory: as it lies in its file, and unpacked unless it is unopened.
+    /// Its bytes in memory: as it lies in its file, and unpacked as far as it is.
     pub fn size(&self) -> usize {
-        let unpacked = if self.items.is_empty() { 0 } else { self.header.uncompressed_size };
-        self.body.len() + unpacked as usize
+        let is_compressed = !self.compression().is_empty();
+        let unpacked = match &self.records {
+            Some(records) if is_compressed => records.len(),
+            Some(_) => 0,
+            None => self.items.iter().map(Item::size).sum(),
+        };
+        self.record.len() + unpacked
     }
 
     pub(crate) fn verbatim(&self) -> PackedChunk {
         PackedChunk {
-            start: head(op::CHUNK, self.body.len() as u64).to_vec(),
-            data: Arc::clone(&self.body),
+            parts: [
+                Arc::clone(&self.record).into(),
+                SharedBytes::default(),
+                SharedBytes::default(),
+            ],
             places: self.places.clone(),
             uncompressed_size: self.header.uncompressed_size,
             compression: self.header.compression.clone(),
             compressed_size: self.header.compressed_size,
             ms: 0.0,
         }
+    }
+}
+
+impl Item {
+    /// Bytes of a message or of what is attached.
+    pub fn size(&self) -> usize {
+        match self {
+            Item::Message { data, .. } => data.len(),
+            Item::Record(Record::Attachment { data, .. }) => data.len(),
+            Item::Record(_) => 0,
+        }
+    }
+}
+
+/// The items of a chunk, which has been checked, with the messages that are not among `items`.
+fn with_left_out(offset: u64, record: &Arc<Vec<u8>>, items: Vec<Item>) -> Vec<Item> {
+    let records = chunk::unpack(record).expect("a chunk that has been checked");
+    let mut others = items.into_iter().filter(|item| matches!(item, Item::Record(_))).peekable();
+    let (mut all, mut next, mut messages) = (Vec::new(), 0, 0);
+    while let Some((opcode, length)) = split_head(&records[next..]) {
+        let start = next + HEAD_LEN;
+        next = start + length as usize;
+        let header = message_header(&records[start..]).filter(|_| opcode == op::MESSAGE);
+        match header {
+            Some(header) => {
+                let position = Position { chunk_offset: offset, index_in_chunk: messages };
+                let data = records.slice(start + MESSAGE_HEADER_LEN..next);
+                all.push(Item::Message { header, data, position });
+                messages += 1;
+            }
+            None => all.extend(others.next_if(|item| is_of(item, opcode, &records[start..next]))),
+        }
+    }
+    all
+}
+
+/// Whether an item may have been made of such a record. A definition that is repeated has none.
+fn is_of(item: &Item, opcode: u8, body: &[u8]) -> bool {
+    let id = Fields(body).u16();
+    match item {
+        Item::Record(Record::Schema(schema)) => opcode == op::SCHEMA && id == Some(schema.id),
+        Item::Record(Record::Channel(channel)) => opcode == op::CHANNEL && id == Some(channel.id),
+        _ => opcode >= 0x10,
     }
 }

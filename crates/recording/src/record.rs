@@ -62,11 +62,17 @@ pub enum Record<'a> {
         /// Where it lies.
         position: Position,
     },
-    /// An attached file.
+    /// An attached file, or a piece of it: a larger file than 1 MiB comes in several pieces, one
+    /// behind the other with no other record between them. The checksum has been checked with the
+    /// last of them.
     Attachment {
         /// Name, media type and times.
         header: AttachmentHeader,
-        /// The file.
+        /// Bytes of the file.
+        size: u64,
+        /// Bytes of the file before this piece.
+        start: u64,
+        /// The piece.
         data: Cow<'a, [u8]>,
     },
     /// A named table of strings.
@@ -112,8 +118,9 @@ impl Record<'_> {
             Record::Message { header, data, position } => {
                 Record::Message { header, data: Cow::Owned(data.into_owned()), position }
             }
-            Record::Attachment { header, data } => {
-                Record::Attachment { header, data: Cow::Owned(data.into_owned()) }
+            Record::Attachment { header, size, start, data } => {
+                let data = Cow::Owned(data.into_owned());
+                Record::Attachment { header, size, start, data }
             }
             Record::Metadata(metadata) => Record::Metadata(metadata),
             Record::Private { opcode, data, in_chunk } => {

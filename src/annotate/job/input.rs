@@ -27,7 +27,11 @@ impl Job<'_> {
                 self.push(bytes, PendingItem::Chunk(chunk))?;
                 clouds.iter().try_for_each(|item| self.push_cloud(bytes, item))
             }
-            Part::Chunk(SourceChunk { items, .. }) | Part::Items(items) => {
+            part => {
+                let items = match part {
+                    Part::Chunk(chunk) if self.copies() => chunk.into_items(),
+                    Part::Chunk(SourceChunk { items, .. }) | Part::Items(items) => items,
+                };
                 items.into_iter().try_for_each(|item| self.item(bytes, item))?;
                 match self.options.slice {
                     Some(_) => self.push(bytes, PendingItem::EndOfPart),
@@ -87,6 +91,11 @@ impl Job<'_> {
                 self.push_cloud(bytes, &item)
             }
             _ if self.is_left_out(&item) => Ok(()),
+            // Attached files can be large, so that they do not wait behind clouds.
+            Item::Record(record @ Record::Attachment { .. }) => {
+                self.settle_all()?;
+                self.record(record)
+            }
             _ => self.push(bytes, PendingItem::Item(item)),
         }
     }

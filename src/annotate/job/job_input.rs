@@ -86,6 +86,7 @@ impl JobInput {
             from_ns: options.from_ns,
             to_ns: options.to_ns,
             numbered: numbered.collect(),
+            skims_large_chunks: true,
             ..ReadFilter::default()
         }
     }

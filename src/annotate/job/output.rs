@@ -37,7 +37,7 @@ impl Job<'_> {
                 self.progress(bytes)
             }
             PendingItem::Item(Item::Message { header, data, .. }) => {
-                self.writer.write_message(&header, &data)?;
+                self.writer.write_shared(&header, data)?;
                 self.report.messages += 1;
                 self.progress(bytes)
             }
@@ -58,7 +58,7 @@ impl Job<'_> {
         }
     }
 
-    fn record(&mut self, record: &Record) -> Result<()> {
+    pub(super) fn record(&mut self, record: &Record) -> Result<()> {
         match record {
             Record::Damaged { offset, damage } => {
                 self.warn(format!("{damage} (byte {offset})"));

@@ -14,6 +14,8 @@ use divmerge_recording::{Item, SourceChunk};
 const WAITING_PER_THREAD: usize = 16 << 20;
 /// The same, however many threads there are.
 const MOST_WAITING: usize = 64 << 20;
+/// Bytes in memory of something that waits, about, beside those of its messages.
+const BESIDE_MESSAGES: usize = 1 << 10;
 
 /// Clouds that are clustered or wait for their turn: one for each thread, and one to follow; where
 /// several go through a network together, as many batches as keep four threads busy.
@@ -62,8 +64,8 @@ impl PendingItem {
     fn size(&self) -> (usize, usize) {
         match self {
             PendingItem::Cloud(cloud) => (1, cloud.encoded.data.len()),
-            PendingItem::Item(Item::Message { data, .. }) => (0, data.len()),
-            PendingItem::Item(Item::Record(_)) | PendingItem::EndOfPart => (0, 0),
+            PendingItem::Item(item) => (0, item.size()),
+            PendingItem::EndOfPart => (0, 0),
             PendingItem::Chunk(chunk) => (0, chunk.size()),
         }
     }
@@ -74,7 +76,7 @@ impl PendingItem {
 pub(super) struct Queue {
     items: VecDeque<Pending>,
     clouds: usize,
-    /// Bytes of messages.
+    /// Bytes of messages, and those beside them.
     bytes: usize,
 }
 
@@ -82,7 +84,7 @@ impl Queue {
     pub(super) fn push(&mut self, pending: Pending) {
         let (clouds, bytes) = pending.item.size();
         self.clouds += clouds;
-        self.bytes += bytes;
+        self.bytes += bytes + BESIDE_MESSAGES;
         self.items.push_back(pending);
     }
 
@@ -90,7 +92,7 @@ impl Queue {
         let pending = self.items.pop_front()?;
         let (clouds, bytes) = pending.item.size();
         self.clouds -= clouds;
-        self.bytes -= bytes;
+        self.bytes -= bytes + BESIDE_MESSAGES;
         Some(pending)
     }
 

@@ -1,6 +1,6 @@
 //! An annotation under way.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
@@ -19,6 +19,7 @@ use crate::annotate::report::AnnotationReport;
 use crate::annotate::resume::Journal;
 use crate::annotate::run_parameters::RunParameters;
 use crate::error::Result;
+use crate::frames::topics::topic_names;
 use crate::frames::{CloudCounter, CloudTopic};
 use divmerge_recording::workers::Workers;
 use divmerge_recording::{Compression, Overview, ReadFilter, RecordingWriter};
@@ -40,6 +41,8 @@ pub(in crate::annotate) struct Job<'a> {
     pub(super) compression: Compression,
     /// Whether topics and the rest become known only as they come.
     pub(super) is_stream: bool,
+    /// Of a stream: the topics that have come.
+    pub(super) names: BTreeSet<String>,
     /// Whether the compression is still to be taken from the first chunk.
     pub(super) awaits_compression: bool,
     pub(super) added: AddedChannels,
@@ -78,6 +81,7 @@ impl<'a> Job<'a> {
             filter,
             overview,
             is_stream,
+            names: BTreeSet::new(),
             options,
             on_event,
             workers: workers.clone(),
@@ -104,7 +108,8 @@ impl<'a> Job<'a> {
     }
 
     fn declare_channels(&mut self) -> Result<()> {
-        refuse_annotated(&self.overview, self.clouds.values().map(|cloud| &cloud.topic))?;
+        let (names, clouds) = (topic_names(&self.overview), self.clouds.values());
+        refuse_annotated(&self.overview.path, &names, clouds.map(|cloud| &cloud.topic))?;
         self.writer.reserve(&self.overview);
         for channel in self.overview.channels.clone().into_values() {
             self.warn_of_unreadable_clouds(&channel);

@@ -2,9 +2,10 @@
 //! start.
 
 use super::state::Job;
-use crate::annotate::added_topics::refuse_annotated;
+use crate::annotate::added_topics::already_there;
 use crate::error::Result;
 use crate::frames::topics::clustered_topic;
+use crate::frames::{INSTANCES, OBJECTS};
 use crate::messages::clouds::CloudChannel;
 use divmerge_recording::{Channel, Compression, Item, Record, SourceChunk};
 
@@ -35,14 +36,30 @@ impl Job<'_> {
 
     fn learn_channel(&mut self, channel: &Channel) -> Result<()> {
         self.overview.channels.insert(channel.id, channel.clone());
+        self.names.insert(channel.topic.clone());
         self.warn_of_unreadable_clouds(channel);
         if let Some(cloud) = clustered_topic(&self.overview, channel, &self.options.topics) {
             self.options.types.check(&self.overview, [cloud.format], self.options.form)?;
             let report = self.report.topics.entry(channel.topic.clone()).or_default();
             report.format = self.options.types.format(cloud.format);
+            self.refuse_topics_beside(&cloud.topic)?;
             self.clouds.insert(channel.id, cloud);
         }
-        refuse_annotated(&self.overview, self.clouds.values().map(|cloud| &cloud.topic))
+        let cloud =
+            [INSTANCES, OBJECTS].into_iter().find_map(|end| channel.topic.strip_suffix(end));
+        match cloud.is_some_and(|cloud| self.report.topics.contains_key(cloud)) {
+            true => Err(already_there(&self.overview.path, channel.topic.clone())),
+            false => Ok(()),
+        }
+    }
+
+    /// Refuses a cloud topic if what would be added to it is there already.
+    fn refuse_topics_beside(&self, cloud: &str) -> Result<()> {
+        let mut added = [INSTANCES, OBJECTS].into_iter().map(|end| format!("{cloud}{end}"));
+        match added.find(|added| self.names.contains(added)) {
+            Some(added) => Err(already_there(&self.overview.path, added)),
+            None => Ok(()),
+        }
     }
 
     /// Of a stream, without a compression in the options, that of the first chunk is taken.

@@ -135,7 +135,7 @@ fn check_extras(recording: &Path, calibration: &Path) {
     let (mut attached, mut noted) = (0, 0);
     while let Some(record) = reader.next_record().expect("a record") {
         match record {
-            Record::Attachment { header, data } => {
+            Record::Attachment { header, data, .. } => {
                 assert_eq!(header.name, "calib.txt");
                 assert_eq!(*data, std::fs::read(calibration).expect("calib.txt"));
                 attached += 1;

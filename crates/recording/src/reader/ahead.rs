@@ -1,6 +1,6 @@
 //! The records of a file, read ahead, with chunks unpacked by threads.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::iter;
 use std::ops::Range;
 use std::sync::Arc;
@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use mcap::records::op;
 
+use super::records::Records;
 use crate::chunk;
 use crate::damage::Damage;
 use crate::error::Result;
@@ -25,11 +26,13 @@ const AHEAD_PER_THREAD: u64 = 8 << 20;
 /// Bytes read ahead, however many threads there are.
 const MOST_AHEAD: u64 = 32 << 20;
 
-/// The records of a chunk one behind the other.
-pub(super) type Records = std::result::Result<Vec<u8>, Damage>;
+/// Bytes in memory of a record that is read ahead, about, beside its own.
+const BESIDE_RECORD: u64 = 1 << 10;
+/// Bytes of an attachment that are read at a time.
+const PIECE: u64 = 1 << 20;
 
-/// The records of a chunk, and how many milliseconds unpacking took.
-pub(super) type Unpacked = (Records, f64);
+/// The records of a chunk.
+pub(super) type Unpacked = std::result::Result<Records, Damage>;
 
 /// A record of the file.
 pub(super) struct Raw {
@@ -37,17 +40,30 @@ pub(super) struct Raw {
     /// Where it ends.
     pub(super) end: u64,
     pub(super) opcode: u8,
-    pub(super) head: Vec<u8>,
-    pub(super) body: Arc<Vec<u8>>,
-    /// Its records, if it is a chunk.
-    pub(super) unpacked: Option<Ticket<Unpacked>>,
+    /// Its bytes, those of its head included.
+    pub(super) record: Arc<Vec<u8>>,
+    /// Its records, if it is a chunk, and how many milliseconds unpacking took.
+    pub(super) unpacked: Option<Ticket<(Unpacked, f64)>>,
     /// Bytes that it counts for, of those read ahead.
     size: u64,
+}
+
+/// Some of the bytes of an attachment's record. The first have those of its head before them.
+pub(super) struct Piece {
+    /// Where the record begins.
+    pub(super) offset: u64,
+    /// Where the piece ends.
+    pub(super) end: u64,
+    pub(super) bytes: Vec<u8>,
+    pub(super) is_first: bool,
+    pub(super) is_last: bool,
 }
 
 /// What comes next in the file.
 pub(super) enum Next {
     Record(Raw),
+    /// An attachment, or some of one.
+    Piece(Piece),
     /// The file ends within a record, `left` bytes behind its head. They are in `body` for a chunk.
     Cut {
         offset: u64,
@@ -60,8 +76,8 @@ pub(super) enum Next {
     Unopened {
         offset: u64,
         end: u64,
-        head: Vec<u8>,
-        body: Arc<Vec<u8>>,
+        /// The bytes of its record, those of its head included.
+        record: Arc<Vec<u8>>,
         /// The records behind it.
         indexes: Arc<Vec<u8>>,
         /// `None` if those do not fit the chunk.
@@ -84,11 +100,13 @@ pub(super) enum Next {
 impl Next {
     /// Bytes that it counts for.
     fn size(&self) -> u64 {
-        match self {
-            Next::Record(raw) => raw.size,
-            Next::Unopened { offset, end, .. } => end - offset,
-            _ => 0,
-        }
+        BESIDE_RECORD
+            + match self {
+                Next::Record(raw) => raw.size,
+                Next::Piece(piece) => piece.bytes.len() as u64,
+                Next::Unopened { offset, end, .. } => end - offset,
+                _ => 0,
+            }
     }
 }
 
@@ -100,6 +118,10 @@ pub(super) struct Ahead {
     gaps: VecDeque<Gap>,
     /// Chunks that are not opened, by where they begin.
     unopened: BTreeMap<u64, UnopenedChunk>,
+    /// Channels whose messages alone are kept of large chunks; `None`: those of all.
+    pub(super) kept: Option<Arc<BTreeSet<u16>>>,
+    /// Where the attachment begins and ends that is being read.
+    attachment: Option<Range<u64>>,
     queue: VecDeque<Result<Next>>,
     size: u64,
     /// Whether nothing is left to be read: behind the footer, a cut or an error.
@@ -119,6 +141,8 @@ impl Ahead {
             workers,
             gaps,
             unopened,
+            kept: None,
+            attachment: None,
             queue,
             size: 0,
             is_over: false,
@@ -130,7 +154,7 @@ impl Ahead {
     pub(super) fn next(&mut self) -> Result<Next> {
         self.fill();
         let next = self.queue.pop_front().unwrap_or_else(|| self.read())?;
-        self.size -= next.size();
+        self.size = self.size.saturating_sub(next.size());
         Ok(next)
     }
 
@@ -145,7 +169,7 @@ impl Ahead {
             self.size += next.as_ref().map_or(0, Next::size);
             self.is_over = match &next {
                 Ok(Next::Record(raw)) => raw.opcode == op::FOOTER,
-                Ok(Next::Skipped { .. } | Next::Unopened { .. }) => false,
+                Ok(Next::Skipped { .. } | Next::Unopened { .. } | Next::Piece(_)) => false,
                 _ => true,
             };
             self.queue.push_back(next);
@@ -158,17 +182,18 @@ impl Ahead {
             return Ok(Next::Skipped { end: gap.end, counts: gap.counts });
         }
         let (started, before) = (Instant::now(), self.source.offset);
-        let next = match self.unopened.remove(&before) {
-            Some(unopened) => self.read_unopened(unopened),
-            None => self.read_raw(),
+        let next = match (self.attachment.take(), self.unopened.remove(&before)) {
+            (Some(attachment), _) => self.read_piece(attachment, Vec::new()),
+            (None, Some(unopened)) => self.read_unopened(unopened),
+            (None, None) => self.read_raw(),
         };
         self.steps.take_since(started, self.source.offset - before);
         let mut next = next?;
         if let Next::Record(raw) = &mut next
             && raw.opcode == op::CHUNK
         {
-            let body = Arc::clone(&raw.body);
-            raw.unpacked = Some(self.workers.run(move || unpack(&body)));
+            let (record, kept) = (Arc::clone(&raw.record), self.kept.clone());
+            raw.unpacked = Some(self.workers.run(move || unpack(&record, kept)));
         }
         Ok(next)
     }
@@ -177,25 +202,25 @@ impl Ahead {
         let source = &mut self.source;
         let offset = source.offset;
         let length = unopened.end - offset;
-        let mut head = Vec::with_capacity(HEAD_LEN);
+        let mut record = Vec::with_capacity(HEAD_LEN);
         if length <= source.remaining().min(MAX_RECORD) {
-            source.read(HEAD_LEN as u64, &mut head)?;
+            source.read(HEAD_LEN as u64, &mut record)?;
         }
-        let body_length = match split_head(&head) {
+        let body_length = match split_head(&record) {
             Some((op::CHUNK, body)) if body <= length - HEAD_LEN as u64 => body,
             _ => return Err(source.damage(offset, Damage::NoChunk)),
         };
         let indexes_length = length - HEAD_LEN as u64 - body_length;
-        let [mut body, mut indexes] =
-            [body_length, indexes_length].map(|length| Vec::with_capacity(length as usize));
-        source.read(body_length, &mut body)?;
+        record.reserve_exact(body_length as usize);
+        let mut indexes = Vec::with_capacity(indexes_length as usize);
+        source.read(body_length, &mut record)?;
         source.read(indexes_length, &mut indexes)?;
-        let (body, indexes) = (Arc::new(body), Arc::new(indexes));
-        let (of_chunk, of_indexes) = (Arc::clone(&body), Arc::clone(&indexes));
+        let (record, indexes) = (Arc::new(record), Arc::new(indexes));
+        let (of_chunk, of_indexes) = (Arc::clone(&record), Arc::clone(&indexes));
         let chunk = self
             .workers
-            .run(move || SourceChunk::unopened(&of_chunk, &of_indexes, unopened.channels));
-        Ok(Next::Unopened { offset, end: unopened.end, head, body, indexes, chunk })
+            .run(move || SourceChunk::unopened(offset, &of_chunk, &of_indexes, unopened.channels));
+        Ok(Next::Unopened { offset, end: unopened.end, record, indexes, chunk })
     }
 
     fn read_raw(&mut self) -> Result<Next> {
@@ -206,12 +231,12 @@ impl Ahead {
         if left < HEAD_LEN as u64 {
             return Ok(Next::RunOut { offset, left });
         }
-        let mut head = Vec::with_capacity(HEAD_LEN);
-        let there = source.read(HEAD_LEN as u64, &mut head)?;
+        let mut record = Vec::with_capacity(HEAD_LEN);
+        let there = source.read(HEAD_LEN as u64, &mut record)?;
         if there < HEAD_LEN as u64 {
             return Ok(Next::RunOut { offset, left: there });
         }
-        let (opcode, length) = split_head(&head).unwrap_or_default();
+        let (opcode, length) = split_head(&record).unwrap_or_default();
         let left = left - HEAD_LEN as u64;
         if length > left && !source.is_complete {
             let mut body = Vec::new();
@@ -224,16 +249,40 @@ impl Ahead {
             let (record, most) = (record_name(opcode), MAX_RECORD);
             return Err(source.damage(offset, Damage::TooLong { record, length, left, most }));
         }
+        if opcode == op::ATTACHMENT && source.size.is_some() {
+            let end = source.offset + length;
+            return self.read_piece(offset..end, record);
+        }
         // The bytes of a file are there; those of a stream are still to come.
-        let capacity = source.size.map_or(0, |_| length as usize);
-        let mut body = Vec::with_capacity(capacity);
-        let there = source.read(length, &mut body)?;
+        record.reserve_exact(source.size.map_or(0, |_| length as usize));
+        let there = source.read(length, &mut record)?;
         if there < length {
+            let body = record.split_off(HEAD_LEN);
             return Ok(Next::Cut { offset, opcode, length, left: there, body });
         }
-        let size = length + chunk_size(opcode, &body);
-        let (end, body) = (source.offset, Arc::new(body));
-        Ok(Next::Record(Raw { offset, end, opcode, head, body, unpacked: None, size }))
+        let end = source.offset;
+        if opcode == op::ATTACHMENT {
+            let (is_first, is_last) = (true, true);
+            return Ok(Next::Piece(Piece { offset, end, bytes: record, is_first, is_last }));
+        }
+        let size = length + chunk_size(opcode, &record[HEAD_LEN..]);
+        let record = Arc::new(record);
+        Ok(Next::Record(Raw { offset, end, opcode, record, unpacked: None, size }))
+    }
+
+    /// Reads on in the record of an attachment, behind its head if that has just been read. All
+    /// bytes of the record are there. Those of a stream are not known to be, so that its
+    /// attachments come whole.
+    fn read_piece(&mut self, attachment: Range<u64>, head: Vec<u8>) -> Result<Next> {
+        let source = &mut self.source;
+        let (is_first, mut bytes) = (!head.is_empty(), head);
+        let length = (attachment.end - source.offset).min(PIECE);
+        bytes.reserve_exact(length as usize);
+        source.read(length, &mut bytes)?;
+        let (offset, end) = (attachment.start, source.offset);
+        let is_last = end == attachment.end;
+        self.attachment = (!is_last).then_some(attachment);
+        Ok(Next::Piece(Piece { offset, end, bytes, is_first, is_last }))
     }
 }
 
@@ -244,10 +293,12 @@ fn between(gaps: &VecDeque<Gap>, source: &Source) -> Vec<Range<u64>> {
     starts.zip(ends).map(|(start, end)| start..end).collect()
 }
 
-fn unpack(body: &[u8]) -> Unpacked {
+fn unpack(record: &Arc<Vec<u8>>, kept: Option<Arc<BTreeSet<u16>>>) -> (Unpacked, f64) {
     let started = Instant::now();
-    let mut records = Vec::new();
-    let unpacked = chunk::unpack(body, &mut records).map(|()| records);
+    let unpacked = match kept.filter(|_| chunk::is_large(&record[HEAD_LEN..])) {
+        Some(kept) => Records::skimmed(record, kept),
+        None => Records::unpacked(record),
+    };
     (unpacked, ms_since(started))
 }
 

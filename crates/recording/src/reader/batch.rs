@@ -1,64 +1,69 @@
 //! The records of a chunk, or one that is outside of chunks.
 
 use std::borrow::Cow;
-use std::ops::Range;
-use std::sync::Arc;
 
-use mcap::records::{self, AttachmentHeader, MessageHeader, op};
+use mcap::records::{self, MessageHeader, op};
 
 use super::counts::Counts;
 use super::definitions::Definitions;
+use super::records::Records;
 use crate::damage::Damage;
-use crate::fields::{Fields, HEAD_LEN, MESSAGE_HEADER_LEN, split_head};
+use crate::fields::{HEAD_LEN, MESSAGE_HEADER_LEN, message_header, split_head};
 use crate::names::record_name;
+use crate::pack::MessagePlaces;
 use crate::parse::parse_record;
-use crate::part::{Item, SharedBytes};
+use crate::part::Item;
 use crate::record::{Position, Record, Schema};
+
+/// Bytes of a message's own header.
+const HEADER_LEN: u64 = MESSAGE_HEADER_LEN as u64;
 
 /// Records that are in memory with their heads: those of a chunk, or one that was outside.
 #[derive(Default)]
 pub(super) struct Batch {
-    pub(super) bytes: Arc<Vec<u8>>,
+    pub(super) records: Records,
     pub(super) next: usize,
     pub(super) offset: u64,
     pub(super) in_chunk: bool,
-    pub(super) messages: u32,
+    messages: u32,
+    /// Where its messages lie among the records of the chunk.
+    pub(super) places: MessagePlaces,
+    /// Bytes of messages so far that are left out of the records.
+    left_out: u64,
     /// Whether it is a whole chunk, checked.
     pub(super) is_copyable: bool,
 }
 
 impl Batch {
-    /// A batch of the records in `bytes`, which lie at `offset` in the file and are whole.
-    pub(super) fn new(offset: u64, in_chunk: bool, bytes: Vec<u8>) -> Self {
-        Batch { bytes: Arc::new(bytes), offset, in_chunk, ..Batch::default() }
+    /// A batch of records, which lie at `offset` in the file and are whole.
+    pub(super) fn new(offset: u64, in_chunk: bool, records: Records) -> Self {
+        Batch { records, offset, in_chunk, ..Batch::default() }
     }
 
     /// Whether records are left.
     pub(super) fn has_next(&self) -> bool {
-        self.next < self.bytes.len()
+        self.next < self.records.bytes.len()
     }
 
-    /// Takes the next record; `None` for a definition that is repeated.
+    /// Takes the next record; `None` for a definition that is repeated, or a message that is left
+    /// out.
     pub(super) fn take_next(
         &mut self,
         definitions: &mut Definitions,
         counts: &mut Counts,
     ) -> Result<Option<Item>, Damage> {
-        let (opcode, length) = split_head(&self.bytes[self.next..]).unwrap_or_default();
+        let bytes = &self.records.bytes;
+        let (opcode, length) = split_head(&bytes[self.next..]).unwrap_or_default();
         let start = self.next + HEAD_LEN;
+        if opcode == op::MESSAGE {
+            let header = message_header(&bytes[start..]).filter(|_| length >= HEADER_LEN);
+            return self.message(header.ok_or(unreadable(opcode))?, length, definitions, counts);
+        }
         let place = start..start + length as usize;
         self.next = place.end;
-        let body = &self.bytes[place.clone()];
+        let body = &bytes[place];
         match opcode {
-            op::MESSAGE => {
-                let header = message_header(body).ok_or(unreadable(opcode))?;
-                self.message(header, place, definitions, counts).map(Some)
-            }
             op::SCHEMA | op::CHANNEL => definition(opcode, body, definitions),
-            op::ATTACHMENT if !self.in_chunk => {
-                counts.attachments += 1;
-                attachment(body).map(|record| Some(Item::Record(record)))
-            }
             op::METADATA if !self.in_chunk => {
                 counts.metadata += 1;
                 match parse_record(opcode, body)? {
@@ -83,13 +88,14 @@ impl Batch {
         }
     }
 
+    /// The message whose record comes next; `None` if it is left out.
     fn message(
         &mut self,
         header: MessageHeader,
-        place: Range<usize>,
+        length: u64,
         definitions: &Definitions,
         counts: &mut Counts,
-    ) -> Result<Item, Damage> {
+    ) -> Result<Option<Item>, Damage> {
         if !definitions.channels.contains_key(&header.channel_id) {
             let MessageHeader { channel_id: channel, sequence, log_time, .. } = header;
             return Err(Damage::UndefinedChannel { channel, sequence, log_time });
@@ -97,8 +103,16 @@ impl Batch {
         let position = Position { chunk_offset: self.offset, index_in_chunk: self.messages };
         self.messages += 1;
         counts.messages += 1;
-        let place = place.start + MESSAGE_HEADER_LEN..place.end;
-        Ok(Item::Message { header, data: SharedBytes::new(&self.bytes, place), position })
+        self.places.take(&header, self.next as u64 + self.left_out);
+        let start = self.next + HEAD_LEN + MESSAGE_HEADER_LEN;
+        if self.records.lacks(header.channel_id) {
+            self.next = start;
+            self.left_out += length - HEADER_LEN;
+            return Ok(None);
+        }
+        self.next = start + (length - HEADER_LEN) as usize;
+        let data = self.records.bytes.slice(start..self.next);
+        Ok(Some(Item::Message { header, data, position }))
     }
 }
 
@@ -127,36 +141,6 @@ fn definition(
         }
         _ => Err(unreadable(opcode)),
     }
-}
-
-fn message_header(body: &[u8]) -> Option<MessageHeader> {
-    let mut fields = Fields(body);
-    Some(MessageHeader {
-        channel_id: fields.u16()?,
-        sequence: fields.u32()?,
-        log_time: fields.u64()?,
-        publish_time: fields.u64()?,
-    })
-}
-
-fn attachment(body: &[u8]) -> Result<Record<'static>, Damage> {
-    let mut fields = Fields(body);
-    let mut parse = || {
-        let header = AttachmentHeader {
-            log_time: fields.u64()?,
-            create_time: fields.u64()?,
-            name: fields.str()?.to_owned(),
-            media_type: fields.str()?.to_owned(),
-        };
-        let length = fields.u64()?;
-        let data = fields.bytes(length)?;
-        let covered = body.len() - fields.0.len();
-        Some((header, data, &body[..covered], fields.u32()?))
-    };
-    let (header, data, covered, stored) = parse().ok_or(unreadable(op::ATTACHMENT))?;
-    let name = format!("attachment `{}`:", header.name);
-    Damage::check(&name, stored, crc32fast::hash(covered))?;
-    Ok(Record::Attachment { header, data: Cow::Owned(data.to_vec()) })
 }
 
 fn unreadable(opcode: u8) -> Damage {

@@ -1,16 +1,20 @@
 //! Reading a recording from front to back.
 
 mod ahead;
+mod attachment;
 mod batch;
 mod counts;
 mod definitions;
+mod end;
+mod records;
 mod sections;
 mod summary;
 mod times;
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::sync::Arc;
 
 use self::ahead::Ahead;
 use self::counts::Counts;
@@ -21,9 +25,10 @@ use crate::error::Result;
 use crate::filter::ReadFilter;
 use crate::input::Fetched;
 use crate::overview::Overview;
-use crate::part::{Item, Part, SharedBytes, SourceChunk};
+use crate::part::{Item, Part, SourceChunk};
 use crate::plan::Plan;
 use crate::record::Record;
+use crate::shared_bytes::SharedBytes;
 use crate::source::Source;
 use crate::workers::Workers;
 
@@ -79,7 +84,11 @@ impl RecordingReader {
         });
         let mut reader = Self::open_with(&overview.path, true, workers.clone(), plan)?;
         reader.sections.known = known;
-        reader.sections.numbered = filter.numbered.keys().copied().collect();
+        let numbered: BTreeSet<u16> = filter.numbered.keys().copied().collect();
+        if filter.skims_large_chunks {
+            reader.sections.source.kept = Some(Arc::new(numbered.clone()));
+        }
+        reader.sections.numbered = numbered;
         Ok(reader)
     }
 
@@ -194,7 +203,7 @@ impl RecordingReader {
                 }
             } else if let Some((offset, chunk)) = sections.unopened.take() {
                 sections.counts.messages -= chunk.message_count();
-                sections.open_chunk(offset, chunk.body())?;
+                sections.open_chunk(offset, chunk.record())?;
             } else if let Some(record) = sections.pending.pop_front() {
                 return Ok(Some(Item::Record(record)));
             } else if sections.section == Section::End {
@@ -229,9 +238,13 @@ impl RecordingReader {
         while sections.batch.has_next() {
             items.extend(sections.next_of_batch()?);
         }
-        Ok(match is_chunk {
-            true => SourceChunk::new(&sections.body, items).map_or_else(Part::Items, Part::Chunk),
-            false => Part::Items(items),
-        })
+        let batch = std::mem::take(&mut sections.batch);
+        if !is_chunk {
+            return Ok(Part::Items(items));
+        }
+        let records = (!batch.records.is_skimmed()).then_some(batch.records.bytes);
+        let chunk =
+            SourceChunk::new(batch.offset, &sections.record, (items, batch.places), records);
+        Ok(chunk.map_or_else(Part::Items, Part::Chunk))
     }
 }

@@ -6,16 +6,18 @@ use std::time::Instant;
 
 use mcap::records::{self, op};
 
-use super::ahead::{Ahead, Next, Raw, Records};
+use super::ahead::{Ahead, Next, Piece, Raw, Unpacked};
+use super::attachment::Attachment;
 use super::batch::Batch;
 use super::counts::Counts;
 use super::definitions::Definitions;
+use super::records::Records;
 use super::summary::Summary;
 use super::times::ReadTimes;
 use crate::chunk;
 use crate::damage::Damage;
 use crate::error::{Error, Result};
-use crate::fields::MAX_RECORD;
+use crate::fields::HEAD_LEN;
 use crate::names::record_name;
 use crate::parse::parse_record;
 use crate::part::{Item, SourceChunk};
@@ -40,8 +42,10 @@ pub(super) struct Sections {
     /// Opcode of the record of the file that was taken last.
     previous: u8,
     pub(super) batch: Batch,
-    /// Body of the record of the file that was taken last.
-    pub(super) body: Arc<Vec<u8>>,
+    /// The record of the file that was taken last, its head included.
+    pub(super) record: Arc<Vec<u8>>,
+    /// The attachment that is being read.
+    attachment: Option<Attachment>,
     /// Checksum of the section so far.
     crc: crc32fast::Hasher,
     pub(super) definitions: Definitions,
@@ -72,7 +76,8 @@ impl Sections {
             section: Section::Start,
             previous: 0,
             batch: Batch::default(),
-            body: Arc::default(),
+            record: Arc::default(),
+            attachment: None,
             crc,
             definitions: Definitions::default(),
             summary: Summary::default(),
@@ -90,7 +95,7 @@ impl Sections {
     /// Gives nothing more.
     pub(super) fn end(&mut self) {
         self.section = Section::End;
-        self.batch.bytes = Arc::default();
+        self.batch = Batch::default();
         self.pending.clear();
     }
 
@@ -102,6 +107,8 @@ impl Sections {
 
     /// Reads one record of the file. Damage of the summary ends it and costs no message.
     pub(super) fn step(&mut self) -> Result<()> {
+        // What has been given is not held while the next is read.
+        (self.batch, self.record) = (Batch::default(), Arc::default());
         match (self.read_record(), self.section) {
             (Err(Error::Damaged { offset, damage, .. }), Section::Summary) => {
                 self.give_up_summary(offset, damage);
@@ -118,21 +125,22 @@ impl Sections {
                 self.cut(offset, opcode, length, left, &body);
                 Ok(())
             }
-            Next::Unopened { offset, end, head, body, indexes, chunk } => {
-                for bytes in [&head, &*body, &*indexes] {
+            Next::Unopened { offset, end, record, indexes, chunk } => {
+                for bytes in [&record, &indexes] {
                     self.crc.update(bytes);
                 }
                 (self.offset, self.previous) = (end, op::CHUNK);
-                self.count_chunk(&body);
+                self.count_chunk(&record);
                 match chunk.wait().filter(|chunk| self.may_stay_unopened(chunk)) {
                     Some(chunk) => {
                         self.counts.messages += chunk.message_count();
                         self.unopened = Some((offset, chunk));
                         Ok(())
                     }
-                    None => self.open_chunk(offset, &body),
+                    None => self.open_chunk(offset, &record),
                 }
             }
+            Next::Piece(piece) => self.take_piece(&piece),
             Next::Skipped { end, counts } => {
                 (self.offset, self.has_skipped, self.previous) = (end, true, op::CHUNK);
                 self.pending.push_back(Record::Skipped { counts });
@@ -145,9 +153,9 @@ impl Sections {
         }
     }
 
-    fn count_chunk(&mut self, body: &[u8]) {
+    fn count_chunk(&mut self, record: &[u8]) {
         self.counts.chunks += 1;
-        let compression = chunk::compression(body).unwrap_or_default().to_owned();
+        let compression = chunk::compression(&record[HEAD_LEN..]).unwrap_or_default().to_owned();
         *self.compression.entry(compression).or_default() += 1;
     }
 
@@ -159,14 +167,12 @@ impl Sections {
     }
 
     /// Opens a chunk that could have stayed unopened.
-    pub(super) fn open_chunk(&mut self, offset: u64, body: &Arc<Vec<u8>>) -> Result<()> {
-        let mut records = Vec::new();
-        let unpacked = chunk::unpack(body, &mut records).map(|()| records);
-        self.body = Arc::clone(body);
-        self.open_batch(offset, unpacked)
+    pub(super) fn open_chunk(&mut self, offset: u64, record: &Arc<Vec<u8>>) -> Result<()> {
+        self.record = Arc::clone(record);
+        self.open_batch(offset, Records::unpacked(record))
     }
 
-    fn open_batch(&mut self, offset: u64, records: Records) -> Result<()> {
+    fn open_batch(&mut self, offset: u64, records: Unpacked) -> Result<()> {
         let records =
             records.map_err(|damage| self.damage(offset, self.of_topics(offset, damage)))?;
         self.batch = Batch::new(offset, true, records);
@@ -174,52 +180,57 @@ impl Sections {
         Ok(())
     }
 
+    /// Takes some of an attachment, which stands in the data.
+    fn take_piece(&mut self, piece: &Piece) -> Result<()> {
+        self.offset = piece.end;
+        self.crc.update(&piece.bytes);
+        match self.section {
+            Section::Data => {}
+            Section::Start => return Err(self.no_header(piece.offset, op::ATTACHMENT)),
+            section => return Err(self.misplaced(piece.offset, section, op::ATTACHMENT)),
+        }
+        self.counts.attachments += u64::from(piece.is_first);
+        let taken = Attachment::take(&mut self.attachment, piece);
+        self.pending.push_back(taken.map_err(|damage| self.damage(piece.offset, damage))?);
+        self.previous = op::ATTACHMENT;
+        Ok(())
+    }
+
     fn take_raw(&mut self, raw: Raw) -> Result<()> {
-        let Raw { offset, opcode, head, body, unpacked, .. } = raw;
-        self.body = body;
+        let Raw { offset, opcode, record, unpacked, .. } = raw;
+        self.record = record;
         let records = unpacked.map(|unpacked| {
             let started = Instant::now();
             let (records, ms) = unpacked.wait();
             self.times.wait.take_since(started, 0);
-            let bytes = records.as_ref().map_or(0, |records| records.len() as u64);
+            let bytes = records.as_ref().map_or(0, |records| records.bytes.len() as u64);
             self.times.unpack.take(ms, bytes);
             records
         });
-        self.take_record(offset, opcode, &head, records)?;
+        self.take_record(offset, opcode, records)?;
         self.previous = opcode;
         Ok(())
     }
 
-    fn take_record(
-        &mut self,
-        offset: u64,
-        opcode: u8,
-        head: &[u8],
-        records: Option<Records>,
-    ) -> Result<()> {
+    fn take_record(&mut self, offset: u64, opcode: u8, records: Option<Unpacked>) -> Result<()> {
         let section_crc = self.crc.clone();
-        self.crc.update(head);
-        match opcode {
-            op::FOOTER => self.crc.update(self.body.get(..16).unwrap_or_default()),
-            _ => self.crc.update(&self.body),
-        }
+        self.crc.update(match opcode {
+            op::FOOTER => self.record.get(..HEAD_LEN + 16).unwrap_or(&self.record[..HEAD_LEN]),
+            _ => &self.record,
+        });
         match (self.section, opcode) {
             (Section::Data, op::CHUNK) => {
-                self.count_chunk(&Arc::clone(&self.body));
-                self.open_batch(offset, records.unwrap_or_else(|| Ok(Vec::new())))
+                self.count_chunk(&Arc::clone(&self.record));
+                self.open_batch(offset, records.unwrap_or_else(|| Ok(Records::default())))
             }
             (Section::Start, op::HEADER) => self.take_header(offset),
-            (Section::Start, _) => {
-                Err(self.damage(offset, Damage::NoHeader { record: record_name(opcode) }))
-            }
+            (Section::Start, _) => Err(self.no_header(offset, opcode)),
             (Section::Data, op::MESSAGE_INDEX) => self.take_message_index(offset),
             (Section::Data, op::DATA_END) => self.take_data_end(offset, section_crc),
-            (
-                Section::Data,
-                op::SCHEMA | op::CHANNEL | op::MESSAGE | op::ATTACHMENT | op::METADATA | 0x10..,
-            )
+            (Section::Data, op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA | 0x10..)
             | (Section::Summary, 0x10..) => {
-                self.batch = Batch::new(offset, false, [head, &self.body].concat());
+                let record = Records::whole(Arc::clone(&self.record).into());
+                self.batch = Batch::new(offset, false, record);
                 Ok(())
             }
             (
@@ -236,6 +247,10 @@ impl Sections {
             (Section::End, _) => Ok(()),
             (section, _) => Err(self.misplaced(offset, section, opcode)),
         }
+    }
+
+    fn no_header(&self, offset: u64, opcode: u8) -> Error {
+        self.damage(offset, Damage::NoHeader { record: record_name(opcode) })
     }
 
     fn misplaced(&self, offset: u64, section: Section, opcode: u8) -> Error {
@@ -283,8 +298,8 @@ impl Sections {
     }
 
     fn take_summary(&mut self, offset: u64, opcode: u8) -> Result<()> {
-        let body = Arc::clone(&self.body);
-        let taken = parse_record(opcode, &body)
+        let record = Arc::clone(&self.record);
+        let taken = parse_record(opcode, &record[HEAD_LEN..])
             .and_then(|record| self.summary.take(record, &self.definitions));
         taken.map_err(|damage| self.damage(offset, damage))
     }
@@ -302,7 +317,7 @@ impl Sections {
         self.check_end()
     }
 
-    fn give_summary(&mut self, offset: u64) {
+    pub(super) fn give_summary(&mut self, offset: u64) {
         let summary = std::mem::take(&mut self.summary);
         let (known, skipped) = (&mut self.definitions, self.has_skipped);
         self.pending.extend(summary.finish(offset, known, self.counts, skipped));
@@ -313,76 +328,17 @@ impl Sections {
     fn give_up_summary(&mut self, offset: u64, damage: Damage) {
         let damage = Damage::Summary { damage: Box::new(damage) };
         self.pending.push_back(Record::Damaged { offset, damage });
-        self.batch.bytes = Arc::default();
-        self.section = Section::End;
-    }
-
-    /// Looks at what is behind the footer.
-    fn check_end(&mut self) -> Result<()> {
-        let source = &mut self.source.source;
-        let offset = source.offset;
-        let mut end = Vec::new();
-        let length = source.remaining().min(mcap::MAGIC.len() as u64);
-        source.read(length, &mut end)?;
-        self.offset = source.offset;
-        let more = match source.size {
-            Some(_) => source.remaining(),
-            // Whether there is more is seen by trying.
-            None => source.read(1, &mut Vec::new())?,
-        };
-        self.pending.push_back(match (end == mcap::MAGIC, more) {
-            (true, 0) => return Ok(()),
-            (true, _) => Record::Damaged { offset: self.offset, damage: Damage::BytesBehindEnd },
-            (false, 0) if end.len() < mcap::MAGIC.len() => {
-                let place = "the file is cut off in the eight bytes that close a recording";
-                Record::Truncated { offset, damage: Damage::CutOff { place } }
-            }
-            (false, _) => Record::Damaged { offset, damage: Damage::NoEndBehindFooter },
-        });
-        Ok(())
-    }
-
-    /// No record follows although the footer has not come.
-    fn run_out(&mut self, offset: u64, left: u64) -> Result<()> {
-        if self.source.source.is_complete {
-            return Err(self.damage(offset, Damage::NoEnd));
-        }
-        let place = match left {
-            0 => "the file ends before the records that should close it",
-            _ => "a record is cut in its length",
-        };
-        self.truncate(offset, Damage::CutOff { place });
-        Ok(())
-    }
-
-    /// The file ends within a record: what is there of a chunk is given.
-    fn cut(&mut self, offset: u64, opcode: u8, length: u64, left: u64, body: &[u8]) {
-        let is_salvaged =
-            (self.section, opcode) == (Section::Data, op::CHUNK) && left <= MAX_RECORD;
-        if is_salvaged {
-            let mut records = Vec::new();
-            chunk::salvage(body, &mut records);
-            self.batch = Batch::new(offset, true, records);
-        }
-        let record = record_name(opcode);
-        self.truncate(offset, Damage::CutInRecord { record, length, left, is_salvaged });
-    }
-
-    fn truncate(&mut self, offset: u64, damage: Damage) {
-        if self.section == Section::Summary {
-            self.give_summary(offset);
-        }
-        self.pending.push_back(Record::Truncated { offset, damage });
+        self.batch = Batch::default();
         self.section = Section::End;
     }
 
     /// The record that was taken last.
     fn parse(&self, offset: u64, opcode: u8) -> Result<records::Record<'_>> {
-        parse_record(opcode, &self.body).map_err(|damage| self.damage(offset, damage))
+        parse_record(opcode, &self.record[HEAD_LEN..]).map_err(|damage| self.damage(offset, damage))
     }
 
     /// An error about what is at `offset`.
-    fn damage(&self, offset: u64, damage: Damage) -> Error {
+    pub(super) fn damage(&self, offset: u64, damage: Damage) -> Error {
         self.source.source.damage(offset, damage)
     }
 

@@ -4,3 +4,4 @@ mod copies;
 mod damaged;
 mod filter;
 mod fixtures;
+mod large;

@@ -1,6 +1,7 @@
 //! Ids of schemas and channels that are added.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::hash::{DefaultHasher, Hash, Hasher};
 
 use mcap::records::Channel;
 
@@ -12,17 +13,55 @@ use crate::record::Schema;
 #[derive(Default)]
 pub(super) struct Ids {
     pub(super) schemas: BTreeMap<u16, Schema>,
+    /// Ids of those by a hash of what they are.
+    by_content: HashMap<u64, Vec<u16>>,
     channels: BTreeSet<u16>,
+    next_schema: NextId,
+    next_channel: NextId,
     /// Whether new ids are the highest that are free, else the one behind the highest that is
     /// taken.
     from_the_top: bool,
 }
 
+/// Where to look for a free id. Ids are never given back.
+struct NextId {
+    /// All ids below are taken.
+    lowest: u16,
+    /// All ids above are taken.
+    highest: u16,
+}
+
+impl Default for NextId {
+    fn default() -> Self {
+        NextId { lowest: 1, highest: u16::MAX }
+    }
+}
+
+impl NextId {
+    fn lowest(&mut self, is_taken: impl Fn(u16) -> bool) -> Option<u16> {
+        let free = (self.lowest..=u16::MAX).find(|&id| !is_taken(id));
+        self.lowest = free.unwrap_or(u16::MAX);
+        free
+    }
+
+    fn highest(&mut self, is_taken: impl Fn(u16) -> bool) -> Option<u16> {
+        let free = (1..=self.highest).rev().find(|&id| !is_taken(id));
+        self.highest = free.unwrap_or(1);
+        free
+    }
+}
+
+/// A hash of what a schema is, besides its id.
+fn content_hash(name: &str, encoding: &str, data: &[u8]) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    (name, encoding, data).hash(&mut hasher);
+    hasher.finish()
+}
+
 impl Ids {
     /// Takes the ids of a recording.
     pub(super) fn reserve(&mut self, overview: &Overview) {
-        let schemas = overview.schemas.iter();
-        self.schemas.extend(schemas.map(|(&id, schema)| (id, schema.clone())));
+        overview.schemas.values().for_each(|schema| self.take_schema(schema));
         self.channels.extend(overview.channels.keys());
     }
 
@@ -32,7 +71,11 @@ impl Ids {
     }
 
     pub(super) fn take_schema(&mut self, schema: &Schema) {
-        self.schemas.entry(schema.id).or_insert_with(|| schema.clone());
+        if !self.schemas.contains_key(&schema.id) {
+            let content = content_hash(&schema.name, &schema.encoding, &schema.data);
+            self.by_content.entry(content).or_default().push(schema.id);
+            self.schemas.insert(schema.id, schema.clone());
+        }
     }
 
     pub(super) fn take_channel(&mut self, id: u16) {
@@ -41,18 +84,21 @@ impl Ids {
 
     /// The id of an equal schema, or else a new one.
     pub(super) fn schema(&mut self, name: &str, encoding: &str, data: &[u8]) -> Result<u16> {
-        let is_equal = |schema: &&Schema| {
+        let is_equal = |id: &&u16| {
+            let schema = &self.schemas[id];
             (schema.name.as_str(), schema.encoding.as_str()) == (name, encoding)
                 && schema.data == data
         };
-        if let Some(schema) = self.schemas.values().find(is_equal) {
-            return Ok(schema.id);
+        let alike = self.by_content.get(&content_hash(name, encoding, data));
+        if let Some(&id) = alike.and_then(|ids| ids.iter().filter(is_equal).min()) {
+            return Ok(id);
         }
         let last = self.schemas.last_key_value().map(|(&id, _)| id);
-        let id = self.free(last, |id| self.schemas.contains_key(&id));
+        let is_taken = |id| self.schemas.contains_key(&id);
+        let id = free(&mut self.next_schema, last, self.from_the_top, is_taken);
         let id = id.ok_or(Error::TooManySchemas)?;
         let (name, encoding, data) = (name.to_owned(), encoding.to_owned(), data.to_vec());
-        self.schemas.insert(id, Schema { id, name, encoding, data });
+        self.take_schema(&Schema { id, name, encoding, data });
         Ok(id)
     }
 
@@ -64,7 +110,8 @@ impl Ids {
         message_encoding: &str,
         metadata: &BTreeMap<String, String>,
     ) -> Result<Channel> {
-        let id = self.free(self.channels.last().copied(), |id| self.channels.contains(&id));
+        let (last, is_taken) = (self.channels.last().copied(), |id| self.channels.contains(&id));
+        let id = free(&mut self.next_channel, last, self.from_the_top, is_taken);
         let id = id.ok_or(Error::TooManyChannels)?;
         self.channels.insert(id);
         Ok(Channel {
@@ -75,13 +122,17 @@ impl Ids {
             metadata: metadata.clone(),
         })
     }
+}
 
-    /// The id behind the last, or else the first free one; or the highest free one.
-    fn free(&self, last: Option<u16>, is_taken: impl Fn(u16) -> bool) -> Option<u16> {
-        let is_free = |id: &u16| !is_taken(*id);
-        match self.from_the_top {
-            true => (1..=u16::MAX).rev().find(is_free),
-            false => last.unwrap_or(0).checked_add(1).or_else(|| (1..=u16::MAX).find(is_free)),
-        }
+/// The id behind the last, or else the first free one; or the highest free one.
+fn free(
+    next: &mut NextId,
+    last: Option<u16>,
+    from_the_top: bool,
+    is_taken: impl Fn(u16) -> bool,
+) -> Option<u16> {
+    match from_the_top {
+        true => next.highest(is_taken),
+        false => last.unwrap_or(0).checked_add(1).or_else(|| next.lowest(is_taken)),
     }
 }

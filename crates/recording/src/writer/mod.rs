@@ -1,5 +1,7 @@
 //! Writing a recording beside its final name, and putting it there when it is whole.
 
+mod attachment;
+mod copy;
 mod ids;
 mod options;
 mod output;
@@ -12,6 +14,7 @@ use std::sync::Arc;
 
 use mcap::records::{AttachmentHeader, Channel, Header, MessageHeader, Metadata, op};
 
+use self::attachment::Attachment;
 use self::ids::Ids;
 pub use self::options::{WriteOptions, WriteTimes};
 use self::output::Output;
@@ -20,9 +23,10 @@ use crate::compression::Compression;
 use crate::encode;
 use crate::error::Result;
 use crate::overview::Overview;
-use crate::pack::{OpenChunk, PackedChunk};
-use crate::part::{Item, SourceChunk};
-use crate::record::{Record, Schema};
+use crate::pack::{LARGE_MESSAGE, OpenChunk, PackedChunk};
+use crate::part::SourceChunk;
+use crate::record::Schema;
+use crate::shared_bytes::SharedBytes;
 use crate::workers::Workers;
 
 /// Uncompressed bytes after which a chunk is closed.
@@ -43,6 +47,8 @@ pub struct RecordingWriter {
     declared: BTreeMap<u16, Channel>,
     /// Chunks of other recordings with the messages that are being written, in their order.
     offered: VecDeque<Arc<SourceChunk>>,
+    /// The attachment of which more pieces are to come.
+    attachment: Option<Attachment>,
 }
 
 impl RecordingWriter {
@@ -63,6 +69,7 @@ impl RecordingWriter {
             ids: Ids::default(),
             declared: BTreeMap::new(),
             offered: VecDeque::new(),
+            attachment: None,
         })
     }
 
@@ -86,62 +93,6 @@ impl RecordingWriter {
     /// is not likely to have them. If it does, copying its definition of one is an error.
     pub fn reserve_all_but_the_highest(&mut self) {
         self.ids.start_at_the_top();
-    }
-
-    /// Writes a record of another recording as it is, ids and times included. Its header, damage
-    /// and skipped chunks are left out.
-    ///
-    /// # Errors
-    /// [`Error::ConflictingSchemas`](crate::Error::ConflictingSchemas),
-    /// [`Error::ConflictingChannels`](crate::Error::ConflictingChannels),
-    /// [`Error::UnknownSchema`](crate::Error::UnknownSchema),
-    /// [`Error::UnknownChannel`](crate::Error::UnknownChannel),
-    /// [`Error::SchemaIdZero`](crate::Error::SchemaIdZero); [`Error::Io`](crate::Error::Io).
-    pub fn copy(&mut self, record: &Record) -> Result<()> {
-        match record {
-            Record::Header { .. }
-            | Record::Skipped { .. }
-            | Record::Damaged { .. }
-            | Record::Truncated { .. } => Ok(()),
-            Record::Schema(schema) => self.copy_schema(schema),
-            Record::Channel(channel) => self.copy_channel(channel),
-            Record::Message { header, data, .. } => self.write_message(header, data),
-            Record::Attachment { header, data } => {
-                let record = encode::attachment(header, data);
-                let size = data.len() as u64;
-                self.push(Placement::Attachment(record, header.clone(), size))
-            }
-            Record::Metadata(Metadata { name, metadata }) => self.write_metadata(name, metadata),
-            Record::Private { opcode, data, in_chunk: true } => {
-                self.open.put_record(&encode::plain(*opcode, data));
-                Ok(())
-            }
-            Record::Private { opcode, data, in_chunk: false } => {
-                self.push(Placement::Record(encode::plain(*opcode, data)))
-            }
-        }
-    }
-
-    /// Places a chunk of another recording as it lies there, with indexes of its messages behind
-    /// it. The definitions in it count as copied. This closes the current chunk.
-    ///
-    /// # Errors
-    /// Those of [`RecordingWriter::copy`] for the records in it.
-    pub fn copy_chunk(&mut self, chunk: &SourceChunk) -> Result<()> {
-        for item in &chunk.items {
-            match item {
-                Item::Record(Record::Schema(schema)) => self.define_schema(schema).map(drop)?,
-                Item::Record(Record::Channel(channel)) => self.define_channel(channel).map(drop)?,
-                Item::Message { .. } | Item::Record(_) => {}
-            }
-        }
-        for (channel, count) in chunk.counts() {
-            self.queue.summary.count(channel, 0, count, chunk.times())?;
-        }
-        let packed = chunk.verbatim();
-        self.queue.times.verbatim_chunks += 1;
-        self.queue.times.verbatim_bytes += (packed.start.len() + packed.data.len()) as u64;
-        self.push(Placement::Verbatim(packed))
     }
 
     /// Compresses chunks that are closed from now on like this.
@@ -237,16 +188,44 @@ impl RecordingWriter {
     /// # Errors
     /// [`Error::UnknownChannel`](crate::Error::UnknownChannel), [`Error::Io`](crate::Error::Io).
     pub fn write_message(&mut self, header: &MessageHeader, data: &[u8]) -> Result<()> {
-        let MessageHeader { channel_id, sequence, log_time, .. } = *header;
-        if let Some(channel) = self.declared.remove(&channel_id) {
-            self.define(&channel)?;
+        if data.len() > LARGE_MESSAGE {
+            return self.write_large(header, data.to_vec().into());
         }
-        self.queue.summary.count(channel_id, sequence, 1, (log_time, log_time))?;
+        self.count_message(header)?;
         if self.open.len() > CHUNK_SIZE {
             self.close_chunk()?;
         }
         self.open.put_message(header, data);
         Ok(())
+    }
+
+    /// As [`RecordingWriter::write_message`], without copying a message of more than 32 MiB in
+    /// memory. Such a message gets a chunk of its own, which is compressed only if that makes it
+    /// eight times smaller.
+    ///
+    /// # Errors
+    /// Those of [`RecordingWriter::write_message`].
+    pub fn write_shared(&mut self, header: &MessageHeader, data: SharedBytes) -> Result<()> {
+        match data.len() > LARGE_MESSAGE {
+            true => self.write_large(header, data),
+            false => self.write_message(header, &data),
+        }
+    }
+
+    fn write_large(&mut self, header: &MessageHeader, data: SharedBytes) -> Result<()> {
+        self.close_chunk()?;
+        self.count_message(header)?;
+        self.open.put_large_message(header, data);
+        self.close_chunk()
+    }
+
+    /// Counts a message, and writes its channel if that was only declared.
+    fn count_message(&mut self, header: &MessageHeader) -> Result<()> {
+        let MessageHeader { channel_id, sequence, log_time, .. } = *header;
+        if let Some(channel) = self.declared.remove(&channel_id) {
+            self.define(&channel)?;
+        }
+        self.queue.summary.count(channel_id, sequence, 1, (log_time, log_time))
     }
 
     /// Writes a metadata record. This closes the current chunk.
@@ -275,7 +254,7 @@ impl RecordingWriter {
             name: name.to_owned(),
             media_type: media_type.to_owned(),
         };
-        self.copy(&Record::Attachment { header, data: data.into() })
+        self.write_attachment(&header, data.len() as u64, 0, data)
     }
 
     /// Leaves the half-written file under its temporary name, which is returned. Chunks that are
@@ -300,6 +279,7 @@ impl RecordingWriter {
     /// Those of [`RecordingWriter::finish`].
     pub fn finish_timed(mut self) -> Result<(u64, WriteTimes)> {
         self.close_chunk()?;
+        self.require_no_attachment()?;
         self.queue.finish()
     }
 
@@ -344,11 +324,16 @@ impl RecordingWriter {
             return Ok(());
         }
         let (chunk, compression) = (std::mem::take(&mut self.open), self.compression);
-        let placement = match self.take_offered(&chunk) {
-            Some(packed) => Placement::Verbatim(packed),
-            None => Placement::Packing(self.queue.workers.run(move || chunk.pack(compression))),
-        };
-        self.queue.push(placement)
+        self.require_no_attachment()?;
+        if let Some(packed) = self.take_offered(&chunk) {
+            return self.queue.push(Placement::Verbatim(packed));
+        }
+        let is_large = chunk.records().is_none();
+        let packing = Placement::Packing(self.queue.workers.run(move || chunk.pack(compression)));
+        match is_large {
+            true => self.queue.push_large(packing),
+            false => self.queue.push(packing),
+        }
     }
 
     /// The chunk with these records, if it was offered. Those before it are of no use any more. If
@@ -356,7 +341,8 @@ impl RecordingWriter {
     fn take_offered(&mut self, chunk: &OpenChunk) -> Option<PackedChunk> {
         let name = self.compression.name();
         let is_same = |offered: &Arc<SourceChunk>| {
-            offered.compression() == name && offered.records() == Some(chunk.records())
+            offered.compression() == name
+                && chunk.records().is_some_and(|records| offered.records() == Some(records))
         };
         let found = self.offered.iter().position(is_same);
         let used = found.map_or(self.offered.len().saturating_sub(1), |found| found + 1);
@@ -367,6 +353,11 @@ impl RecordingWriter {
     /// Closes the current chunk and queues something behind it.
     fn push(&mut self, placement: Placement) -> Result<()> {
         self.close_chunk()?;
+        self.require_no_attachment()?;
         self.queue.push(placement)
+    }
+
+    fn require_no_attachment(&self) -> Result<()> {
+        self.attachment.as_ref().map_or(Ok(()), |attachment| Err(attachment.incomplete()))
     }
 }

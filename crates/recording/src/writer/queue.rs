@@ -21,9 +21,10 @@ pub(super) enum Placement {
     Packing(Ticket<io::Result<PackedChunk>>),
     /// A chunk as it lies in another file.
     Verbatim(PackedChunk),
-    /// A private record.
-    Record(Vec<u8>),
-    /// An attachment record, its header again, and the bytes of the attached file.
+    /// A private record, or a piece of an attached file.
+    Bytes(Vec<u8>),
+    /// The beginning of an attachment record, its header again, and how many bytes of the attached
+    /// file follow.
     Attachment(Vec<u8>, AttachmentHeader, u64),
     /// A metadata record and its name.
     Metadata(Vec<u8>, String),
@@ -66,6 +67,12 @@ impl Queue {
         self.place_all_but(most)
     }
 
+    /// As [`Queue::push`], and places everything.
+    pub(super) fn push_large(&mut self, placement: Placement) -> Result<()> {
+        self.waiting.push_back(placement);
+        self.place_all_but(0)
+    }
+
     fn place_all_but(&mut self, most: usize) -> Result<()> {
         while let Some(mut next) = self.waiting.pop_front() {
             if self.waiting.len() < most && !next.is_ready() {
@@ -89,19 +96,20 @@ impl Queue {
                 self.place_chunk(&chunk)
             }
             Placement::Verbatim(chunk) => self.place_chunk(&chunk),
-            Placement::Record(record) => self.write(&[&record]),
-            Placement::Attachment(record, header, data_size) => {
+            Placement::Bytes(bytes) => self.write(&[&bytes]),
+            Placement::Attachment(start, header, data_size) => {
                 let AttachmentHeader { log_time, create_time, name, media_type } = header;
                 self.summary.attachments.push(AttachmentIndex {
                     offset,
-                    length: record.len() as u64,
+                    // With the file and its checksum.
+                    length: start.len() as u64 + data_size + size_of::<u32>() as u64,
                     log_time,
                     create_time,
                     data_size,
                     name,
                     media_type,
                 });
-                self.write(&[&record])
+                self.write(&[&start])
             }
             Placement::Metadata(record, name) => {
                 let length = record.len() as u64;
@@ -113,8 +121,9 @@ impl Queue {
 
     fn place_chunk(&mut self, chunk: &PackedChunk) -> Result<()> {
         let (indexes, index) = chunk.index(self.output.offset);
-        self.summary.chunks.push(index);
-        self.write(&[&chunk.start, &chunk.data, &indexes])
+        self.summary.add_chunk(&index);
+        let [start, data, large] = &chunk.parts;
+        self.write(&[start, data, large, &indexes])
     }
 
     pub(super) fn write(&mut self, parts: &[&[u8]]) -> Result<()> {
@@ -129,7 +138,8 @@ impl Queue {
     pub(super) fn finish(mut self) -> Result<(u64, WriteTimes)> {
         self.place_all_but(0)?;
         let summary = std::mem::take(&mut self.summary);
-        self.write(&[&summary.close(self.output.offset, self.output.checksum())])?;
+        let end = summary.close(self.output.offset, self.output.checksum());
+        self.write(&end.each_ref().map(Vec::as_slice))?;
         let started = Instant::now();
         self.output.sync()?;
         self.times.write.take_since(started, 0);

@@ -16,7 +16,9 @@ use crate::record::Schema;
 pub(super) struct Summary {
     schemas: BTreeMap<u16, Schema>,
     channels: BTreeMap<u16, Channel>,
-    pub(super) chunks: Vec<ChunkIndex>,
+    chunk_count: u32,
+    /// The records of the chunk index, which are all that grows with a recording.
+    chunks: Vec<u8>,
     pub(super) attachments: Vec<AttachmentIndex>,
     pub(super) metadata: Vec<MetadataIndex>,
     message_counts: BTreeMap<u16, u64>,
@@ -71,46 +73,48 @@ impl Summary {
         Ok(())
     }
 
+    /// Takes a chunk that is in the file.
+    pub(super) fn add_chunk(&mut self, index: &ChunkIndex) {
+        self.chunk_count += 1;
+        self.chunks.extend(encode::record(op::CHUNK_INDEX, index));
+    }
+
     /// The records from the end of the data, which lies at `offset` bytes of the file and has the
     /// checksum `data_section_crc`, to the end of the file.
-    pub(super) fn close(self, offset: u64, data_section_crc: u32) -> Vec<u8> {
-        let mut end = encode::record(op::DATA_END, &DataEnd { data_section_crc });
-        let start = end.len();
-        let mut offsets = Vec::new();
-        for (opcode, records) in self.groups() {
-            if !records.is_empty() {
-                let group_start = offset + end.len() as u64;
-                let group_length = records.len() as u64;
-                offsets.push(SummaryOffset { group_opcode: opcode, group_start, group_length });
-                end.extend(records);
-            }
-        }
-        let mut footer = Footer {
-            summary_start: offset + start as u64,
-            summary_offset_start: offset + end.len() as u64,
-            summary_crc: 0,
-        };
-        for group in &offsets {
-            end.extend(encode::record(op::SUMMARY_OFFSET, group));
-        }
+    pub(super) fn close(self, offset: u64, data_section_crc: u32) -> [Vec<u8>; 8] {
+        let data_end = encode::record(op::DATA_END, &DataEnd { data_section_crc });
+        let summary_start = offset + data_end.len() as u64;
         let mut crc = crc32fast::Hasher::new();
-        crc.update(&end[start..]);
+        let (mut end, mut summary_offset_start) = (Vec::new(), summary_start);
+        let groups = self.groups().map(|(group_opcode, records)| {
+            if !records.is_empty() {
+                let (group_start, group_length) = (summary_offset_start, records.len() as u64);
+                let group = SummaryOffset { group_opcode, group_start, group_length };
+                end.extend(encode::record(op::SUMMARY_OFFSET, &group));
+                summary_offset_start += group_length;
+                crc.update(&records);
+            }
+            records
+        });
+        let mut footer = Footer { summary_start, summary_offset_start, summary_crc: 0 };
+        crc.update(&end);
         let unsigned = encode::record(op::FOOTER, &footer);
         crc.update(&unsigned[..unsigned.len() - size_of_val(&footer.summary_crc)]);
         footer.summary_crc = crc.finalize();
         end.extend(encode::record(op::FOOTER, &footer));
         end.extend_from_slice(mcap::MAGIC);
-        end
+        let [schemas, channels, statistics, chunks, attachments, metadata] = groups;
+        [data_end, schemas, channels, statistics, chunks, attachments, metadata, end]
     }
 
     /// Opcode and records of each group.
-    fn groups(self) -> [(u8, Vec<u8>); 6] {
+    fn groups(mut self) -> [(u8, Vec<u8>); 6] {
         let statistics = self.statistics();
         [
             (op::SCHEMA, self.schemas.values().flat_map(encode::schema).collect()),
             (op::CHANNEL, all(op::CHANNEL, self.channels.values())),
             (op::STATISTICS, encode::record(op::STATISTICS, &statistics)),
-            (op::CHUNK_INDEX, all(op::CHUNK_INDEX, &self.chunks)),
+            (op::CHUNK_INDEX, std::mem::take(&mut self.chunks)),
             (op::ATTACHMENT_INDEX, all(op::ATTACHMENT_INDEX, &self.attachments)),
             (op::METADATA_INDEX, all(op::METADATA_INDEX, &self.metadata)),
         ]
@@ -124,7 +128,7 @@ impl Summary {
             channel_count: self.channels.len() as u32,
             attachment_count: self.attachments.len() as u32,
             metadata_count: self.metadata.len() as u32,
-            chunk_count: self.chunks.len() as u32,
+            chunk_count: self.chunk_count,
             message_start_time,
             message_end_time,
             channel_message_counts: self.message_counts.clone(),

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use divmerge::frames::{CloudTopic, EncodedClouds, Selection, is_annotation};
+use divmerge::frames::{CloudTopic, EncodedClouds, Selection, annotated_topics};
 use divmerge::messages::clouds::CloudChannel;
 use divmerge::recording::{Channel, Overview};
 
@@ -88,6 +88,7 @@ fn first_clouds(
     overview: &Overview,
     options: &GeometryOptions,
 ) -> Result<(BTreeMap<u16, Cloud>, Vec<String>)> {
+    let annotated = annotated_topics(overview);
     let mut found = BTreeMap::new();
     let mut waiting: BTreeMap<u16, (CloudTopic, Option<String>)> = BTreeMap::new();
     for channel in overview.channels.values() {
@@ -95,7 +96,7 @@ fn first_clouds(
         let note = match CloudChannel::of(overview, channel) {
             CloudChannel::Other => continue,
             CloudChannel::Unreadable(unreadable) => format!("not read: {}", unreadable.reason),
-            CloudChannel::Readable(_) if is_annotation(overview, &channel.topic) => {
+            CloudChannel::Readable(_) if annotated.contains(channel.topic.as_str()) => {
                 "made by an earlier `annotate`".to_owned()
             }
             CloudChannel::Readable(format) => {
