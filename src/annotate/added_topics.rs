@@ -30,9 +30,10 @@ pub(super) fn refuse_annotated<'a>(
 
 /// Refuses a recording that has a topic that would be added.
 pub(crate) fn refuse_topic(overview: &Overview, topic: String) -> Result<()> {
-    match overview.channels_of(&topic).next() {
-        None => Ok(()),
-        Some(_) => Err(already_there(&overview.path, topic)),
+    let is_there = overview.channels_of(&topic).next().is_some();
+    match is_there {
+        true => Err(already_there(&overview.path, topic)),
+        false => Ok(()),
     }
 }
 

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::clustered::{cluster, remarks};
 use super::config::AnnotateConfig;
 use super::event::{ClusteredFrame, RunEvent};
+use super::warnings::CloudWarnings;
 use crate::error::{Error, NoCloud, Result};
 use crate::frames::walk::Walk;
 use crate::frames::{EncodedCloud, Selection, choose_topics};
@@ -53,8 +54,9 @@ impl<F: FnMut(RunEvent) -> Result<()>> FrameVisitor for F {
 }
 
 /// Clusters the selected clouds in the order of the file and hands each to the visitor. A cloud
-/// that cannot be read is warned of and counted. By the file's index, chunks without a selected
-/// cloud are not read. Memory does not grow with the length of the recording.
+/// that cannot be read is counted, with one warning at the end for each topic and kind. By the
+/// file's index, chunks without a selected cloud are not read. Memory does not grow with the length
+/// of the recording.
 ///
 /// # Errors
 /// [`Error::NoCloud`] if there is no topic, none has the frames, or none lies between the times;
@@ -75,6 +77,7 @@ pub fn for_each_frame(
         false => Walk::open(&overview, topics, selection)?,
     };
     let mut visited = VisitedFrames::default();
+    let mut odd_clouds = CloudWarnings::default();
     while let Some(step) = walk.next()? {
         visitor.record(&step.record)?;
         match &step.record {
@@ -87,13 +90,16 @@ pub fn for_each_frame(
             }
             Record::Message { .. } => {
                 if let Some(cloud) = EncodedCloud::of_step(step, &clouds) {
-                    visited.visit(&cloud, config, visitor)?;
+                    visited.visit(&cloud, config, &mut odd_clouds, visitor)?;
                 }
             }
             _ => continue,
         }
         let (bytes, total) = walk.progress();
         visitor.event(RunEvent::Progress { bytes, total })?;
+    }
+    for warning in odd_clouds.into_lines() {
+        visitor.event(RunEvent::Warning(&warning))?;
     }
     if visited.frames + visited.unreadable == 0 {
         let (path, problem) = (input.to_owned(), NoCloud::NothingSelected);
@@ -107,6 +113,7 @@ impl VisitedFrames {
         &mut self,
         encoded: &EncodedCloud,
         config: &AnnotateConfig,
+        odd_clouds: &mut CloudWarnings,
         visitor: &mut dyn FrameVisitor,
     ) -> Result<()> {
         let wire = encoded.decode().map_err(Error::from);
@@ -118,8 +125,8 @@ impl VisitedFrames {
             Ok(clustered) => clustered,
             Err(Error::Frame(problem)) => {
                 self.unreadable += 1;
-                let warning = format!("{}: {problem} ({})", encoded.topic, encoded.place());
-                return visitor.event(RunEvent::Warning(&warning));
+                odd_clouds.take_unreadable(encoded, &problem.to_string());
+                return Ok(());
             }
             Err(error) => return Err(error),
         };

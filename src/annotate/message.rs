@@ -134,6 +134,6 @@ fn annotate_decoded(
 }
 
 /// Shares of 0 to 1 as 0 to 255.
-fn bytes(shares: &[f32]) -> Vec<u8> {
+pub(super) fn bytes(shares: &[f32]) -> Vec<u8> {
     shares.iter().map(|share| (share * 255.0).round() as u8).collect()
 }

@@ -1,6 +1,7 @@
 //! The main job: a recording in, the same recording with instances out.
 
 mod added_topics;
+mod assemble;
 mod checkpoint;
 mod clustered;
 mod config;
@@ -26,8 +27,10 @@ pub mod slices;
 pub mod time_spec;
 mod times;
 mod types;
+mod warnings;
 
 pub(crate) use added_topics::{added_metadata, refuse_topic};
+pub use assemble::Assemble;
 pub use clustered::{Clustered, cluster, remarks};
 pub use config::{AnnotateConfig, Decoded, Semantics};
 pub use each_frame::{FrameVisitor, VisitedFrames, for_each_frame};

@@ -1,5 +1,6 @@
 //! What is done to a recording.
 
+use super::assemble::Assemble;
 use super::config::AnnotateConfig;
 use super::form::Form;
 use super::slices::Slice;
@@ -24,6 +25,9 @@ pub struct AnnotateOptions {
     /// Compression of the output. Default: that of most of the input's chunks, so that those stay
     /// as they are.
     pub compression: Option<Compression>,
+    /// How messages of a topic are put together to whole turns before they are clustered. Each is
+    /// annotated by itself; the boxes stand with the last of a turn. Default: not at all.
+    pub assemble: Option<Assemble>,
     /// The part of the input that is annotated; the output is what `join` takes. Default: all of
     /// it.
     pub slice: Option<Slice>,

@@ -4,13 +4,15 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
+use super::config::Semantics;
 use super::event::RunEvent;
 use super::job::{Job, JobInput};
 use super::options::{AnnotateOptions, USUAL_THREADS};
 use super::paths::refuse_same_file;
 use super::report::AnnotationReport;
 use super::run_parameters::RunParameters;
-use crate::error::{Error, Result, SliceProblem};
+use crate::error::{Conflict, Error, Result, SliceProblem};
+use crate::frames::FrameBoxes;
 use divmerge_recording::stopwatch::ms_since;
 use divmerge_recording::workers::Workers;
 use divmerge_recording::{Overview, RecordingReader, is_stream};
@@ -46,6 +48,7 @@ pub fn annotate(
     if options.slice.is_some() && is_stream(input) {
         return Err(Error::Slices { of: input.to_owned(), problem: SliceProblem::OfStream });
     }
+    refuse_with_turns(input, options)?;
     let started = Instant::now();
     let workers = usual_workers(options.threads);
     let (job, reader) = match is_stream(input) {
@@ -72,6 +75,20 @@ pub fn annotate(
     Ok(report)
 }
 
+/// Refuses what belongs to single messages where messages are put together.
+fn refuse_with_turns(input: &Path, options: &AnnotateOptions) -> Result<()> {
+    let AnnotateOptions { config, .. } = options;
+    let with = match options {
+        AnnotateOptions { assemble: None, .. } => return Ok(()),
+        AnnotateOptions { resume: true, .. } => "a run that is resumed",
+        AnnotateOptions { slice: Some(_), .. } => "a slice",
+        _ if config.boxes != FrameBoxes::Nothing => "boxes of each message",
+        _ if matches!(config.semantics, Semantics::Given(_)) => "classes of each message",
+        _ => return Ok(()),
+    };
+    Err(Error::Conflict { path: input.to_owned(), problem: Conflict::Turns { with } })
+}
+
 /// Starts so many threads; 0: the default.
 pub(super) fn usual_workers(threads: usize) -> Workers {
     Workers::start(match threads {
@@ -82,6 +99,7 @@ pub(super) fn usual_workers(threads: usize) -> Workers {
 
 /// Goes through what is to be read, and completes the output.
 pub(super) fn read_all(mut job: Job, mut reader: RecordingReader) -> Result<AnnotationReport> {
+    reader.unpack_messages();
     while !job.is_behind_slice(reader.offset()) {
         let part = reader.next_part();
         let bytes = reader.offset();
@@ -93,8 +111,8 @@ pub(super) fn read_all(mut job: Job, mut reader: RecordingReader) -> Result<Anno
             }
             Ok(None) => break,
             Err(error) => {
-                job.settle_all()?;
-                return Err(error.into());
+                let settled = job.settle_all();
+                return Err(job.give_up(settled.err().unwrap_or_else(|| error.into())));
             }
         }
     }

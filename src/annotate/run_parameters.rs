@@ -48,10 +48,12 @@ impl RunParameters {
         let input = options.slice.as_ref().map_or(&overview.path, |slice| &slice.input);
         let name = input.file_name().unwrap_or_default().to_string_lossy();
         let usual = || overview.usual_compression().unwrap_or_default();
+        let mut parameters = method_metadata(method);
+        parameters.extend(options.assemble.map(|how| ("assemble".to_owned(), how.to_string())));
         RunParameters {
             input: name.into_owned(),
             input_bytes: overview.file_size,
-            method: method_metadata(method),
+            method: parameters,
             semantics: match semantics {
                 Semantics::Auto if method.is_taxonomy_given => "auto by ids".to_owned(),
                 Semantics::Auto => "auto".to_owned(),

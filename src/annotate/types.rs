@@ -35,7 +35,7 @@ impl MessageTypes {
     /// Format of the annotated clouds of a topic.
     pub fn format(&self, clouds: CloudFormat) -> CloudFormat {
         match self.flavor {
-            Flavor::Auto => clouds,
+            Flavor::Auto => clouds.written(),
             Flavor::Foxglove => CloudFormat::FoxgloveProtobuf,
         }
     }
@@ -114,8 +114,10 @@ impl MessageTypes {
 /// How messages of boxes beside clouds of a format lie in bytes.
 fn encoding(clouds: CloudFormat, order: ByteOrder) -> ObjectEncoding {
     match clouds {
-        CloudFormat::Ros2 | CloudFormat::FoxgloveRos2 => ObjectEncoding::Ros(Layout::Cdr(order)),
-        CloudFormat::Ros1 => ObjectEncoding::Ros(Layout::Ros1),
+        CloudFormat::Ros2 | CloudFormat::FoxgloveRos2 | CloudFormat::LivoxRos2 => {
+            ObjectEncoding::Ros(Layout::Cdr(order))
+        }
+        CloudFormat::Ros1 | CloudFormat::LivoxRos1 => ObjectEncoding::Ros(Layout::Ros1),
         CloudFormat::FoxgloveProtobuf => ObjectEncoding::Protobuf,
         CloudFormat::FoxgloveJson => ObjectEncoding::Json,
     }

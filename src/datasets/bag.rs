@@ -62,11 +62,27 @@ impl Bag {
         set("starting_time", json!({ "nanoseconds_since_epoch": start }));
         set("duration", json!({ "nanoseconds": duration }));
         set("topics_with_message_count", self.topics(recordings).into());
+        if self.is_compressed() {
+            // Files and messages are unpacked as they are read.
+            set("compression_format", json!(""));
+            set("compression_mode", json!(""));
+        }
         if information.contains_key("files") {
             let files: Vec<Value> = recordings.iter().map(file_entry).collect();
             information.insert("files".to_owned(), files.into());
         }
         yaml::text(&json!({ ROOT: information }))
+    }
+
+    /// Whether its files or messages are compressed by rosbag2.
+    fn is_compressed(&self) -> bool {
+        let mode = self.information.get("compression_mode").and_then(Value::as_str);
+        mode.is_some_and(|mode| !mode.is_empty() && !mode.eq_ignore_ascii_case("none"))
+    }
+
+    /// The name of what is made of one of its recordings: without the end of a compressed one.
+    pub fn unpacked_name(file: &str) -> &str {
+        file.strip_suffix(".zst").or_else(|| file.strip_suffix(".zstd")).unwrap_or(file)
     }
 
     /// Entries of the topics that there are: those of the bag in their order, and then the new
@@ -100,17 +116,14 @@ fn refuse_other_formats(
     information: &Map<String, Value>,
 ) -> std::result::Result<(), String> {
     let text = |key: &str| information.get(key).and_then(Value::as_str).unwrap_or_default();
-    match (text("storage_identifier"), text("compression_mode").to_ascii_lowercase().as_str()) {
-        ("mcap", "file") => Err("its recordings are compressed as a whole; decompress them first \
-                                 (`zstd -d`), and name the .mcap files"
-            .to_owned()),
-        ("mcap", "message") => {
-            Err("each of its messages is compressed by itself, which cannot be \
-                                    read; `ros2 bag convert` writes them as they were"
-                .to_owned())
-        }
-        ("mcap", _) => Ok(()),
-        (other, _) => Err(format!(
+    let mode = text("compression_mode").to_ascii_lowercase();
+    match (text("storage_identifier"), mode.as_str(), text("compression_format")) {
+        ("mcap", "file" | "message", "zstd") | ("mcap", "" | "none", _) => Ok(()),
+        ("mcap", mode, format) => Err(format!(
+            "its compression is `{format}` (mode `{mode}`), which cannot be read here, only \
+             `zstd`; `ros2 bag convert` writes the recording without"
+        )),
+        (other, ..) => Err(format!(
             "its recordings are of storage `{other}`, not `mcap`; convert the bag first: `ros2 bag \
              convert -i {} -o convert.yaml` with `output_bags: [{{uri: OUT, storage_id: mcap, all: \
              true}}]` in convert.yaml, or `mcap convert FILE.db3 OUT.mcap`",
@@ -297,7 +310,7 @@ mod tests {
     fn other_bags_are_refused_with_what_to_do() {
         for (from, to, words) in [
             ("storage_identifier: mcap", "storage_identifier: sqlite3", "ros2 bag convert"),
-            ("compression_mode: \"\"", "compression_mode: FILE", "zstd -d"),
+            ("compression_mode: \"\"", "compression_mode: FILE", "only `zstd`"),
             ("    - drive_0.mcap\n", "    - ../drive_0.mcap\n", "not a file of this folder"),
             ("rosbag2_bagfile_information", "other", "no table"),
             ("  version: 6", "  - version: 6", "not YAML"),

@@ -59,6 +59,13 @@ pub enum Conflict {
         profile: String,
     },
 
+    /// Messages that are to be put together to turns, with something that belongs to each of them.
+    #[error("messages cannot be put together to turns with {with}: leave that or --assemble out")]
+    Turns {
+        /// What belongs to single messages.
+        with: &'static str,
+    },
+
     /// A run is to be continued that had other parameters.
     #[error(
         "the run that was cut off had another {}; without --resume the output is made anew",

@@ -50,7 +50,8 @@ impl Walk {
             skims_large_chunks: true,
             ..ReadFilter::default()
         };
-        let reader = RecordingReader::open_filtered(overview, &filter, &Workers::none())?;
+        let mut reader = RecordingReader::open_filtered(overview, &filter, &Workers::none())?;
+        reader.unpack_messages();
         Ok(Walk { reader, filter, topics, counter: CloudCounter::default(), ends_early: true })
     }
 
@@ -69,7 +70,8 @@ impl Walk {
             numbers: selection.frames,
             ..ReadFilter::default()
         };
-        let reader = RecordingReader::open(input)?;
+        let mut reader = RecordingReader::open(input)?;
+        reader.unpack_messages();
         Ok(Walk { reader, filter, topics, counter: CloudCounter::default(), ends_early: false })
     }
 

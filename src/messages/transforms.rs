@@ -26,8 +26,10 @@ pub struct Transform<'a> {
 /// `foxglove.FrameTransform`.
 pub(crate) fn schema(format: CloudFormat) -> MessageSchema {
     match format {
-        CloudFormat::Ros2 | CloudFormat::FoxgloveRos2 => definitions::TF_MESSAGE,
-        CloudFormat::Ros1 => definitions::ros1::TF_MESSAGE,
+        CloudFormat::Ros2 | CloudFormat::FoxgloveRos2 | CloudFormat::LivoxRos2 => {
+            definitions::TF_MESSAGE
+        }
+        CloudFormat::Ros1 | CloudFormat::LivoxRos1 => definitions::ros1::TF_MESSAGE,
         CloudFormat::FoxgloveProtobuf => MessageSchema::protobuf::<FrameTransform>(FRAME_TRANSFORM),
         CloudFormat::FoxgloveJson => MessageSchema::json(
             FRAME_TRANSFORM,
@@ -41,10 +43,10 @@ const FRAME_TRANSFORM: &str = "foxglove.FrameTransform";
 /// A message of one transform, replacing what is in `out`.
 pub(crate) fn encode(transform: &Transform, format: CloudFormat, out: &mut Vec<u8>) {
     match format {
-        CloudFormat::Ros2 | CloudFormat::FoxgloveRos2 => {
+        CloudFormat::Ros2 | CloudFormat::FoxgloveRos2 | CloudFormat::LivoxRos2 => {
             tf_message(transform, Layout::Cdr(ByteOrder::Little), out);
         }
-        CloudFormat::Ros1 => tf_message(transform, Layout::Ros1, out),
+        CloudFormat::Ros1 | CloudFormat::LivoxRos1 => tf_message(transform, Layout::Ros1, out),
         CloudFormat::FoxgloveProtobuf => {
             out.clear();
             frame_transform(transform).encode(out).expect("a vector has room for it");

@@ -143,9 +143,10 @@ fn a_cloud_without_boxes_is_told_once_and_counted() {
     let options = by_boxes(&of_topic(BOXES), &recording).expect("boxes");
     let (output, report) = run(&recording, &options).expect("annotated");
     let topic = &report.topics[CLOUD_TOPIC];
-    assert_eq!((topic.frames, topic.unreadable, report.warnings.len()), (4, 0, 2));
-    assert!(report.warnings[0].contains("no boxes on /boxes"), "{:?}", report.warnings);
-    assert!(report.warnings[1].contains("3 clouds without boxes"), "{:?}", report.warnings);
+    assert_eq!((topic.frames, topic.unreadable, report.warnings.len()), (4, 0, 1));
+    for words in ["3 clouds without boxes; the first: ", "no boxes on /boxes"] {
+        assert!(report.warnings[0].contains(words), "{:?}", report.warnings);
+    }
     let found = column(&output, &format!("{CLOUD_TOPIC}/instances"), "instance");
     let counts = found.iter().map(|of| of.iter().filter(|&&instance| instance != 0).count());
     let counts: Vec<usize> = counts.collect();

@@ -79,6 +79,12 @@ pub(crate) fn is_large(body: &[u8]) -> bool {
     })
 }
 
+/// Whether a chunk has a checksum, and is right.
+pub(crate) fn is_sound(body: &[u8]) -> bool {
+    Header::parse(body).is_some_and(|header| header.uncompressed_crc != 0)
+        && skim(body, &|_| false).is_ok()
+}
+
 /// The records in the record of a whole chunk, one behind the other with their heads. Those of a
 /// chunk without compression are not copied.
 ///
@@ -243,6 +249,20 @@ fn decoder<'a>(header: &Header, data: &'a [u8]) -> Result<Box<dyn Read + 'a>, Da
 
 fn decompression(error: io::Error) -> Damage {
     Damage::Decompression { problem: error.to_string() }
+}
+
+/// A message that was compressed by itself, as rosbag2 does with zstd. `None` of any other: no
+/// message of ROS 2 begins as a frame of Zstandard does.
+pub(crate) fn unpack_message(message: &[u8]) -> Option<Vec<u8>> {
+    const ZSTD: [u8; 4] = 0xfd2f_b528_u32.to_le_bytes();
+    if !message.starts_with(&ZSTD) {
+        return None;
+    }
+    let most = most_records(message.len());
+    let mut unpacked = Vec::new();
+    let decoder = zstd::stream::read::Decoder::with_buffer(message).ok()?;
+    let length = decoder.take(most + 1).read_to_end(&mut unpacked).ok()?;
+    (length as u64 <= most).then_some(unpacked)
 }
 
 /// The records that are still whole in a cut chunk, unchecked.

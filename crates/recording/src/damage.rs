@@ -133,6 +133,25 @@ pub enum Damage {
     #[error("there are bytes behind the end of the recording")]
     BytesBehindEnd,
 
+    /// Zeros follow the end of the recording.
+    #[error("{zeros} zero bytes follow the end of the recording")]
+    ZerosBehindEnd { zeros: u64 },
+
+    /// The file ends as it is cut off, but for zeros in the place of what is missing.
+    #[error(
+        "{damage}; {zeros} zero bytes follow, which were reserved for the recording and never \
+         written"
+    )]
+    BeforeZeros { damage: Box<Damage>, zeros: u64 },
+
+    /// Another recording follows the end of the first.
+    #[error(
+        "a second recording begins behind the end of the first and is left out: `tail -c +{} FILE \
+         > SECOND.mcap` makes it a file of its own",
+        length + 1
+    )]
+    SecondRecording { length: u64 },
+
     /// Something else than the closing magic follows the footer.
     #[error("the footer is not followed by the end of the file")]
     NoEndBehindFooter,

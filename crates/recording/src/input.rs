@@ -16,6 +16,11 @@ pub(crate) trait Input: Read + Seek + Send {
         Ok(false)
     }
 
+    /// Whether its bytes come from front to back alone, and their number is not known.
+    fn is_sequential(&self) -> bool {
+        false
+    }
+
     /// Tells which stretches will be read, in order, so that a remote object is fetched in pieces
     /// of fitting sizes. Anything else can be read, too.
     fn expect(&mut self, _stretches: Vec<Range<u64>>) {}
@@ -60,6 +65,10 @@ impl Input for File {
 pub(crate) struct Stream(pub(crate) io::Stdin);
 
 impl Input for Stream {
+    fn is_sequential(&self) -> bool {
+        true
+    }
+
     fn size(&self) -> io::Result<u64> {
         Err(ErrorKind::NotSeekable.into())
     }

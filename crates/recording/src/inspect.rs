@@ -74,7 +74,9 @@ impl Overview {
     }
 
     fn read_through(mut self, mut reader: RecordingReader) -> Result<Self> {
+        self.is_complete = true;
         while let Some(record) = reader.next_record()? {
+            self.is_complete &= !matches!(record, Record::Truncated { .. });
             self.take(record);
         }
         let counts = reader.counts();

@@ -63,6 +63,12 @@
 //! With the feature `remote`, paths can be addresses in object stores and on web servers
 //! ([`address`]), which are read by range.
 //!
+//! # Compressed files
+//!
+//! A file whose name ends in `.zst` or `.zstd` is unpacked as it is read, from front to back.
+//! Messages that are compressed each by itself, as rosbag2 writes them with `compression_mode:
+//! message`, are given unpacked on request ([`RecordingReader::unpack_messages`]).
+//!
 //! # Types of the format
 //!
 //! [`Channel`], [`MessageHeader`], [`Metadata`] and [`AttachmentHeader`] are those of the `mcap`
@@ -98,6 +104,7 @@ pub mod stopwatch;
 mod summary;
 pub mod workers;
 mod writer;
+mod zstd_file;
 
 #[cfg(test)]
 mod tests;

@@ -9,12 +9,22 @@ use crate::error::{Error, Result};
 use crate::input::{Input, Stream};
 #[cfg(feature = "remote")]
 use crate::remote::RemoteFile;
+use crate::zstd_file::{self, ZstdFile};
 
-/// Opens a file, a stream, or the object at an address.
+/// Opens a file, a stream, or the object at an address. One that is named as compressed with zstd
+/// is unpacked as it is read.
 ///
 /// # Errors
 /// [`Error::Io`]; [`Error::NoRemote`] if addresses cannot be read here.
 pub(crate) fn open(path: &Path) -> Result<Box<dyn Input>> {
+    let input = open_as_it_is(path)?;
+    match zstd_file::is_named(path) && !input.is_folder().map_err(Error::io(path))? {
+        true => Ok(Box::new(ZstdFile::new(input).map_err(Error::io(path))?)),
+        false => Ok(input),
+    }
+}
+
+fn open_as_it_is(path: &Path) -> Result<Box<dyn Input>> {
     if is_remote(path) {
         return open_remote(path);
     }

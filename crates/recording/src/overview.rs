@@ -19,7 +19,8 @@ pub struct Overview {
     pub profile: String,
     /// What wrote the recording.
     pub library: String,
-    /// Whether the file ends with the magic that closes a recording.
+    /// Whether all that was recorded is there: the file is not cut off, and no second recording
+    /// follows the first, which alone is read.
     pub is_complete: bool,
     /// Whether all this comes from the summary of the file, without reading its messages.
     pub from_summary: bool,

@@ -39,8 +39,8 @@ pub enum Part {
 /// records have been checked, unless it is unopened.
 #[derive(Debug, Clone)]
 pub struct SourceChunk {
-    /// Its records without repeated definitions; empty if it is unopened. Of a large chunk, messages
-    /// that the [`ReadFilter`](crate::ReadFilter) does not number may be left out.
+    /// Its records without repeated definitions; empty if it is unopened. Of a large chunk,
+    /// messages that the [`ReadFilter`](crate::ReadFilter) does not number may be left out.
     pub items: Vec<Item>,
     /// Where it lies in the file.
     offset: u64,

@@ -99,9 +99,10 @@ pub enum Record<'a> {
         /// What is wrong.
         damage: Damage,
     },
-    /// The file is cut off here, behind its last whole message. No record follows.
+    /// The file is cut off here, behind its last whole message, or a second recording begins here.
+    /// No record follows.
     Truncated {
-        /// Byte offset in the file of the record that is cut.
+        /// Byte offset in the file of what is cut or left out.
         offset: u64,
         /// What is missing.
         damage: Damage,

@@ -6,10 +6,9 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-use crate::address::is_stream;
 use crate::damage::Damage;
 use crate::error::{Error, Result};
-use crate::file_kind::not_a_recording;
+use crate::file_kind::{START_LEN, not_a_recording};
 use crate::input::{Fetched, Input};
 use crate::open::open;
 
@@ -21,8 +20,11 @@ pub(crate) struct Source {
     pub(crate) path: PathBuf,
     /// Bytes of the file; `None` for a stream.
     pub(crate) size: Option<u64>,
+    /// Bytes of the file up to the zeros that it ends with; `None` for a stream.
+    end: Option<u64>,
     pub(crate) offset: u64,
-    /// Whether the file ends with the magic that closes a recording; `false` for a stream.
+    /// Whether the file ends with the magic that closes a recording, and perhaps zeros behind it;
+    /// `false` for a stream.
     pub(crate) is_complete: bool,
     file: io::BufReader<Counted>,
     hasher: Option<Sha256>,
@@ -53,21 +55,23 @@ impl Source {
     pub(crate) fn open(path: &Path, hash: bool) -> Result<Self> {
         let at = |source| Error::Io { path: path.to_owned(), source };
         let mut from = open(path)?;
-        let (size, is_complete) = match is_stream(path) {
-            true => (None, false),
+        let (size, end, is_complete) = match from.is_sequential() {
+            true => (None, None, false),
             false => {
                 if from.is_folder().map_err(at)? {
                     return Err(a_folder(path));
                 }
                 let size = from.size().map_err(at)?;
-                let is_complete = ends_with_magic(&mut *from, size).map_err(at)?;
+                let end = end_before_zeros(&mut *from, size).map_err(at)?;
+                let is_complete = ends_with_magic(&mut *from, end).map_err(at)?;
                 from.seek(SeekFrom::Start(0)).map_err(at)?;
-                (Some(size), is_complete)
+                (Some(size), Some(end), is_complete)
             }
         };
         let mut source = Source {
             path: path.to_owned(),
             size,
+            end,
             offset: 0,
             is_complete,
             file: io::BufReader::with_capacity(64 << 10, Counted { from, bytes: 0 }),
@@ -77,9 +81,15 @@ impl Source {
         Ok(source)
     }
 
-    /// Bytes that are still to be read, as far as is known.
+    /// Bytes that are still to be read before the zeros that a file ends with, as far as is known.
     pub(crate) fn remaining(&self) -> u64 {
-        self.size.map_or(u64::MAX, |size| size.saturating_sub(self.offset))
+        self.end.map_or(u64::MAX, |end| end.saturating_sub(self.offset))
+    }
+
+    /// Zeros that the file ends with. Those are left by a machine that stopped while it wrote: the
+    /// file has the length that it was to get, and not its bytes.
+    pub(crate) fn zeros(&self) -> u64 {
+        self.size.zip(self.end).map_or(0, |(size, end)| size - end)
     }
 
     /// Appends the next `length` bytes and returns their number, which is smaller only if a stream
@@ -137,6 +147,7 @@ impl Source {
             return Ok(None);
         }
         let mut piece = Vec::new();
+        self.end = self.size;
         while self.read(self.remaining().min(PIECE as u64), &mut piece)? > 0 {
             piece.clear();
         }
@@ -159,12 +170,33 @@ impl Source {
         if start == mcap::MAGIC {
             return Ok(());
         }
+        if start.is_empty() && self.zeros() > 0 {
+            let kind = format!("the file holds nothing but {} zero bytes", self.zeros());
+            return Err(self.damage(0, Damage::NotARecording { kind }));
+        }
         // Only to tell kinds of file apart, so not hashed.
-        let mut more = [0; 8];
+        let mut more = [0; START_LEN - mcap::MAGIC.len()];
         let length = self.file.read(&mut more).unwrap_or(0);
         start.extend_from_slice(&more[..length]);
         Err(self.damage(0, Damage::NotARecording { kind: not_a_recording(&start) }))
     }
+}
+
+/// Where the zeros begin that a file ends with; its size if it ends with none.
+fn end_before_zeros(file: &mut dyn Input, size: u64) -> io::Result<u64> {
+    let (mut end, mut length) = (size, mcap::MAGIC.len() as u64);
+    let mut piece = Vec::new();
+    while end > 0 {
+        let start = end.saturating_sub(length);
+        file.seek(SeekFrom::Start(start))?;
+        piece.resize((end - start) as usize, 0);
+        file.read_exact(&mut piece)?;
+        if let Some(last) = piece.iter().rposition(|&byte| byte != 0) {
+            return Ok(start + last as u64 + 1);
+        }
+        (end, length) = (start, PIECE as u64);
+    }
+    Ok(0)
 }
 
 fn ends_with_magic(file: &mut dyn Input, size: u64) -> io::Result<bool> {

@@ -64,7 +64,8 @@ impl AddedChannels {
     }
 }
 
-/// The channel of the annotated clouds: with the clouds' own schema if there is one to be kept.
+/// The channel of the annotated clouds: with the clouds' own schema if there is one to be kept that
+/// defines them.
 fn add_instances(
     cloud: &Channel,
     schema: Option<&Schema>,
@@ -72,13 +73,14 @@ fn add_instances(
     writer: &mut RecordingWriter,
 ) -> Result<u16> {
     let topic = format!("{}{INSTANCES}", cloud.topic);
-    match schema {
+    let whole = written.schema();
+    match schema.filter(|schema| whole.is_defined_by(&schema.encoding, &schema.data)) {
         Some(Schema { name, encoding, data, .. }) => {
             let metadata = channel_metadata(cloud, written);
             let schema = (name.as_str(), encoding.as_str(), data.as_slice());
             Ok(writer.declare_channel(&topic, schema, &cloud.message_encoding, &metadata)?)
         }
-        None => declare(&topic, &written.schema(), cloud, writer),
+        None => declare(&topic, &whole, cloud, writer),
     }
 }
 

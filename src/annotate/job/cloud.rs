@@ -57,6 +57,9 @@ impl Job<'_> {
         annotated: &Annotated,
     ) -> Result<()> {
         let report = FrameReport::new(clustered, &annotated.frame_id);
+        if self.assembler.is_none() {
+            self.watch.take(&encoded.topic, &clustered.cloud, annotated.stamp_ns);
+        }
         let messages = [(&*annotated.cloud, None), (&*annotated.objects, None)];
         self.add(encoded, messages, &report, Some(annotated.times))?;
         let remarks: Vec<String> =
@@ -101,16 +104,16 @@ impl Job<'_> {
         }
         self.report.topics.entry(encoded.topic.to_string()).or_default().take(report, times);
         for (kind, problem) in &report.remarks {
-            self.warn_once(encoded, kind, problem);
+            self.odd_clouds.take(encoded, kind, problem);
         }
         Ok(())
     }
 
     /// Passes a cloud through that cannot be read.
-    fn unreadable(&mut self, encoded: &EncodedCloud, problem: String) -> Result<()> {
+    pub(super) fn unreadable(&mut self, encoded: &EncodedCloud, problem: String) -> Result<()> {
         let EncodedCloud { topic, header, data, .. } = encoded;
         self.report.topics.entry(topic.to_string()).or_default().unreadable += 1;
-        self.warn(format!("{topic}: {problem} ({}); not annotated", encoded.place()));
+        self.odd_clouds.take_unreadable(encoded, &problem);
         if self.writes_checkpoints() {
             self.checkpoint(encoded, CloudOutcome::Unreadable { problem })?;
         }
@@ -118,16 +121,6 @@ impl Job<'_> {
             self.writer.write_message(header, data)?;
         }
         Ok(())
-    }
-
-    /// Warns of something that may come again in every frame only the first time, and counts.
-    fn warn_once(&mut self, encoded: &EncodedCloud, kind: &str, problem: &str) {
-        let topic = encoded.topic.to_string();
-        let count = self.warned.entry((topic, kind.to_owned())).or_default();
-        *count += 1;
-        if *count == 1 {
-            self.warn(format!("{}: {problem} ({})", encoded.topic, encoded.place()));
-        }
     }
 
     fn writes_checkpoints(&self) -> bool {

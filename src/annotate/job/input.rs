@@ -115,6 +115,11 @@ impl Job<'_> {
         };
         let CloudTopic { topic, format } = self.clouds[&header.channel_id].clone();
         let number = self.counter.count(&topic);
+        if self.assembler.is_some() {
+            let (header, position, data) = (*header, *position, data.clone());
+            let encoded = EncodedCloud { topic, number, header, format, data, position };
+            return self.push_part(bytes, encoded);
+        }
         let completed = match &mut self.completed {
             Some(completed) => completed.take(&topic, number, data)?,
             None => None,
@@ -139,7 +144,7 @@ impl Job<'_> {
 
     /// Queues something, and writes what is ready. Where more is waiting than keeps the threads
     /// busy, this waits for the front of it.
-    fn push(&mut self, bytes: u64, item: PendingItem) -> Result<()> {
+    pub(super) fn push(&mut self, bytes: u64, item: PendingItem) -> Result<()> {
         self.queue.push(Pending { bytes, item });
         let most = &mut self.report.profile.most_clouds_in_flight;
         *most = (*most).max(self.queue.clouds());

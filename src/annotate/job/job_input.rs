@@ -54,7 +54,9 @@ impl JobInput {
         workers: &Workers,
     ) -> Result<(Option<CompletedClouds>, RecordingWriter, Option<Journal>)> {
         let JobInput { overview, parameters, .. } = self;
-        let is_resumable = (options.resume || options.resumable) && output != STANDARD_STREAM;
+        let is_resumable = (options.resume || options.resumable)
+            && output != STANDARD_STREAM
+            && options.assemble.is_none();
         let completed = match options.resume && is_resumable {
             true => CutOffRun::find(output, parameters)?,
             false => None,

@@ -11,6 +11,7 @@ mod pending;
 mod slice;
 mod state;
 mod stream;
+mod turn;
 
 pub(super) use job_input::JobInput;
 pub(super) use state::Job;

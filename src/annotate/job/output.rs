@@ -11,7 +11,7 @@ use crate::annotate::report::AnnotationReport;
 use crate::annotate::resume::{clean_up, journal_of};
 use crate::error::{Error, Result};
 use crate::frames::choose_topics;
-use divmerge_recording::{Item, Record, RecordingReader};
+use divmerge_recording::{Damage, Item, Record, RecordingReader};
 
 impl Job<'_> {
     /// Writes all that is waiting.
@@ -46,6 +46,10 @@ impl Job<'_> {
                 self.cloud(*cloud)?;
                 self.progress(bytes)
             }
+            PendingItem::Turn(turn) => {
+                self.turn(*turn)?;
+                self.progress(bytes)
+            }
             PendingItem::EndOfPart => self.end_part(),
         }
     }
@@ -64,9 +68,13 @@ impl Job<'_> {
                 self.warn(format!("{damage} (byte {offset})"));
             }
             Record::Truncated { offset, damage } => {
-                let cut = format!(
-                    "cut off: {damage} (byte {offset}); annotated up to the last readable message"
-                );
+                let cut = match damage {
+                    Damage::SecondRecording { .. } => format!("{damage} (byte {offset})"),
+                    _ => format!(
+                        "cut off: {damage} (byte {offset}); annotated up to the last readable \
+                         message"
+                    ),
+                };
                 self.warn(cut.clone());
                 self.report.truncated = Some(cut);
             }
@@ -77,6 +85,7 @@ impl Job<'_> {
 
     /// Ends with an error; what an interrupted run had done is left if it can be resumed.
     pub(in crate::annotate) fn give_up(mut self, error: Error) -> Error {
+        self.warn_of_clouds();
         if let (Error::Interrupted { .. }, Some(journal)) = (&error, &mut self.journal) {
             journal.keep();
             let partial = self.writer.leave();
@@ -91,7 +100,7 @@ impl Job<'_> {
         mut self,
         mut reader: RecordingReader,
     ) -> Result<AnnotationReport> {
-        if let Err(error) = self.settle_all() {
+        if let Err(error) = self.push_last_turns().and_then(|()| self.settle_all()) {
             return Err(self.give_up(error));
         }
         if self.is_stream {
@@ -101,10 +110,14 @@ impl Job<'_> {
             completed.finish()?;
         }
         self.declare_added()?;
-        for ((topic, kind), count) in std::mem::take(&mut self.warned) {
-            if count > 1 {
-                self.warn(format!("{topic}: {count} clouds {kind}"));
-            }
+        self.warn_of_clouds();
+        for warning in std::mem::take(&mut self.watch).warnings() {
+            self.warn(warning);
+        }
+        if reader.has_unpacked_messages() {
+            let unpacked = "its messages are compressed each by itself (rosbag2's \
+                            compression_mode: message); the output has them unpacked";
+            self.warn(unpacked.to_owned());
         }
         if self.options.slice.is_none() {
             self.report.input_sha256 = reader.finish()?;

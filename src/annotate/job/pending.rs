@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use crate::annotate::assemble::AnnotatedTurn;
 use crate::annotate::checkpoint::CompletedCloud;
 use crate::annotate::clustered::Clustered;
 use crate::annotate::message::Annotated;
@@ -36,6 +37,7 @@ pub(super) enum PendingItem {
     Chunk(SourceChunk),
     Item(Item),
     Cloud(Box<PendingCloud>),
+    Turn(Box<PendingTurn>),
     /// The end of a part of the input, where a slice is annotated.
     EndOfPart,
 }
@@ -44,6 +46,12 @@ pub(super) enum PendingItem {
 pub(super) struct PendingCloud {
     pub(super) encoded: EncodedCloud,
     pub(super) result: Ticket<Result<CloudResult>>,
+}
+
+/// Clouds being clustered together.
+pub(super) struct PendingTurn {
+    pub(super) parts: Vec<EncodedCloud>,
+    pub(super) result: Ticket<Result<AnnotatedTurn>>,
 }
 
 /// What becomes of a cloud: this run annotates it, or a run before completed it.
@@ -56,6 +64,7 @@ impl PendingItem {
     fn is_ready(&mut self) -> bool {
         match self {
             PendingItem::Cloud(cloud) => cloud.result.is_ready(),
+            PendingItem::Turn(turn) => turn.result.is_ready(),
             PendingItem::Chunk(_) | PendingItem::Item(_) | PendingItem::EndOfPart => true,
         }
     }
@@ -64,6 +73,7 @@ impl PendingItem {
     fn size(&self) -> (usize, usize) {
         match self {
             PendingItem::Cloud(cloud) => (1, cloud.encoded.data.len()),
+            PendingItem::Turn(turn) => (1, turn.parts.iter().map(|part| part.data.len()).sum()),
             PendingItem::Item(item) => (0, item.size()),
             PendingItem::EndOfPart => (0, 0),
             PendingItem::Chunk(chunk) => (0, chunk.size()),

@@ -10,6 +10,7 @@ use super::channels::{Added, AddedChannels};
 use super::job_input::JobInput;
 use super::pending::Queue;
 use crate::annotate::added_topics::refuse_annotated;
+use crate::annotate::assemble::{Assembler, PartWatch};
 use crate::annotate::checkpoint::CompletedClouds;
 use crate::annotate::config::AnnotateConfig;
 use crate::annotate::event::RunEvent;
@@ -18,6 +19,7 @@ use crate::annotate::options::AnnotateOptions;
 use crate::annotate::report::AnnotationReport;
 use crate::annotate::resume::Journal;
 use crate::annotate::run_parameters::RunParameters;
+use crate::annotate::warnings::CloudWarnings;
 use crate::error::Result;
 use crate::frames::topics::topic_names;
 use crate::frames::{CloudCounter, CloudTopic};
@@ -47,8 +49,12 @@ pub(in crate::annotate) struct Job<'a> {
     pub(super) awaits_compression: bool,
     pub(super) added: AddedChannels,
     pub(super) counter: CloudCounter,
-    /// Warnings by topic and kind: how often.
-    pub(super) warned: BTreeMap<(String, String), u64>,
+    /// Puts clouds together to turns, if that is asked for.
+    pub(super) assembler: Option<Assembler>,
+    /// Whether clouds look like parts of turns, if they are not put together.
+    pub(super) watch: PartWatch,
+    /// What is odd about clouds.
+    pub(super) odd_clouds: CloudWarnings,
     pub(super) report: AnnotationReport,
     pub(super) journal: Option<Journal>,
     /// Clouds that a run before completed.
@@ -95,7 +101,9 @@ impl<'a> Job<'a> {
             clouds,
             added: AddedChannels::new(options.types, options.form == Form::InPlace),
             counter: CloudCounter::default(),
-            warned: BTreeMap::new(),
+            assembler: options.assemble.map(Assembler::new),
+            watch: PartWatch::default(),
+            odd_clouds: CloudWarnings::default(),
             journal,
             completed,
             checkpoints: Vec::new(),
@@ -136,6 +144,13 @@ impl<'a> Job<'a> {
     /// Takes clouds that were completed before from there.
     pub(in crate::annotate) fn take_from(&mut self, completed: CompletedClouds) {
         self.completed = Some(completed);
+    }
+
+    /// Warns of what was odd about clouds.
+    pub(super) fn warn_of_clouds(&mut self) {
+        for warning in std::mem::take(&mut self.odd_clouds).into_lines() {
+            self.warn(warning);
+        }
     }
 
     /// Warns of something that concerns one channel alone.

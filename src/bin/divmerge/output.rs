@@ -40,7 +40,7 @@ pub fn make_parent(file: &Path) -> Result<()> {
 /// Writes the `metadata.yaml` of those recordings of a bag that were made in a folder, and returns
 /// its name; `None` if there are none.
 pub fn write_metadata(bag: &Bag, folder: &Path, made: &[PathBuf]) -> Result<Option<PathBuf>> {
-    let outputs = bag.files.iter().map(|file| folder.join(file));
+    let outputs = bag.files.iter().map(|file| folder.join(Bag::unpacked_name(file)));
     let outputs = outputs.filter(|output| made.contains(output));
     let overviews: Vec<Overview> =
         outputs.map(|output| Overview::read(&output)).collect::<Result<_, _>>()?;

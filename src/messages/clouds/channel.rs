@@ -32,7 +32,7 @@ impl CloudChannel {
             [own] => ("", own),
             [package, .., own] => (package, own),
         };
-        let is_foxglove = matches!(package, "foxglove" | "foxglove_msgs");
+        let (is_foxglove, is_livox) = (is_foxglove(package), package.starts_with("livox"));
         // In DDS, names of types can end with an underscore.
         let format = match (own.trim_end_matches('_'), message_encoding) {
             ("PointCloud2", "cdr") => CloudFormat::Ros2,
@@ -40,7 +40,9 @@ impl CloudChannel {
             ("PointCloud", "cdr") if package == "foxglove_msgs" => CloudFormat::FoxgloveRos2,
             ("PointCloud", "protobuf") if is_foxglove => CloudFormat::FoxgloveProtobuf,
             ("PointCloud", "json") if is_foxglove => CloudFormat::FoxgloveJson,
-            (own, encoding) => return CloudChannel::without_format(own, is_foxglove, encoding),
+            ("CustomMsg", "cdr") if is_livox => CloudFormat::LivoxRos2,
+            ("CustomMsg", "ros1") if is_livox => CloudFormat::LivoxRos1,
+            (own, encoding) => return CloudChannel::without_format(package, own, encoding),
         };
         CloudChannel::Readable(format)
     }
@@ -53,17 +55,28 @@ impl CloudChannel {
         }
     }
 
-    fn without_format(own: &str, is_foxglove: bool, encoding: &str) -> Self {
+    fn without_format(package: &str, own: &str, encoding: &str) -> Self {
+        let is_foxglove = is_foxglove(package);
         let in_encoding = |name: &str, readable: &str| {
             let reason = format!("{name} in encoding `{encoding}`; it is read in {readable}");
             Unreadable { reason, is_cloud: true }
         };
         CloudChannel::Unreadable(match own {
             "PointCloud2" => in_encoding(own, "`cdr` and `ros1`"),
+            "CustomMsg" if package.starts_with("livox") => {
+                in_encoding("Livox's CustomMsg", "`cdr` and `ros1`")
+            }
             "PointCloud" if is_foxglove => in_encoding(
                 "foxglove.PointCloud",
                 "`protobuf`, `json` and, of foxglove_msgs, `cdr`",
             ),
+            "PointCloud" if package == "apollo" => Unreadable {
+                reason: "apollo.drivers.PointCloud is the cloud of Apollo, a protobuf message for \
+                         each point: convert it to sensor_msgs/PointCloud2 or foxglove.PointCloud \
+                         and record that"
+                    .to_owned(),
+                is_cloud: true,
+            },
             _ => match UNREADABLE.iter().find(|(names, ..)| names.contains(&own)) {
                 Some((_, is_cloud, reason)) => {
                     Unreadable { reason: format!("{own} {reason}"), is_cloud: *is_cloud }
@@ -74,10 +87,14 @@ impl CloudChannel {
     }
 }
 
+fn is_foxglove(package: &str) -> bool {
+    matches!(package, "foxglove" | "foxglove_msgs")
+}
+
 /// Types of what a LiDAR measured that cannot be read: their names, whether they are clouds, and
 /// why they cannot be read and what to do. The packets are those that drivers of Velodyne, Ouster,
 /// Hesai, RoboSense and Nebula hand on as their sensors send them.
-const UNREADABLE: [(&[&str], bool, &str); 5] = [
+const UNREADABLE: [(&[&str], bool, &str); 6] = [
     (
         &["PointCloud"],
         true,
@@ -91,9 +108,16 @@ const UNREADABLE: [(&[&str], bool, &str); 5] = [
          point_cloud_transport and record that",
     ),
     (
-        &["CustomMsg", "LivoxCustomMsg"],
+        &["PointCloudPacked"],
         true,
-        "has Livox's own points: set the driver's xfer_format to 0 and record PointCloud2",
+        "is the cloud of Gazebo: bridge it to sensor_msgs/msg/PointCloud2 with ros_gz_bridge and \
+         record that",
+    ),
+    (
+        &["SeyondScan", "InnovusionScan", "SeyondPacket", "InnovusionPacket"],
+        true,
+        "is what Seyond's driver hands on as its sensor sends it: play it through that driver and \
+         record its PointCloud2",
     ),
     (
         &["LaserScan", "MultiEchoLaserScan"],
@@ -127,12 +151,27 @@ mod tests {
 
     #[test]
     fn each_format_names_itself() {
-        for format in CloudFormat::ALL {
+        for format in
+            [&CloudFormat::ALL[..], &[CloudFormat::LivoxRos2, CloudFormat::LivoxRos1]].concat()
+        {
             let found = CloudChannel::named(format.type_name(), format.message_encoding());
             assert_eq!(found.format(), Some(format));
         }
         let dds = CloudChannel::named("sensor_msgs::msg::dds_::PointCloud2_", "cdr");
         assert_eq!(dds.format(), Some(CloudFormat::Ros2));
+    }
+
+    #[test]
+    fn both_drivers_of_livox_are_known() {
+        for (name, encoding, format) in [
+            ("livox_ros_driver/CustomMsg", "ros1", CloudFormat::LivoxRos1),
+            ("livox_ros_driver2/CustomMsg", "ros1", CloudFormat::LivoxRos1),
+            ("livox_ros_driver2/msg/CustomMsg", "cdr", CloudFormat::LivoxRos2),
+            ("livox_interfaces/msg/CustomMsg", "cdr", CloudFormat::LivoxRos2),
+        ] {
+            assert_eq!(CloudChannel::named(name, encoding).format(), Some(format), "{name}");
+        }
+        assert_eq!(CloudChannel::named("my_msgs/msg/CustomMsg", "cdr"), CloudChannel::Other);
     }
 
     #[test]
@@ -145,6 +184,10 @@ mod tests {
             ("foxglove.CompressedPointCloud", "protobuf", "Draco", true),
             ("point_cloud_interfaces/msg/CompressedPointCloud2", "cdr", "compressed", true),
             ("sensor_msgs/msg/LaserScan", "cdr", "one plane", false),
+            ("apollo.drivers.PointCloud", "protobuf", "Apollo", true),
+            ("gz.msgs.PointCloudPacked", "protobuf", "ros_gz_bridge", true),
+            ("ignition.msgs.PointCloudPacked", "protobuf", "Gazebo", true),
+            ("seyond/msg/SeyondScan", "cdr", "Seyond's driver", true),
             ("velodyne_msgs/VelodyneScan", "ros1", "packets", false),
             ("ouster_ros/PacketMsg", "ros1", "driver", false),
         ] {

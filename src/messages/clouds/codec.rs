@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::fields::{CloudPose, Datatype};
 use super::format::CloudFormat;
 use super::message::CloudMessage;
-use super::{foxglove_cdr, json, point_cloud2, protobuf};
+use super::{foxglove_cdr, json, livox, point_cloud2, protobuf};
 use crate::error::frame::{FrameError, Result, Unsupported};
 use crate::messages::ros::ByteOrder;
 use crate::messages::stamp;
@@ -22,6 +22,7 @@ impl CloudFormat {
             CloudFormat::FoxgloveRos2 => foxglove_cdr::decode(message),
             CloudFormat::FoxgloveProtobuf => protobuf::decode(message),
             CloudFormat::FoxgloveJson => json::decode(message),
+            CloudFormat::LivoxRos2 | CloudFormat::LivoxRos1 => livox::decode(self, message),
         }?;
         cloud.check()?;
         Ok(cloud)
@@ -33,7 +34,11 @@ impl CloudFormat {
     /// As [`CloudFormat::decode`].
     pub fn stamp_ns(self, message: &[u8]) -> Result<i64> {
         match self {
-            CloudFormat::Ros2 | CloudFormat::Ros1 | CloudFormat::FoxgloveRos2 => {
+            CloudFormat::Ros2
+            | CloudFormat::Ros1
+            | CloudFormat::FoxgloveRos2
+            | CloudFormat::LivoxRos2
+            | CloudFormat::LivoxRos1 => {
                 let (sec, nanosec, _) = self.ros_reader(message)?.header()?;
                 Ok(stamp::stamp_ns(sec, nanosec))
             }
@@ -69,7 +74,10 @@ impl CloudMessage<'_> {
         out.clear();
         out.reserve_exact(self.head_bound() + json::data_len(self.format, length));
         match self.format {
-            CloudFormat::Ros2 | CloudFormat::Ros1 => point_cloud2::encode(self, length, out, fill),
+            CloudFormat::Ros2
+            | CloudFormat::Ros1
+            | CloudFormat::LivoxRos2
+            | CloudFormat::LivoxRos1 => point_cloud2::encode(self, length, out, fill),
             CloudFormat::FoxgloveRos2 => foxglove_cdr::encode(self, length, out, fill),
             CloudFormat::FoxgloveProtobuf => protobuf::encode(self, length, out, fill),
             CloudFormat::FoxgloveJson => json::encode(self, length, out, fill),
@@ -83,6 +91,7 @@ impl CloudMessage<'_> {
     /// # Errors
     /// [`FrameError::Unsupported`] if the format cannot hold the cloud.
     pub fn reformatted(&self, format: CloudFormat) -> Result<CloudMessage<'_>> {
+        let format = format.written();
         let mut cloud = CloudMessage {
             format,
             byte_order: ByteOrder::Little,
@@ -117,7 +126,7 @@ impl CloudMessage<'_> {
     /// Bytes of the message besides its data, at most.
     fn head_bound(&self) -> usize {
         let names: usize = self.fields.iter().map(|field| field.name.len()).sum();
-        match self.format {
+        match self.format.written() {
             CloudFormat::Ros2 | CloudFormat::Ros1 => {
                 64 + self.frame_id.len() + names + 24 * self.fields.len()
             }

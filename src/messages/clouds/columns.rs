@@ -30,9 +30,9 @@ impl CloudMessage<'_> {
             .find(|name| self.field(name).is_some_and(|f| f.datatype.is_integer()))
     }
 
-    /// The points as a cloud: `x`, `y`, `z` of any type, the beam number from `ring` or else
-    /// `channel` if there, and the class from `class_field` if given, with its confidence from a
-    /// field `probability`.
+    /// The points as a cloud: `x`, `y`, `z` of any type, the beam number from `ring`, or else
+    /// `channel` or Livox's `line`, if there, and the class from `class_field` if given, with its
+    /// confidence from a field `probability`.
     ///
     /// Positions that are fill values are NaN ([`PointCloud::without_fill_values`]).
     ///
@@ -148,8 +148,8 @@ impl CloudMessage<'_> {
     }
 
     fn ring(&self) -> Result<Option<Vec<u16>>> {
-        let Some(name) = ["ring", "channel"].into_iter().find(|name| self.field(name).is_some())
-        else {
+        let mut names = ["ring", "channel", "line"].into_iter();
+        let Some(name) = names.find(|name| self.field(name).is_some()) else {
             return Ok(None);
         };
         let ring = self.column(name, |number| u16::try_from(number.round() as i64).ok())?;

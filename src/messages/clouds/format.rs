@@ -19,10 +19,14 @@ pub enum CloudFormat {
     FoxgloveProtobuf,
     /// `foxglove.PointCloud` in JSON.
     FoxgloveJson,
+    /// `CustomMsg` of Livox's drivers in CDR, which is read alone.
+    LivoxRos2,
+    /// `CustomMsg` of Livox's drivers as ROS 1 lays it out, which is read alone.
+    LivoxRos1,
 }
 
 impl CloudFormat {
-    /// All formats.
+    /// All formats that are written.
     pub const ALL: [CloudFormat; 5] = [
         CloudFormat::Ros2,
         CloudFormat::Ros1,
@@ -31,6 +35,15 @@ impl CloudFormat {
         CloudFormat::FoxgloveJson,
     ];
 
+    /// The format in which such clouds are written: PointCloud2 for those of Livox.
+    pub fn written(self) -> Self {
+        match self {
+            CloudFormat::LivoxRos2 => CloudFormat::Ros2,
+            CloudFormat::LivoxRos1 => CloudFormat::Ros1,
+            written => written,
+        }
+    }
+
     /// Name of the message's type.
     pub fn type_name(self) -> &'static str {
         match self {
@@ -38,14 +51,16 @@ impl CloudFormat {
             CloudFormat::Ros1 => ros1::POINT_CLOUD2.name,
             CloudFormat::FoxgloveRos2 => definitions::FOXGLOVE_POINT_CLOUD.name,
             CloudFormat::FoxgloveProtobuf | CloudFormat::FoxgloveJson => "foxglove.PointCloud",
+            CloudFormat::LivoxRos2 => "livox_ros_driver2/msg/CustomMsg",
+            CloudFormat::LivoxRos1 => "livox_ros_driver2/CustomMsg",
         }
     }
 
     /// Encoding of the messages, as channels name it.
     pub fn message_encoding(self) -> &'static str {
         match self {
-            CloudFormat::Ros2 | CloudFormat::FoxgloveRos2 => "cdr",
-            CloudFormat::Ros1 => "ros1",
+            CloudFormat::Ros2 | CloudFormat::FoxgloveRos2 | CloudFormat::LivoxRos2 => "cdr",
+            CloudFormat::Ros1 | CloudFormat::LivoxRos1 => "ros1",
             CloudFormat::FoxgloveProtobuf => "protobuf",
             CloudFormat::FoxgloveJson => "json",
         }
@@ -55,8 +70,8 @@ impl CloudFormat {
     /// to.
     pub fn profile(self) -> &'static str {
         match self {
-            CloudFormat::Ros2 | CloudFormat::FoxgloveRos2 => "ros2",
-            CloudFormat::Ros1 => "ros1",
+            CloudFormat::Ros2 | CloudFormat::FoxgloveRos2 | CloudFormat::LivoxRos2 => "ros2",
+            CloudFormat::Ros1 | CloudFormat::LivoxRos1 => "ros1",
             CloudFormat::FoxgloveProtobuf | CloudFormat::FoxgloveJson => "",
         }
     }
@@ -64,14 +79,14 @@ impl CloudFormat {
     /// Whether it is Foxglove's cloud: with a pose, without rows or byte order, one value per
     /// field.
     pub fn is_foxglove(self) -> bool {
-        !matches!(self, CloudFormat::Ros2 | CloudFormat::Ros1)
+        !matches!(self.written(), CloudFormat::Ros2 | CloudFormat::Ros1)
     }
 
-    /// The definition of the format's messages.
+    /// The definition of the messages in which such clouds are written.
     pub fn schema(self) -> MessageSchema {
-        match self {
-            CloudFormat::Ros2 => definitions::POINT_CLOUD2,
-            CloudFormat::Ros1 => definitions::ros1::POINT_CLOUD2,
+        match self.written() {
+            CloudFormat::Ros2 | CloudFormat::LivoxRos2 => definitions::POINT_CLOUD2,
+            CloudFormat::Ros1 | CloudFormat::LivoxRos1 => definitions::ros1::POINT_CLOUD2,
             CloudFormat::FoxgloveRos2 => definitions::FOXGLOVE_POINT_CLOUD,
             CloudFormat::FoxgloveProtobuf => {
                 MessageSchema::protobuf::<PointCloud>(self.type_name())

@@ -98,8 +98,10 @@ impl CloudMessage<'_> {
     /// The layout of ROS messages beside this one; `None` if it is not a ROS message.
     pub fn layout(&self) -> Option<Layout> {
         match self.format {
-            CloudFormat::Ros2 | CloudFormat::FoxgloveRos2 => Some(Layout::Cdr(self.byte_order)),
-            CloudFormat::Ros1 => Some(Layout::Ros1),
+            CloudFormat::Ros2 | CloudFormat::FoxgloveRos2 | CloudFormat::LivoxRos2 => {
+                Some(Layout::Cdr(self.byte_order))
+            }
+            CloudFormat::Ros1 | CloudFormat::LivoxRos1 => Some(Layout::Ros1),
             CloudFormat::FoxgloveProtobuf | CloudFormat::FoxgloveJson => None,
         }
     }
@@ -111,7 +113,7 @@ impl CloudMessage<'_> {
     }
 
     /// The bytes of each row's points, without what is behind them.
-    pub(in crate::messages) fn rows(&self) -> impl Iterator<Item = &[u8]> {
+    pub(crate) fn rows(&self) -> impl Iterator<Item = &[u8]> {
         let packed = self.width as usize * self.point_step as usize;
         self.data.chunks_exact(self.row_stride().max(1)).map(move |row| &row[..packed])
     }

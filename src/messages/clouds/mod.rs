@@ -8,6 +8,8 @@
 //! | `FoxgloveRos2` | `foxglove_msgs/msg/PointCloud` | `cdr` |
 //! | `FoxgloveProtobuf` | `foxglove.PointCloud` | `protobuf` |
 //! | `FoxgloveJson` | `foxglove.PointCloud` | `json` |
+//! | `LivoxRos2` | `livox_ros_driver2/msg/CustomMsg`; read alone | `cdr` |
+//! | `LivoxRos1` | `livox_ros_driver2/CustomMsg`; read alone | `ros1` |
 //!
 //! [`CloudChannel::of`] alone decides which of them a channel carries, or why it cannot be read.
 
@@ -18,6 +20,7 @@ mod fields;
 mod format;
 mod foxglove_cdr;
 mod json;
+mod livox;
 mod message;
 mod point_cloud2;
 mod protobuf;

@@ -11,7 +11,7 @@ use crate::messages::ros::{ByteOrder, Layout, RosReader, RosWriter};
 impl CloudFormat {
     /// A cursor at the start of a message of one of the ROS formats.
     pub(super) fn ros_reader(self, message: &[u8]) -> Result<RosReader<'_>> {
-        RosReader::new(self.type_name(), self == CloudFormat::Ros1, message)
+        RosReader::new(self.type_name(), self.written() == CloudFormat::Ros1, message)
     }
 }
 

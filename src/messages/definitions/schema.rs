@@ -1,6 +1,7 @@
 //! The schema of a message type, and how a definition is put together from assets.
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 
 use foxglove::Encode;
 use serde_json::Value;
@@ -52,6 +53,30 @@ impl MessageSchema {
     pub(crate) fn protobuf<M: Encode>(name: &'static str) -> Self {
         let data = M::get_schema().map(|schema| schema.data).unwrap_or_default();
         MessageSchema { name, encoding: "protobuf", data, message_encoding: "protobuf", md5: None }
+    }
+
+    /// Whether a schema that a recording has defines this type: it is not empty or a bare name, and
+    /// a definition of ROS has those of the types in it.
+    pub(crate) fn is_defined_by(&self, encoding: &str, data: &[u8]) -> bool {
+        if !matches!(encoding, "ros2msg" | "ros1msg") || encoding != self.encoding {
+            return data.contains(&b'{') || (encoding == "protobuf" && !data.is_empty());
+        }
+        let fields = |definition: &[u8]| -> BTreeSet<String> {
+            let text = String::from_utf8_lossy(definition);
+            let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
+            let names =
+                lines.filter_map(|line| match line.split_whitespace().collect::<Vec<_>>() {
+                    words if words.len() < 2 || line.contains('=') => None,
+                    words if words[0] == "MSG:" => words[1].rsplit('/').next().map(str::to_owned),
+                    words => Some(words[1].to_owned()),
+                });
+            // How a time is defined differs between versions.
+            let is_part_of_time = |name: &String| {
+                matches!(name.as_str(), "Time" | "sec" | "nanosec" | "secs" | "nsecs" | "seq")
+            };
+            names.filter(|name| !is_part_of_time(name)).collect()
+        };
+        fields(data).is_superset(&fields(&self.data))
     }
 
     /// A type in JSON; white space in the text of its JSON schema does not matter.

@@ -243,6 +243,14 @@ impl Ahead {
             if opcode == op::CHUNK && left <= MAX_RECORD {
                 source.read(left, &mut body)?;
             }
+            // What is taken for the zeros at the end of the file may be the end of a chunk.
+            if opcode == op::CHUNK && length - left <= source.zeros().min(MAX_RECORD) {
+                record.extend_from_slice(&body);
+                source.read(length - left, &mut record)?;
+                if chunk::is_sound(&record[HEAD_LEN..]) {
+                    return Ok(whole_record(offset, source.offset, opcode, record));
+                }
+            }
             return Ok(Next::Cut { offset, opcode, length, left, body });
         }
         if length > left || length > MAX_RECORD {
@@ -265,9 +273,7 @@ impl Ahead {
             let (is_first, is_last) = (true, true);
             return Ok(Next::Piece(Piece { offset, end, bytes: record, is_first, is_last }));
         }
-        let size = length + chunk_size(opcode, &record[HEAD_LEN..]);
-        let record = Arc::new(record);
-        Ok(Next::Record(Raw { offset, end, opcode, record, unpacked: None, size }))
+        Ok(whole_record(offset, end, opcode, record))
     }
 
     /// Reads on in the record of an attachment, behind its head if that has just been read. All
@@ -284,6 +290,11 @@ impl Ahead {
         self.attachment = (!is_last).then_some(attachment);
         Ok(Next::Piece(Piece { offset, end, bytes, is_first, is_last }))
     }
+}
+
+fn whole_record(offset: u64, end: u64, opcode: u8, record: Vec<u8>) -> Next {
+    let size = record.len() as u64 + chunk_size(opcode, &record[HEAD_LEN..]);
+    Next::Record(Raw { offset, end, opcode, record: Arc::new(record), unpacked: None, size })
 }
 
 /// The stretches between the gaps, which are read.

@@ -7,6 +7,7 @@ use mcap::records::{self, MessageHeader, op};
 use super::counts::Counts;
 use super::definitions::Definitions;
 use super::records::Records;
+use crate::chunk;
 use crate::damage::Damage;
 use crate::fields::{HEAD_LEN, MESSAGE_HEADER_LEN, message_header, split_head};
 use crate::names::record_name;
@@ -32,6 +33,10 @@ pub(super) struct Batch {
     left_out: u64,
     /// Whether it is a whole chunk, checked.
     pub(super) is_copyable: bool,
+    /// Whether messages that are compressed each by itself are unpacked.
+    pub(super) unpacks_messages: bool,
+    /// Whether there was one.
+    pub(super) has_unpacked: bool,
 }
 
 impl Batch {
@@ -111,7 +116,12 @@ impl Batch {
             return Ok(None);
         }
         self.next = start + (length - HEADER_LEN) as usize;
-        let data = self.records.bytes.slice(start..self.next);
+        let mut data = self.records.bytes.slice(start..self.next);
+        if self.unpacks_messages
+            && let Some(unpacked) = chunk::unpack_message(&data)
+        {
+            (self.has_unpacked, data) = (true, unpacked.into());
+        }
         Ok(Some(Item::Message { header, data, position }))
     }
 }

@@ -21,19 +21,25 @@ impl Sections {
         let length = source.remaining().min(mcap::MAGIC.len() as u64);
         source.read(length, &mut end)?;
         self.offset = source.offset;
-        let more = match source.size {
-            Some(_) => source.remaining(),
-            // Whether there is more is seen by trying.
-            None => source.read(1, &mut Vec::new())?,
-        };
-        self.pending.push_back(match (end == mcap::MAGIC, more) {
-            (true, 0) => return Ok(()),
-            (true, _) => Record::Damaged { offset: self.offset, damage: Damage::BytesBehindEnd },
-            (false, 0) if end.len() < mcap::MAGIC.len() => {
-                let place = "the file is cut off in the eight bytes that close a recording";
-                Record::Truncated { offset, damage: Damage::CutOff { place } }
+        let mut behind = Vec::new();
+        // Whether a stream goes on is seen by trying.
+        let more = source.remaining().min(mcap::MAGIC.len() as u64);
+        source.read(more, &mut behind)?;
+        let (zeros, behind_end) = (source.zeros(), self.offset);
+        let damaged = |offset, damage| Record::Damaged { offset, damage };
+        self.pending.push_back(match (end == mcap::MAGIC, behind.as_slice()) {
+            (true, []) if zeros == 0 => return Ok(()),
+            (true, []) => damaged(behind_end, Damage::ZerosBehindEnd { zeros }),
+            (true, mcap::MAGIC) => {
+                let damage = Damage::SecondRecording { length: behind_end };
+                Record::Truncated { offset: behind_end, damage }
             }
-            (false, _) => Record::Damaged { offset, damage: Damage::NoEndBehindFooter },
+            (true, _) => damaged(behind_end, Damage::BytesBehindEnd),
+            (false, []) if end.len() < mcap::MAGIC.len() => {
+                let place = "the file is cut off in the eight bytes that close a recording";
+                Record::Truncated { offset, damage: self.before_zeros(Damage::CutOff { place }) }
+            }
+            (false, _) => damaged(offset, Damage::NoEndBehindFooter),
         });
         Ok(())
     }
@@ -67,7 +73,15 @@ impl Sections {
         if self.section == Section::Summary {
             self.give_summary(offset);
         }
+        let damage = self.before_zeros(damage);
         self.pending.push_back(Record::Truncated { offset, damage });
         self.section = Section::End;
+    }
+
+    fn before_zeros(&self, damage: Damage) -> Damage {
+        match self.source.source.zeros() {
+            0 => damage,
+            zeros => Damage::BeforeZeros { damage: Box::new(damage), zeros },
+        }
     }
 }

@@ -107,6 +107,17 @@ impl RecordingReader {
         Ok(RecordingReader { sections, message: None, index_bytes })
     }
 
+    /// Gives messages unpacked that are compressed each by itself, as rosbag2 writes them with
+    /// `compression_mode: message`. Chunks with such messages are not given as they lie.
+    pub fn unpack_messages(&mut self) {
+        self.sections.unpacks_messages = true;
+    }
+
+    /// Whether a message was unpacked that was compressed by itself.
+    pub fn has_unpacked_messages(&self) -> bool {
+        self.sections.has_unpacked
+    }
+
     fn source(&self) -> &Source {
         &self.sections.source.source
     }
@@ -239,7 +250,7 @@ impl RecordingReader {
             items.extend(sections.next_of_batch()?);
         }
         let batch = std::mem::take(&mut sections.batch);
-        if !is_chunk {
+        if !is_chunk || batch.has_unpacked {
             return Ok(Part::Items(items));
         }
         let records = (!batch.records.is_skimmed()).then_some(batch.records.bytes);

@@ -58,6 +58,10 @@ pub(super) struct Sections {
     pub(super) times: ReadTimes,
     /// Definitions that are given first, where some of those in the file may be skipped.
     pub(super) known: Option<Definitions>,
+    /// Whether messages that are compressed each by itself are unpacked.
+    pub(super) unpacks_messages: bool,
+    /// Whether there was one.
+    pub(super) has_unpacked: bool,
     /// Channels whose messages must not be left in chunks that are not opened.
     pub(super) numbered: BTreeSet<u16>,
     /// A chunk that was not opened, to be given next, and where it begins.
@@ -86,6 +90,8 @@ impl Sections {
             compression: BTreeMap::new(),
             times: ReadTimes::default(),
             known: None,
+            unpacks_messages: false,
+            has_unpacked: false,
             numbered: BTreeSet::new(),
             unopened: None,
             has_skipped: false,
@@ -101,7 +107,9 @@ impl Sections {
 
     /// Takes the next record of the batch; `None` for a definition that is repeated.
     pub(super) fn next_of_batch(&mut self) -> Result<Option<Item>> {
+        self.batch.unpacks_messages = self.unpacks_messages;
         let found = self.batch.take_next(&mut self.definitions, &mut self.counts);
+        self.has_unpacked |= self.batch.has_unpacked;
         found.map_err(|damage| self.damage(self.batch.offset, damage))
     }
 

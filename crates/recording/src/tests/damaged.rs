@@ -33,6 +33,57 @@ fn a_file_cut_anywhere_gives_a_prefix_of_its_messages() {
 }
 
 #[test]
+fn a_tail_of_zeros_is_taken_for_a_cut() {
+    let folder = Folder::new();
+    for shape in shapes().into_iter().filter(|shape| shape.has_data_crc) {
+        let whole = recording(shape);
+        for length in (100..whole.len()).step_by(97) {
+            let cut = read_all(&folder.write("cut.mcap", &whole[..length])).unwrap();
+            // Zeros at the end of a message outside of chunks count as reserved.
+            let fewest = messages(&cut).len().saturating_sub(1);
+            let mut bytes = whole[..length].to_vec();
+            bytes.resize(length + 5000, 0);
+            let path = folder.write("zeros.mcap", &bytes);
+            let records = read_all(&path).unwrap();
+            let found = messages(&records);
+            assert!(found.len() >= fewest, "{shape:?} {length}");
+            let all = messages(&cut);
+            assert!(found.iter().eq(&all[..found.len()]), "{shape:?} {length}");
+            let Some(Record::Truncated { damage, .. }) = records.last() else {
+                panic!("{shape:?} {length}: {:?}", records.last())
+            };
+            assert!(damage.to_string().contains("zero bytes follow"), "{damage}");
+            assert!(!Overview::read(&path).unwrap().is_complete);
+        }
+        // Behind the end they take nothing away.
+        let bytes = [whole.as_slice(), &[0; 5000]].concat();
+        let path = folder.write("zeros.mcap", &bytes);
+        let records = read_all(&path).unwrap();
+        assert_eq!(messages(&records), messages(&read_all(&folder.write("in", &whole)).unwrap()));
+        assert!(has_warning(&records) && Overview::read(&path).unwrap().is_complete);
+    }
+    let path = folder.write("none.mcap", &[0; 3000]);
+    assert!(problem_of(read_all(&path)).1.contains("nothing but 3000 zero bytes"));
+}
+
+#[test]
+fn a_second_recording_behind_the_first_is_said() {
+    let folder = Folder::new();
+    let whole = recording(CHUNKED);
+    for second in [whole.clone(), whole[..500].to_vec()] {
+        let path = folder.write("two.mcap", &[whole.as_slice(), &second].concat());
+        let records = read_all(&path).unwrap();
+        assert_eq!(messages(&records).len(), 40);
+        let Some(Record::Truncated { offset, damage }) = records.last() else { panic!() };
+        assert_eq!(*offset, whole.len() as u64);
+        let what_to_do = format!("tail -c +{} FILE", whole.len() + 1);
+        assert!(damage.to_string().contains(&what_to_do), "{damage}");
+        let overview = Overview::read(&path).unwrap();
+        assert!(!overview.is_complete && overview.message_count == 40);
+    }
+}
+
+#[test]
 fn messages_are_saved_from_a_chunk_that_is_cut() {
     let folder = Folder::new();
     let shape = Shape { compression: None, ..CHUNKED };

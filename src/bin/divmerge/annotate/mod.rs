@@ -11,8 +11,8 @@ use anyhow::{Result, bail};
 use clap::Args;
 use divmerge::annotate::time_spec::TimeSpec;
 use divmerge::annotate::{
-    AnnotateOptions, AnnotationReport, Flavor, Form, MessageTypes, RunEvent, Slice, annotate,
-    slices::Plan,
+    AnnotateOptions, AnnotationReport, Assemble, Flavor, Form, MessageTypes, RunEvent, Slice,
+    annotate, slices::Plan,
 };
 use divmerge::messages::objects::ObjectKind;
 use divmerge::recording::{Compression, STANDARD_STREAM};
@@ -20,7 +20,7 @@ use divmerge::view::Target;
 
 use crate::arguments::method::MethodArguments;
 use crate::arguments::selection::window;
-use crate::arguments::values::{COMPRESSIONS, NamedValue, one_of};
+use crate::arguments::values::{COMPRESSIONS, NamedValue, at_least_one, one_of, positive};
 use crate::exit::{Outcome, error_chain};
 use crate::layout::Layout;
 use crate::output::{make_parent, refuse_existing};
@@ -89,6 +89,13 @@ pub struct Arguments {
     #[arg(long, value_name = "T", value_parser = TimeSpec::from_str)]
     to: Option<TimeSpec>,
 
+    /// Cluster whole turns put together of several messages of a topic, and annotate each message:
+    /// `auto` (once round, or 0.1 s where messages do not go around), so many messages (10), or
+    /// seconds of the clouds' stamps (0.1, 1s). The boxes stand with the last message of a turn
+    #[arg(long, value_name = "auto|N|SECONDS", value_parser = assemble)]
+    #[arg(conflicts_with_all = ["resume", "slice"])]
+    assemble: Option<Assemble>,
+
     /// Annotate one slice of a plan (`divmerge plan`), numbered from 0: plan.json:3. `divmerge
     /// join` puts slices together
     #[arg(long, value_name = "PLAN:N", value_parser = slice)]
@@ -151,6 +158,19 @@ fn slice(text: &str) -> Result<PlannedSlice, String> {
         ("", _) | (_, Err(_)) => Err("use the plan and a number from 0, as in plan.json:3".into()),
         (plan, Ok(number)) => Ok(PlannedSlice { plan: plan.into(), number }),
     }
+}
+
+/// Reads `auto`, a number of messages, or seconds, which have a point or an s.
+fn assemble(text: &str) -> Result<Assemble, String> {
+    const FORM: &str = "use auto, a number of messages as in 10, or seconds as in 0.1 or 1s";
+    if text == "auto" {
+        return Ok(Assemble::Auto);
+    }
+    if let Ok(messages) = text.parse() {
+        return at_least_one(text).map(|_| Assemble::Messages(messages));
+    }
+    let seconds = positive(text.strip_suffix('s').unwrap_or(text)).map_err(|_| FORM.to_owned())?;
+    Ok(Assemble::Span((seconds * 1e9).round() as i64))
 }
 
 const OBJECT_TYPES: &[NamedValue<ObjectKind>] = &[
@@ -297,6 +317,7 @@ fn options(arguments: &Arguments, input: &Path) -> Result<AnnotateOptions> {
         from_ns,
         to_ns,
         compression: arguments.compression,
+        assemble: arguments.assemble,
         slice: None,
         unchecked: arguments.unchecked,
         form: match (arguments.only, arguments.in_place_fields) {

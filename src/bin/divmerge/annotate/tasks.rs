@@ -1,6 +1,7 @@
 //! Which recordings are annotated into which files: one, several, or those of rosbag2 folders.
 
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -74,7 +75,10 @@ impl Tasks {
         }
         let bag = Bag::open(input)?;
         let folder = if is_alone { output.to_owned() } else { output.join(name(input)?) };
-        let of_file = |file: &String| Task { input: input.join(file), output: folder.join(file) };
+        let of_file = |file: &String| Task {
+            input: input.join(file),
+            output: folder.join(Bag::unpacked_name(file)),
+        };
         self.tasks.extend(bag.files.iter().map(of_file));
         self.bags.push((bag, folder));
         Ok(())
@@ -115,7 +119,8 @@ impl Tasks {
         }
         for (bag, folder) in &self.bags {
             // An interrupted run may have left it beside its recordings.
-            let is_resumed = bag.files.iter().any(|file| folder.join(file).exists());
+            let is_made = |file: &String| folder.join(Bag::unpacked_name(file)).exists();
+            let is_resumed = bag.files.iter().any(is_made);
             refuse_existing(&folder.join(METADATA_FILE), force || is_resumed)?;
         }
         if self.has_folder {
@@ -137,8 +142,11 @@ impl Tasks {
     }
 }
 
-fn name(path: &Path) -> Result<&std::ffi::OsStr> {
-    path.file_name().with_context(|| format!("{}: does not name a file", path.display()))
+/// The name of what is made of a recording.
+fn name(path: &Path) -> Result<&OsStr> {
+    let name = path.file_name();
+    let name = name.with_context(|| format!("{}: does not name a file", path.display()))?;
+    Ok(name.to_str().map_or(name, |name| OsStr::new(Bag::unpacked_name(name))))
 }
 
 fn refuse_file(output: &Path) -> Result<()> {

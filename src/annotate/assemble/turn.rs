@@ -1,0 +1,155 @@
+//! A turn of several messages, clustered as one cloud, with the messages that annotate its parts.
+
+use std::borrow::Cow;
+use std::time::Instant;
+
+use crate::annotate::clustered::{Clustered, cluster_decoded};
+use crate::annotate::config::{AnnotateConfig, Decoded};
+use crate::annotate::message::{Annotated, bytes};
+use crate::annotate::times::FrameTimes;
+use crate::annotate::types::MessageTypes;
+use crate::error::{FrameError, Result};
+use crate::frames::EncodedCloud;
+use crate::messages::annotation::{Certainty, PointAnnotation, annotated_cloud};
+use crate::messages::clouds::CloudMessage;
+use divmerge_recording::stopwatch::ms_since;
+
+/// A turn that was clustered, and the messages that annotate its parts. The boxes of all instances
+/// stand with the last part.
+pub(in crate::annotate) type AnnotatedTurn = (Clustered, Vec<Annotated>);
+
+/// Clusters the parts of a turn as one cloud, and annotates each.
+///
+/// # Errors
+/// Those of [`annotate_message`](crate::annotate::annotate_message), about all parts.
+pub(in crate::annotate) fn annotate_turn(
+    parts: &[EncodedCloud],
+    method: &AnnotateConfig,
+    types: &MessageTypes,
+) -> Result<AnnotatedTurn> {
+    let started = Instant::now();
+    let messages: Vec<CloudMessage> =
+        parts.iter().map(EncodedCloud::decode).collect::<std::result::Result<_, FrameError>>()?;
+    let (last, last_message) = (&parts[parts.len() - 1], &messages[messages.len() - 1]);
+    let whole = joined(&messages);
+    let parse_ms = ms_since(started);
+    let key = last.key(last_message);
+    let decoded = method.decode(&whole, &key)?;
+    let decoded = Decoded { decode_ms: parse_ms + decoded.decode_ms, ..decoded };
+    let clustered = cluster_decoded(&whole, &key, method, decoded)?;
+
+    let started = Instant::now();
+    let labels = Labels::of(&clustered);
+    let (mut annotated, mut column) = (Vec::with_capacity(parts.len()), 0);
+    for message in &messages {
+        let written = message.reformatted(types.format(message.format))?;
+        let points = places(message, column, whole.width as usize);
+        column += message.width as usize;
+        let mut made = Annotated {
+            frame_id: message.frame_id.clone(),
+            stamp_ns: message.stamp_ns(),
+            semantics: clustered.semantics.clone(),
+            ..Annotated::default()
+        };
+        labels.at(&points).write(&written, &mut made.cloud)?;
+        annotated.push(made);
+    }
+    if let Some(made) = annotated.last_mut() {
+        let written = last_message.reformatted(types.format(last_message.format))?;
+        let found = (clustered.stages.instances.as_slice(), &clustered.cloud.turned);
+        types.write_objects(&written, found, &mut made.objects)?;
+        made.times = FrameTimes {
+            decode_ms: clustered.decode_ms,
+            semantics_ms: clustered.semantics_ms,
+            stages: clustered.stages.times,
+            encode_ms: ms_since(started),
+        };
+    }
+    Ok((clustered, annotated))
+}
+
+/// The points of all messages, which have the same rows: each row has those of the first message,
+/// then those of the second, and so on.
+fn joined(messages: &[CloudMessage]) -> CloudMessage<'static> {
+    let last = &messages[messages.len() - 1];
+    let width: u32 = messages.iter().map(|message| message.width).sum();
+    let mut rows: Vec<_> = messages.iter().map(CloudMessage::rows).collect();
+    let mut data = Vec::with_capacity(messages.iter().map(|message| message.data.len()).sum());
+    for _row in 0..last.height {
+        for rows in &mut rows {
+            data.extend_from_slice(rows.next().unwrap_or_default());
+        }
+    }
+    CloudMessage {
+        width,
+        row_step: width.wrapping_mul(last.point_step),
+        is_dense: messages.iter().all(|message| message.is_dense),
+        data: Cow::Owned(data),
+        fields: last.fields.clone(),
+        frame_id: last.frame_id.clone(),
+        ..*last
+    }
+}
+
+/// Where the points of a message lie in the joined cloud, of which its rows begin at a column.
+fn places(message: &CloudMessage, column: usize, width: usize) -> Vec<usize> {
+    let (height, own) = (message.height as usize, message.width as usize);
+    (0..height).flat_map(|row| (0..own).map(move |at| row * width + column + at)).collect()
+}
+
+/// Labels of every point.
+#[derive(Clone)]
+struct Labels {
+    instance: Vec<u32>,
+    component: Vec<u32>,
+    semantic: Vec<u16>,
+    reason: Vec<u8>,
+    ground: Option<Vec<u8>>,
+    certainty: Option<(Vec<u8>, Vec<u8>)>,
+}
+
+impl Labels {
+    fn of(clustered: &Clustered) -> Self {
+        let (labels, cloud) = (&clustered.stages.labels, &clustered.cloud);
+        let certain = cloud.confidence.as_deref().zip(cloud.entropy.as_deref());
+        Labels {
+            instance: labels.instance.clone(),
+            component: labels.component.clone(),
+            semantic: labels.semantic.clone(),
+            reason: labels.reason.iter().map(|&reason| reason as u8).collect(),
+            ground: clustered.stages.mask.ground.as_deref().map(bytes),
+            certainty: certain.map(|(confidence, entropy)| (bytes(confidence), bytes(entropy))),
+        }
+    }
+
+    /// Those of some points.
+    fn at(&self, points: &[usize]) -> Self {
+        fn pick<T: Copy>(column: &[T], points: &[usize]) -> Vec<T> {
+            points.iter().map(|&point| column[point]).collect()
+        }
+        Labels {
+            instance: pick(&self.instance, points),
+            component: pick(&self.component, points),
+            semantic: pick(&self.semantic, points),
+            reason: pick(&self.reason, points),
+            ground: self.ground.as_ref().map(|ground| pick(ground, points)),
+            certainty: self
+                .certainty
+                .as_ref()
+                .map(|(confidence, entropy)| (pick(confidence, points), pick(entropy, points))),
+        }
+    }
+
+    fn write(&self, message: &CloudMessage, out: &mut Vec<u8>) -> Result<()> {
+        let certainty = self.certainty.as_ref();
+        let annotation = PointAnnotation {
+            instance: &self.instance,
+            component: &self.component,
+            semantic: &self.semantic,
+            reason: &self.reason,
+            ground: self.ground.as_deref(),
+            certainty: certainty.map(|(confidence, entropy)| Certainty { confidence, entropy }),
+        };
+        Ok(annotated_cloud(message, &annotation, out)?)
+    }
+}

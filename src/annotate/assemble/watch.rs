@@ -1,0 +1,112 @@
+//! Whether the messages of a topic look like parts of a turn.
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use super::part::{Part, step};
+use divmerge_core::cloud::PointCloud;
+
+/// Messages of a topic that are looked at.
+const MOST: usize = 64;
+/// Fewer do not tell.
+const FEWEST: usize = 3;
+/// A part of a turn has a narrower sector, radians: a third of the circle.
+const NARROW: f64 = TAU / 3.0;
+/// How far messages must have gone around, radians.
+const LEAST_WAY: f64 = TAU / 2.0;
+/// Share of their steps that must go the same way.
+const SAME_WAY: f64 = 0.8;
+/// Frames that are whole come no faster, nanoseconds apart.
+const FAST_NS: i64 = 30_000_000;
+/// A frame that is whole has more returns.
+const FEW_RETURNS: usize = 3_000;
+
+/// The first messages of each topic.
+#[derive(Debug, Default)]
+pub(in crate::annotate) struct PartWatch(BTreeMap<Arc<str>, Vec<Part>>);
+
+impl PartWatch {
+    /// Takes the next cloud of a topic.
+    pub(in crate::annotate) fn take(
+        &mut self,
+        topic: &Arc<str>,
+        cloud: &PointCloud,
+        stamp_ns: i64,
+    ) {
+        let parts = self.0.entry(Arc::clone(topic)).or_default();
+        if parts.len() < MOST {
+            parts.push(Part::of(cloud, stamp_ns));
+        }
+    }
+
+    /// What is said of the topics whose messages look like parts of a turn.
+    pub(in crate::annotate) fn warnings(self) -> Vec<String> {
+        self.0.iter().filter_map(|(topic, parts)| warning(topic, parts)).collect()
+    }
+}
+
+fn warning(topic: &str, parts: &[Part]) -> Option<String> {
+    if parts.len() < FEWEST {
+        return None;
+    }
+    let degrees = median(parts.iter().map(|part| part.width))?.to_degrees();
+    let returns = median(parts.iter().map(|part| part.returns as f64))? as usize;
+    let apart = parts.windows(2).map(|two| (two[1].stamp_ns - two[0].stamp_ns) as f64);
+    let apart_ns = median(apart)?;
+    let is_fast = apart_ns > 0.0 && (apart_ns as i64) < FAST_NS && returns < FEW_RETURNS;
+    if !is_fast && !goes_around(parts, degrees.to_radians()) {
+        return None;
+    }
+    Some(format!(
+        "{topic}: each message holds a part of a turn ({returns} returns in {degrees:.0} degrees, \
+         {:.1} ms apart), and was clustered by itself: `--assemble auto` clusters whole turns",
+        apart_ns * 1e-6
+    ))
+}
+
+/// Whether messages of this sector follow each other around the sensor.
+fn goes_around(parts: &[Part], width: f64) -> bool {
+    let directions: Vec<f64> = parts.iter().filter_map(|part| part.direction).collect();
+    let steps: Vec<f64> = directions.windows(2).map(|two| step(two[0], two[1])).collect();
+    let way = steps.iter().sum::<f64>().abs();
+    let far: f64 = steps.iter().map(|step| step.abs()).sum();
+    width < NARROW && way >= LEAST_WAY && way >= SAME_WAY * far
+}
+
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parts(count: i64, ms: i64, turn: f64, width: f64, returns: usize) -> Vec<Part> {
+        let part = |i: i64| Part {
+            stamp_ns: i * ms * 1_000_000,
+            returns,
+            direction: Some(step(0.0, (i as f64 * turn).to_radians())),
+            width: width.to_radians(),
+        };
+        (0..count).map(part).collect()
+    }
+
+    #[test]
+    fn parts_of_a_turn_are_told_from_frames() {
+        for (name, parts, is_part) in [
+            ("packets", parts(60, 1, 2.0, 2.0, 300), true),
+            ("tenths of a turn", parts(10, 10, 36.0, 36.0, 20_000), true),
+            ("frames of a solid state at a high rate", parts(20, 5, 0.0, 70.0, 500), true),
+            ("turns", parts(20, 100, 0.1, 359.0, 60_000), false),
+            ("frames of a solid state", parts(20, 100, 0.0, 70.0, 40_000), false),
+            ("frames of a depth camera", parts(20, 33, 0.0, 60.0, 200_000), false),
+            ("few points now and then", parts(20, 100, 0.0, 70.0, 500), false),
+            ("two", parts(2, 1, 2.0, 2.0, 300), false),
+        ] {
+            assert_eq!(warning("/points", &parts).is_some(), is_part, "{name}");
+        }
+    }
+}
