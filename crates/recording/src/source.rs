@@ -213,8 +213,8 @@ fn ends_with_magic(file: &mut dyn Input, size: u64) -> io::Result<bool> {
 fn a_folder(path: &Path) -> Error {
     let kind = match path.join("metadata.yaml").exists() {
         true => {
-            "is the folder of a rosbag2 recording; `annotate` takes it as it is, other commands \
-             want an .mcap file in it"
+            "is the folder of a rosbag2 recording; `annotate` and `info` take it as it is, other \
+             commands want an .mcap file in it"
         }
         false => "is a folder, not an MCAP recording",
     };

@@ -5,10 +5,11 @@ mod geometry;
 mod text;
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Context, Result, bail};
 use clap::Args;
+use divmerge::datasets::bag::{Bag, METADATA_FILE};
 use divmerge::frames::{CloudTopic, EncodedClouds, Selection, annotated_topics};
 use divmerge::messages::clouds::CloudChannel;
 use divmerge::recording::{Channel, Overview};
@@ -25,8 +26,10 @@ use facts::{Cloud, GeometryOptions, Info, Topic, cloud_facts};
 /// of `--semantics auto`.
 #[derive(Args)]
 pub struct Arguments {
-    /// The recording (MCAP)
-    file: PathBuf,
+    /// The recording (MCAP), or a folder of recordings: that of a rosbag2 recording, or of .mcap
+    /// files
+    #[arg(value_name = "FILE")]
+    input: PathBuf,
 
     #[command(flatten)]
     geometry: GeometryArguments,
@@ -37,14 +40,57 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
-    let overview = Overview::read(&arguments.file)?;
+    let is_folder = arguments.input.is_dir();
+    let files = match is_folder {
+        true => recordings_in(&arguments.input)?,
+        false => vec![arguments.input.clone()],
+    };
+    let (mut infos, mut is_complete) = (Vec::new(), true);
+    for file in &files {
+        let info = info(file, &arguments.geometry)?;
+        is_complete &= info.complete;
+        match arguments.json {
+            true => infos.push(info),
+            false => text::print(&info),
+        }
+    }
+    match infos.as_slice() {
+        [info] if !is_folder => println!("{}", serde_json::to_string_pretty(info)?),
+        _ if arguments.json => println!("{}", serde_json::to_string_pretty(&infos)?),
+        _ => {}
+    }
+    Ok(Outcome::of(is_complete))
+}
+
+/// The recordings of a rosbag2 folder in their order, or those in another folder by name.
+fn recordings_in(folder: &Path) -> Result<Vec<PathBuf>> {
+    if folder.join(METADATA_FILE).is_file() {
+        return Ok(Bag::open(folder)?.files.iter().map(|file| folder.join(file)).collect());
+    }
+    let reading = || format!("reading {}", folder.display());
+    let entries: Vec<_> =
+        std::fs::read_dir(folder).and_then(Iterator::collect).with_context(reading)?;
+    let is_recording = |name: &str| Bag::unpacked_name(name).ends_with(".mcap");
+    let paths = entries.into_iter().map(|entry: std::fs::DirEntry| entry.path());
+    let mut files: Vec<PathBuf> = paths
+        .filter(|path| path.file_name().and_then(|name| name.to_str()).is_some_and(is_recording))
+        .collect();
+    if files.is_empty() {
+        bail!("{}: the folder has no {METADATA_FILE} and no .mcap file", folder.display());
+    }
+    files.sort();
+    Ok(files)
+}
+
+fn info(file: &Path, geometry: &GeometryArguments) -> Result<Info> {
+    let overview = Overview::read(file)?;
     let mut options = GeometryOptions::default();
-    arguments.geometry.set(&mut options.projection);
-    (options.unit, options.crop) = arguments.geometry.coordinates.values();
-    options.frames = arguments.geometry.frames(&arguments.file)?;
+    geometry.set(&mut options.projection);
+    (options.unit, options.crop) = geometry.coordinates.values();
+    options.frames = geometry.frames(file)?;
     let (clouds, mut problems) = first_clouds(&overview, &options)?;
     problems.extend(overview.problems.iter().cloned());
-    let info = Info {
+    Ok(Info {
         file: overview.path.clone(),
         bytes: overview.file_size,
         profile: overview.profile.clone(),
@@ -60,13 +106,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         metadata: overview.metadata_count,
         problems,
         topics: topics(&overview, clouds),
-    };
-    if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&info)?);
-    } else {
-        text::print(&info);
-    }
-    Ok(Outcome::of(info.complete))
+    })
 }
 
 fn topics(overview: &Overview, mut clouds: BTreeMap<u16, Cloud>) -> Vec<Topic> {
