@@ -264,6 +264,7 @@ def annotate(
     flavor: Literal["auto", "foxglove"] = "auto",
     compression: _Compression | None = None,
     unchecked: bool = False,
+    assemble: str | None = None,
     only: bool = False,
     in_place: bool = False,
     resume: bool = False,

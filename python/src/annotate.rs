@@ -33,9 +33,9 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
         rows=None, columns=None, fov=None, sensor_frame='auto', \
         units=None, min_range=None, max_range=None, crop=None, ego=None, topics=(), \
         from_=None, to=None, objects=None, flavor='auto', compression=None, unchecked=False, \
-        only=False, in_place=False, resume=False, force=False, threads=None, progress=None, \
-        tolerance=0.01, model_config=None, model_image='auto', remission_scale=None, batch=None, \
-        runtime='auto', onnxruntime=None, device='auto')"
+        assemble=None, only=False, in_place=False, resume=False, force=False, threads=None, \
+        progress=None, tolerance=0.01, model_config=None, model_image='auto', \
+        remission_scale=None, batch=None, runtime='auto', onnxruntime=None, device='auto')"
 )]
 /// Writes a recording again with instances in it: the bytes that `divmerge annotate` writes with
 /// the same parameters. A viewer's layout is not written. Returns the report that `divmerge
@@ -50,7 +50,8 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
 /// on: seconds from the start (12.5), or text as at the command line ("@1317384506.4",
 /// "2011-09-30T12:28:26Z", "frame:100"). objects: type of the boxes: "markers", "detection3d" or
 /// "autoware"; flavor: "auto" or "foxglove". compression: "zstd", "lz4" or "none"; that of most
-/// chunks of the input if not said. unchecked: take over chunks without clouds unopened. only:
+/// chunks of the input if not said. unchecked: take over chunks without clouds unopened. assemble:
+/// cluster whole turns put together of several messages: "auto", "10" (messages) or "0.1s". only:
 /// write the added topics alone; in_place: put the fields into the clouds themselves. resume: go on
 /// where a run with resume=True was cut off, and leave what is done if this one is. force: replace
 /// an existing output. threads: that unpack, cluster and compress; one for each core up to eight if
@@ -140,6 +141,7 @@ const OWN: &[&str] = &[
     "flavor",
     "compression",
     "unchecked",
+    "assemble",
     "only",
     "in_place",
     "resume",
@@ -184,6 +186,10 @@ impl AnnotateArguments {
             }
             "compression" => options.compression = Some(choice(name, value, &COMPRESSIONS)?),
             "unchecked" => options.unchecked = flag(name, value)?,
+            "assemble" => {
+                let how = text(name, value)?.parse();
+                options.assemble = Some(how.map_err(|problem: String| wrong(name, problem))?);
+            }
             "only" => {
                 if flag(name, value)? {
                     options.form = Form::Only;

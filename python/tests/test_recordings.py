@@ -71,6 +71,7 @@ def test_frames_cluster_as_the_command_line_does(drives, command_line, tmp_path,
         (["--from", "0.15"], dict(from_=0.15)),
         (["--from", "frame:1", "--to", "frame:2"], dict(from_="frame:1", to="frame:2")),
         (["--topic", TOPIC, "--unchecked"], dict(topics=[TOPIC], unchecked=True)),
+        (["--assemble", "2"], dict(assemble="2")),
     ],
 )
 def test_annotate_writes_the_same_bytes(drives, command_line, tmp_path, words, parameters):

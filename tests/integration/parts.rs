@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use divmerge::annotate::{AnnotateConfig, Assemble, Options, Semantics};
+use divmerge::annotate::{AnnotateConfig, AnnotateOptions, Assemble, Semantics};
 use divmerge::datasets::drive::cloud_message;
 use divmerge::messages::clouds::{CloudFormat, CloudMessage};
 use divmerge::messages::ros::{ByteOrder, Layout, RosWriter};
 use divmerge::recording::{MessageHeader, RecordingWriter, WriteOptions};
-use divmerge::simulate::{Drive, Frame, Scene, Sensor};
+use divmerge::simulate::{Drive, Scene, Sensor, SimulatedFrame};
 use tempfile::TempDir;
 
 use crate::cli::{divmerge, path as text_of, text};
@@ -32,9 +32,9 @@ fn recording(type_name: &str, encoding: &str, of_stamps: &[(u64, Vec<u8>)]) -> (
     (folder, path)
 }
 
-fn options(semantics: Semantics, assemble: Option<Assemble>) -> Options {
-    let method = AnnotateConfig { semantics, ..AnnotateConfig::default() };
-    Options { method, assemble, force: true, ..Options::default() }
+fn options(semantics: Semantics, assemble: Option<Assemble>) -> AnnotateOptions {
+    let config = AnnotateConfig { semantics, ..AnnotateConfig::default() };
+    AnnotateOptions { config, assemble, force: true, ..AnnotateOptions::default() }
 }
 
 /// Messages of a topic that was added to `/points`.
@@ -55,7 +55,7 @@ fn labels(path: &Path) -> Vec<[Vec<u32>; 2]> {
 }
 
 /// The frame as Livox's driver writes it.
-fn custom_message(frame: &Frame, layout: Layout) -> Vec<u8> {
+fn custom_message(frame: &SimulatedFrame, layout: Layout) -> Vec<u8> {
     let cloud = &frame.cloud;
     let mut bytes = Vec::new();
     let mut writer = RosWriter::new(layout, &mut bytes);
@@ -189,7 +189,7 @@ fn turns_in_parts_are_clustered_as_whole_ones() {
 
         // Each part is there with its own points, on any number of threads.
         for threads in [1, 3] {
-            let options = Options { threads, ..options(Semantics::Auto, Some(how)) };
+            let options = AnnotateOptions { threads, ..options(Semantics::Auto, Some(how)) };
             let first = std::fs::read(&made).expect("bytes");
             let (again, _) = run(&parts, &options).expect("annotated");
             assert!(std::fs::read(again).expect("bytes") == first, "{threads} threads");

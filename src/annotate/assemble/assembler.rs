@@ -15,11 +15,11 @@ const MOST_PARTS: usize = 4096;
 const MOST_BYTES: usize = 64 << 20;
 /// How long a turn takes where messages do not go around: the frame of most sensors.
 const USUAL_NS: i64 = 100_000_000;
-/// How long a turn can take; the slowest sensors turn five times a second.
+/// Messages farther apart do not belong together.
 const LONGEST_NS: i64 = 1_000_000_000;
-/// Messages go around if they have come so far in the usual time, radians: at a sixth of the usual
-/// speed.
-const LEAST_PROGRESS: f64 = TAU / 6.0;
+/// Messages go around if they advance by this share of their own sectors; those that lie side by
+/// side advance by all of them.
+const LEAST_ADVANCE: f64 = 0.5;
 /// A message with so wide a sector is a turn by itself, radians.
 const WHOLE: f64 = TAU * 5.0 / 6.0;
 
@@ -36,12 +36,12 @@ struct OpenTurn {
     bytes: usize,
     first: Part,
     last: Part,
-    /// Nanoseconds between the last two stamps.
-    interval_ns: i64,
     /// Where the last returns were, radians.
     direction: Option<f64>,
     /// How far the messages went around, radians.
     progress: f64,
+    /// Their sectors behind the first one's, radians in all.
+    sectors: f64,
 }
 
 /// What the messages of a turn must have in common to be one cloud.
@@ -126,9 +126,9 @@ impl OpenTurn {
             layout,
             first: part,
             last: part,
-            interval_ns: 0,
             direction: part.direction,
             progress: 0.0,
+            sectors: 0.0,
         }
     }
 
@@ -137,7 +137,7 @@ impl OpenTurn {
         self.parts.push(encoded);
         self.progress += self.step_to(&part);
         self.direction = part.direction.or(self.direction);
-        self.interval_ns = part.stamp_ns.saturating_sub(self.last.stamp_ns);
+        self.sectors += part.width;
         self.last = part;
     }
 
@@ -165,15 +165,17 @@ impl OpenTurn {
         interval < 0 || elapsed.saturating_add(interval / 2) >= ns
     }
 
-    /// Whether the messages have come round, or go nowhere and have taken the usual time.
+    /// Whether the messages have come round, or stay where they are and have taken the usual time.
     fn is_whole_before(&self, part: &Part) -> bool {
         if self.last.width >= WHOLE || part.width >= WHOLE {
             return true;
         }
         let step = self.step_to(part);
         let is_round = (self.progress + step).abs() > TAU - step.abs() / 2.0;
-        let goes_nowhere = self.progress.abs() < LEAST_PROGRESS && self.spans(part, USUAL_NS);
-        is_round || goes_nowhere || self.spans(part, LONGEST_NS)
+        let (way, sectors) = ((self.progress + step).abs(), self.sectors + part.width);
+        let stays = way < LEAST_ADVANCE * sectors && self.spans(part, USUAL_NS);
+        let interval = part.stamp_ns.saturating_sub(self.last.stamp_ns);
+        is_round || stays || interval < 0 || interval >= LONGEST_NS
     }
 }
 
@@ -223,6 +225,17 @@ mod tests {
         assert_eq!(turns(Assemble::Auto, &parts), [1; 3]);
         let parts: Vec<Part> = (0..4).map(|i| part(i * 20, 0.0, 359.0)).collect();
         assert_eq!(turns(Assemble::Auto, &parts), [1; 3]);
+    }
+
+    #[test]
+    fn a_turn_takes_as_long_as_it_takes() {
+        for ms in [0, 1, 20, 300] {
+            let parts: Vec<Part> = (0..25).map(|i| part(i * ms, 30.0 * i as f64, 30.0)).collect();
+            assert_eq!(turns(Assemble::Auto, &parts), [12; 2], "{ms} ms apart");
+        }
+        // A pause ends it.
+        let parts = [0, 10, 20, 5_000, 5_010].map(|ms| part(ms, ms as f64, 10.0));
+        assert_eq!(turns(Assemble::Auto, &parts), [3]);
     }
 
     #[test]

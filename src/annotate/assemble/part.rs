@@ -4,8 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use divmerge_core::cloud::PointCloud;
 
-/// Bins of azimuth in which returns are counted, one for each degree.
-const BINS: usize = 360;
+/// Bins of azimuth in which returns are counted, ten for each degree.
+const BINS: usize = 3600;
 
 /// What a message covers of a turn, about the origin of its frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,8 +60,11 @@ mod tests {
     use super::*;
 
     fn part(degrees: &[f64]) -> Part {
-        let at = |of: fn(f64) -> f64| degrees.iter().map(|d| 5.0 * of(d.to_radians()) as f32);
-        let (x, y): (Vec<f32>, Vec<f32>) = (at(f64::cos).collect(), at(f64::sin).collect());
+        let (x, y): (Vec<f32>, Vec<f32>) = degrees
+            .iter()
+            .map(|degrees| degrees.to_radians().sin_cos())
+            .map(|(sin, cos)| (5.0 * cos as f32, 5.0 * sin as f32))
+            .unzip();
         Part::of(&PointCloud::new(x, y, vec![0.0; degrees.len()]).unwrap(), 0)
     }
 
@@ -71,7 +74,7 @@ mod tests {
         assert!((found.width.to_degrees() - 20.0).abs() < 1.5, "{found:?}");
         assert!((step(found.direction.unwrap().to_degrees(), 178.99)).abs() < 1.5, "{found:?}");
         assert_eq!(part(&[]).direction, None);
-        assert!(part(&(0..360).map(f64::from).collect::<Vec<_>>()).width.to_degrees() > 355.0);
+        assert!(part(&(0..360).map(f64::from).collect::<Vec<_>>()).width.to_degrees() > 358.0);
     }
 
     #[test]

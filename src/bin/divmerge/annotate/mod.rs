@@ -20,7 +20,7 @@ use divmerge::view::Target;
 
 use crate::arguments::method::MethodArguments;
 use crate::arguments::selection::window;
-use crate::arguments::values::{COMPRESSIONS, NamedValue, at_least_one, one_of, positive};
+use crate::arguments::values::{COMPRESSIONS, NamedValue, one_of};
 use crate::exit::{Outcome, error_chain};
 use crate::layout::Layout;
 use crate::output::{make_parent, refuse_existing};
@@ -92,7 +92,7 @@ pub struct Arguments {
     /// Cluster whole turns put together of several messages of a topic, and annotate each message:
     /// `auto` (once round, or 0.1 s where messages do not go around), so many messages (10), or
     /// seconds of the clouds' stamps (0.1, 1s). The boxes stand with the last message of a turn
-    #[arg(long, value_name = "auto|N|SECONDS", value_parser = assemble)]
+    #[arg(long, value_name = "auto|N|SECONDS", value_parser = Assemble::from_str)]
     #[arg(conflicts_with_all = ["resume", "slice"])]
     assemble: Option<Assemble>,
 
@@ -158,19 +158,6 @@ fn slice(text: &str) -> Result<PlannedSlice, String> {
         ("", _) | (_, Err(_)) => Err("use the plan and a number from 0, as in plan.json:3".into()),
         (plan, Ok(number)) => Ok(PlannedSlice { plan: plan.into(), number }),
     }
-}
-
-/// Reads `auto`, a number of messages, or seconds, which have a point or an s.
-fn assemble(text: &str) -> Result<Assemble, String> {
-    const FORM: &str = "use auto, a number of messages as in 10, or seconds as in 0.1 or 1s";
-    if text == "auto" {
-        return Ok(Assemble::Auto);
-    }
-    if let Ok(messages) = text.parse() {
-        return at_least_one(text).map(|_| Assemble::Messages(messages));
-    }
-    let seconds = positive(text.strip_suffix('s').unwrap_or(text)).map_err(|_| FORM.to_owned())?;
-    Ok(Assemble::Span((seconds * 1e9).round() as i64))
 }
 
 const OBJECT_TYPES: &[NamedValue<ObjectKind>] = &[
