@@ -10,6 +10,7 @@ use crate::address::is_stream;
 use crate::damage::Damage;
 use crate::error::{Error, Result};
 use crate::overview::Overview;
+use crate::part::{Item, Part, SourceChunk};
 use crate::reader::RecordingReader;
 use crate::record::{Record, Schema};
 use crate::summary::visit_summary;
@@ -41,6 +42,7 @@ impl Overview {
             return Err(Error::Damaged { path: path.to_owned(), offset: 0, damage });
         }
         let mut reader = RecordingReader::open_unhashed(path, &Workers::none())?;
+        reader.skim_large_chunks();
         let object = reader.object_id();
         if let Some(overview) = object.and_then(kept) {
             return Ok(overview);
@@ -75,10 +77,18 @@ impl Overview {
 
     fn read_through(mut self, mut reader: RecordingReader) -> Result<Self> {
         self.is_complete = true;
-        while let Some(record) = reader.next_record()? {
-            self.is_complete &= !matches!(record, Record::Truncated { .. });
-            self.take(record);
+        while let Some(part) = reader.next_part()? {
+            let items = match part {
+                Part::Chunk(chunk) => {
+                    self.take_messages(&chunk);
+                    chunk.items.into_iter().filter(|item| matches!(item, Item::Record(_))).collect()
+                }
+                Part::Items(items) => items,
+            };
+            items.into_iter().for_each(|item| self.take_item(item));
         }
+        // Of a compressed file it is known only now how much is in it.
+        self.file_size = self.file_size.max(reader.offset());
         let counts = reader.counts();
         self.message_count = counts.messages;
         self.chunk_count = counts.chunks;
@@ -88,7 +98,32 @@ impl Overview {
         Ok(self)
     }
 
+    /// Counts the messages of a chunk.
+    fn take_messages(&mut self, chunk: &SourceChunk) {
+        for (channel, count) in chunk.counts().filter(|&(_, count)| count > 0) {
+            *self.message_counts.entry(channel).or_default() += count;
+            let (first, last) = chunk.times();
+            self.take_times(first, last);
+        }
+    }
+
+    fn take_times(&mut self, first: u64, last: u64) {
+        self.start_ns = Some(self.start_ns.map_or(first, |start| start.min(first)));
+        self.end_ns = Some(self.end_ns.map_or(last, |end| end.max(last)));
+    }
+
+    fn take_item(&mut self, item: Item) {
+        match item {
+            Item::Message { header, .. } => {
+                *self.message_counts.entry(header.channel_id).or_default() += 1;
+                self.take_times(header.log_time, header.log_time);
+            }
+            Item::Record(record) => self.take(record),
+        }
+    }
+
     fn take(&mut self, record: Record) {
+        let is_cut = matches!(record, Record::Truncated { .. });
         match record {
             Record::Header { profile, library } => {
                 (self.profile, self.library) = (profile, library);
@@ -99,18 +134,14 @@ impl Overview {
             Record::Channel(channel) => {
                 self.channels.insert(channel.id, channel);
             }
-            Record::Message { header, .. } => {
-                *self.message_counts.entry(header.channel_id).or_default() += 1;
-                let time = header.log_time;
-                self.start_ns = Some(self.start_ns.map_or(time, |start| start.min(time)));
-                self.end_ns = Some(self.end_ns.map_or(time, |end| end.max(time)));
-            }
             Record::Damaged { offset, damage } | Record::Truncated { offset, damage } => {
+                self.is_complete &= !is_cut;
                 if self.problems.len() < MAX_PROBLEMS {
                     self.problems.push(format!("{damage} (byte {offset})"));
                 }
             }
-            Record::Attachment { .. }
+            Record::Message { .. }
+            | Record::Attachment { .. }
             | Record::Metadata(_)
             | Record::Private { .. }
             | Record::Skipped { .. } => {}

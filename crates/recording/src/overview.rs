@@ -13,7 +13,7 @@ use crate::record::Schema;
 pub struct Overview {
     /// The file.
     pub path: PathBuf,
-    /// Its bytes.
+    /// Its bytes; of a compressed file those of the recording in it.
     pub file_size: u64,
     /// Convention that the recording follows, such as `ros2`; may be empty.
     pub profile: String,

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
+use crate::address::is_stream;
 use crate::damage::Damage;
 use crate::error::{Error, Result};
 use crate::file_kind::{START_LEN, not_a_recording};
@@ -55,7 +56,7 @@ impl Source {
     pub(crate) fn open(path: &Path, hash: bool) -> Result<Self> {
         let at = |source| Error::Io { path: path.to_owned(), source };
         let mut from = open(path)?;
-        let (size, end, is_complete) = match from.is_sequential() {
+        let (size, end, is_complete) = match is_stream(path) || from.is_sequential() {
             true => (None, None, false),
             false => {
                 if from.is_folder().map_err(at)? {

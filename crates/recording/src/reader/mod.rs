@@ -107,6 +107,12 @@ impl RecordingReader {
         Ok(RecordingReader { sections, message: None, index_bytes })
     }
 
+    /// Leaves all messages out of large chunks ([`ReadFilter::skims_large_chunks`]). To be called
+    /// before anything is read.
+    pub(crate) fn skim_large_chunks(&mut self) {
+        self.sections.source.kept = Some(Arc::default());
+    }
+
     /// Gives messages unpacked that are compressed each by itself, as rosbag2 writes them with
     /// `compression_mode: message`. Chunks with such messages are not given as they lie.
     pub fn unpack_messages(&mut self) {
@@ -254,8 +260,8 @@ impl RecordingReader {
             return Ok(Part::Items(items));
         }
         let records = (!batch.records.is_skimmed()).then_some(batch.records.bytes);
-        let chunk =
-            SourceChunk::new(batch.offset, &sections.record, (items, batch.places), records);
+        let record = std::mem::take(&mut sections.record);
+        let chunk = SourceChunk::new(batch.offset, &record, (items, batch.places), records);
         Ok(chunk.map_or_else(Part::Items, Part::Chunk))
     }
 }
