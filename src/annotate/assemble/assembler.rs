@@ -175,7 +175,7 @@ impl OpenTurn {
         let (way, sectors) = ((self.progress + step).abs(), self.sectors + part.width);
         let stays = way < LEAST_ADVANCE * sectors && self.spans(part, USUAL_NS);
         let interval = part.stamp_ns.saturating_sub(self.last.stamp_ns);
-        is_round || stays || interval < 0 || interval >= LONGEST_NS
+        is_round || stays || !(0..LONGEST_NS).contains(&interval)
     }
 }
 
