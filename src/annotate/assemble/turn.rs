@@ -56,7 +56,7 @@ pub(in crate::annotate) fn annotate_turn(
     }
     if let Some(made) = annotated.last_mut() {
         let written = last_message.reformatted(types.format(last_message.format))?;
-        let found = (clustered.stages.instances.as_slice(), &clustered.cloud.turned);
+        let found = (clustered.stages.instances.as_slice(), &clustered.cloud);
         types.write_objects(&written, found, &mut made.objects)?;
         made.times = FrameTimes {
             decode_ms: clustered.decode_ms,

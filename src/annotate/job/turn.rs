@@ -82,7 +82,7 @@ impl Job<'_> {
                 self.report.annotations += 1;
             }
         }
-        let report = FrameReport::new(clustered, &last.frame_id, &self.options.config.taxonomy);
+        let report = FrameReport::new(clustered, &last.frame_id);
         let topic = self.report.topics.entry(encoded.topic.to_string()).or_default();
         topic.take(&report, Some(last.times));
         for (kind, problem) in &report.remarks {
