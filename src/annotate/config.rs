@@ -186,7 +186,8 @@ impl AnnotateConfig {
     /// The cloud in a message, upright, and where its object mask comes from.
     ///
     /// # Errors
-    /// Those of [`CloudMessage::to_cloud`], [`CloudFrames::place`] and [`classify`](Self::classify);
+    /// Those of [`CloudMessage::to_cloud`], [`CloudFrames::place`] and
+    /// [`classify`](Self::classify);
     /// [`FrameError::MissingField`](crate::error::FrameError::MissingField) if the field that
     /// should hold the classes is not there.
     pub fn decode(&self, wire: &CloudMessage, key: &CloudKey) -> Result<Decoded<'_>> {

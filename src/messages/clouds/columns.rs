@@ -248,8 +248,8 @@ impl CloudMessage<'_> {
 }
 
 /// Coordinates in single precision, less an offset of whole units where the cloud lies farther from
-/// the origin than several times its own size, as in a frame of the Earth. Points at the origin stay
-/// there: they are no returns.
+/// the origin than several times its own size, as in a frame of the Earth. Points at the origin
+/// stay there: they are no returns.
 fn near_origin([x, y, z]: [Vec<f64>; 3]) -> (Vec<f32>, Vec<f32>, Vec<f32>, [f64; 3]) {
     /// A sensor sees its surroundings, so that in its own frame this is below 1.
     const TIMES: f64 = 4.0;

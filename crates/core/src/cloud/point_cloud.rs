@@ -38,8 +38,8 @@ pub struct PointColumns {
     /// By what the points were turned from the recording's frame to one with z up; the identity
     /// unless [`turn`](PointCloud::turn) was called.
     pub turned: UnitQuaternion<f64>,
-    /// What was subtracted from the recording's coordinates, in their unit, so that those of a place
-    /// far off keep their precision.
+    /// What was subtracted from the recording's coordinates, in their unit, so that those of a
+    /// place far off keep their precision.
     pub offset: [f64; 3],
     /// The unit of the recording's coordinates, which are metres here.
     pub unit: LengthUnit,

@@ -59,9 +59,9 @@ impl Axis {
     }
 }
 
-/// Square metres of a level surface that has nothing beneath it, if up is the given direction: cells
-/// of a metre around the sensor whose lowest return lies at the height that most do, less those with
-/// a return beneath.
+/// Square metres of a level surface that has nothing beneath it, if up is the given direction:
+/// cells of a metre around the sensor whose lowest return lies at the height that most do, less
+/// those with a return beneath.
 pub fn ground_area(cloud: &PointCloud, up: Axis) -> f32 {
     /// Metres around the sensor, and what is too near to count: a mount, a desk.
     const REACH: f32 = 20.0;

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use nalgebra::{Isometry3, Point3};
 
+use super::evidence::Evidence;
 use super::projection::Projection;
-use super::viewpoint::Evidence;
 
 /// The rows of an image that one sensor made. An image has one band, but for a cloud merged of
 /// several sensors: there they lie one below the other, and no pixel of one is a neighbour of

@@ -16,6 +16,7 @@ mod band;
 mod beams;
 mod columns;
 mod coverage;
+mod evidence;
 mod geometry;
 mod image;
 mod neighbours;
@@ -35,13 +36,13 @@ use crate::cloud::PointCloud;
 
 pub use band::Band;
 pub use beams::RingFlaw;
+pub use evidence::Evidence;
 pub use geometry::{BandGeometry, Geometry};
 pub use image::{NOWHERE, RangeImage};
 pub use neighbours::{NEIGHBOURS, NO_NEIGHBOUR, Reach, neighbours};
 pub use params::{ProjectionParams, RowsFrom, Wrap};
 pub use pixel_set::PixelSet;
 pub use projection::Projection;
-pub use viewpoint::Evidence;
 pub use views::BandView;
 
 impl RangeImage {

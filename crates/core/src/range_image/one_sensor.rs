@@ -3,9 +3,10 @@
 use nalgebra::{Isometry3, Point3, Translation3};
 
 use super::band::as_return;
+use super::evidence::Evidence;
 use super::image::RangeImage;
 use super::params::{ProjectionParams, RowsFrom};
-use super::viewpoint::{Evidence, Viewpoint};
+use super::viewpoint::Viewpoint;
 use super::{organised, project, viewpoint};
 use crate::cloud::PointCloud;
 use crate::cloud::point_cloud::wide;

@@ -12,10 +12,10 @@ use std::f64::consts::{PI, TAU};
 
 use super::angles::{azimuth, elevation};
 use super::band::Band;
+use super::evidence::Evidence;
 use super::image::{NOWHERE, RangeImage};
 use super::params::{ProjectionParams, Wrap};
 use super::projection::Projection;
-use super::viewpoint::Evidence;
 use crate::cloud::point_cloud::PointCloud;
 use crate::geometry::grid::Grid;
 use crate::geometry::statistics::median;

@@ -96,8 +96,8 @@ fn sensor_lines(sensor: &BandGeometry, is_one_of_several: bool) -> Vec<String> {
     });
     lines.extend(sensor.stands.map(|[x, y, z, lean]| {
         format!(
-            "sensor at {x:.2}, {y:.2}, {z:.2} m in the cloud's frame, axis {lean:.1} degrees from z: \
-             {}",
+            "sensor at {x:.2}, {y:.2}, {z:.2} m in the cloud's frame, axis {lean:.1} degrees from \
+             z: {}",
             evidence(sensor.evidence)
         )
     }));

@@ -12,31 +12,15 @@ mod lines;
 mod search;
 
 use nalgebra::{Isometry3, Vector3};
-use serde::Serialize;
 
 use super::coverage;
+use super::evidence::Evidence;
 use super::image::{NOWHERE, RangeImage};
 use super::projection::Projection;
 use super::sweep::Sweep;
 use crate::cloud::point_cloud::{PointCloud, wide};
 use crate::geometry::statistics::median;
 use cones::{RingReturn, View, disagreement, refined};
-
-/// How it is known where a sensor stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Evidence {
-    /// It is taken to stand at the origin of the cloud's frame, and nothing speaks against that.
-    Origin,
-    /// The user says so.
-    Given,
-    /// The beams are cones around that point.
-    Beams,
-    /// The recording's transforms say so, and nothing in the points does.
-    Recorded,
-    /// Nothing says where it stands. The frame lies on the ground, so it is looked at from above.
-    Assumed,
-}
 
 /// Where a sensor stands in the cloud's frame, z its axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,28 +97,37 @@ enum Elsewhere {
 impl Elsewhere {
     /// `None` where nothing speaks against the origin.
     fn of(cloud: &PointCloud, positions: &[Vector3<f32>]) -> Option<Elsewhere> {
-        /// A sweep has returns in the directions that it covers about as many as in others, nats.
-        /// From the origin of their own frames simulated sensors that look all round have up to
-        /// 0.3 less than from the best place, for objects near by.
-        const UNEVEN: f32 = 0.35;
+        /// Fewer positions do not tell.
+        const FEWEST: usize = 64;
         /// Distance across the ground within which a sensor has returns, metres, and their share.
         const NEAR: f32 = 10.0;
         const SHARE: f32 = 0.01;
         /// A sensor that covers more of the circle, radians, looks all round.
         const ROUND: f64 = 4.0;
+        /// A sweep has returns in the directions that it covers about as many as in others, nats.
+        /// From the origin of their own frames simulated sensors that look all round have up to
+        /// 0.3 less than from the best place, for objects near by; those with a sector up to 1.4,
+        /// since the best place is then amid the points.
+        const UNEVEN: f32 = 0.35;
+        const UNEVEN_SECTOR: f32 = 1.7;
+        if positions.len() < FEWEST {
+            return None;
+        }
         if is_on_ground(cloud) {
             return Some(Elsewhere::OverGround);
         }
         let near = positions.iter().filter(|at| at.xy().norm() < NEAR).count();
-        if (near as f32) < SHARE * positions.len() as f32 {
-            return search::start(positions).map(Elsewhere::Far);
-        }
+        let is_far = (near as f32) < SHARE * positions.len() as f32;
         let azimuths = positions.iter().map(|at| at.y.atan2(at.x));
         let looks_round = coverage::covered(azimuths).1 > ROUND;
-        if looks_round {
+        if is_far || looks_round {
             let place = search::start(positions)?;
-            if search::unevenness(positions, &place) > UNEVEN {
+            let unevenness = search::unevenness(positions, &place);
+            if looks_round && unevenness > UNEVEN {
                 return Some(Elsewhere::Uneven(place));
+            }
+            if is_far && unevenness > UNEVEN_SECTOR {
+                return Some(Elsewhere::Far(place));
             }
         }
         (cloud.recorded_sensors.len() == 1).then_some(Elsewhere::Recorded)
@@ -153,9 +146,9 @@ impl Elsewhere {
         })
     }
 
-    /// Where to look from, for want of better: where the recording has its only sensor, a car's roof
-    /// over a frame on the ground, or the place from which the returns are even. `None` for the
-    /// origin, against which too little speaks.
+    /// Where to look from, for want of better: where the recording has its only sensor, a car's
+    /// roof over a frame on the ground, or the place from which the returns are even. `None` for
+    /// the origin, against which too little speaks.
     fn assumed(&self, recorded: &[Vector3<f64>]) -> Option<Viewpoint> {
         const ROOF: f64 = 1.8;
         let (origin, evidence) = match (recorded, self) {
@@ -223,8 +216,8 @@ fn position(cloud: &PointCloud, point: usize) -> Vector3<f64> {
     Vector3::from(wide(cloud.position(point)))
 }
 
-/// Whether the origin of a cloud's frame lies on the ground, as those of vehicles do: in most square
-/// metres around it the lowest return lies at its height, where no sensor could see it.
+/// Whether the origin of a cloud's frame lies on the ground, as those of vehicles do: in most
+/// square metres around it the lowest return lies at its height, where no sensor could see it.
 fn is_on_ground(cloud: &PointCloud) -> bool {
     const FEWEST_CELLS: usize = 32;
     const ON_GROUND: f64 = 0.3;
