@@ -201,15 +201,15 @@ impl PointCloud {
     pub(crate) fn set_frame(&mut self, is_z_up: bool, recorded_sensors: &[Vector3<f64>]) {
         self.columns.is_z_up = is_z_up;
         self.columns.recorded_sensors =
-            recorded_sensors.iter().map(|&at| self.from_recorded_metres(at)).collect();
+            recorded_sensors.iter().map(|&at| self.metres_from_recorded(at)).collect();
     }
 
     /// Says where the sensor stands, in the recording's frame, metres.
     pub fn set_sensor_origin(&mut self, origin: [f64; 3]) {
-        self.columns.sensor_origin = Some(self.from_recorded_metres(origin.into()));
+        self.columns.sensor_origin = Some(self.metres_from_recorded(origin.into()));
     }
 
-    fn from_recorded_metres(&self, at: Vector3<f64>) -> Vector3<f64> {
+    fn metres_from_recorded(&self, at: Vector3<f64>) -> Vector3<f64> {
         self.from_recorded((at * self.unit.per_metre()).into()).into()
     }
 

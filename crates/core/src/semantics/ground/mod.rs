@@ -79,7 +79,7 @@ fn level(
     image: &RangeImage,
     params: &GroundParams,
 ) -> Option<(Level, GroundParams)> {
-    let params = params.from_distance(nearest_ground(cloud, image));
+    let params = params.seen_from_distance(nearest_ground(cloud, image));
     Some((Level::of_ground(cloud, image, &params)?, params))
 }
 

@@ -57,7 +57,7 @@ impl Default for GroundParams {
 
 impl GroundParams {
     /// These parameters for a sensor that sees the ground from so far away on, metres.
-    pub(super) fn from_distance(&self, nearest: f64) -> GroundParams {
+    pub(super) fn seen_from_distance(&self, nearest: f64) -> GroundParams {
         /// Ground that starts farther away is not looked for, metres.
         const FARTHEST: f64 = 60.0;
         let reach = 2.0 * nearest.min(FARTHEST);
