@@ -49,7 +49,7 @@ impl CloudMessage<'_> {
             ..PointColumns::default()
         };
         if self.point_count() > 0 {
-            (columns.x, columns.y, columns.z, columns.offset) = self.coordinates()?;
+            ([columns.x, columns.y, columns.z], columns.offset) = self.coordinates()?;
             columns.ring = self.ring()?;
             columns.source = self.source()?;
         }
@@ -125,7 +125,7 @@ impl CloudMessage<'_> {
     }
 
     /// x, y and z, and what was subtracted from them.
-    fn coordinates(&self) -> Result<(Vec<f32>, Vec<f32>, Vec<f32>, [f64; 3])> {
+    fn coordinates(&self) -> Result<([Vec<f32>; 3], [f64; 3])> {
         let [x, y, z] = ["x", "y", "z"].map(|name| self.readable(name));
         let fields = [x?, y?, z?];
         let plain = |field: &&PointField| field.datatype == Datatype::Float32;
@@ -143,8 +143,7 @@ impl CloudMessage<'_> {
                 (*x, *y, *z) = (f32_le(point, i), f32_le(point, j), f32_le(point, k));
             }
         }
-        let [x, y, z] = columns;
-        Ok((x, y, z, [0.0; 3]))
+        Ok((columns, [0.0; 3]))
     }
 
     fn ring(&self) -> Result<Option<Vec<u16>>> {
@@ -250,7 +249,7 @@ impl CloudMessage<'_> {
 /// Coordinates in single precision, less an offset of whole units where the cloud lies farther from
 /// the origin than several times its own size, as in a frame of the Earth. Points at the origin
 /// stay there: they are no returns.
-fn near_origin([x, y, z]: [Vec<f64>; 3]) -> (Vec<f32>, Vec<f32>, Vec<f32>, [f64; 3]) {
+fn near_origin([x, y, z]: [Vec<f64>; 3]) -> ([Vec<f32>; 3], [f64; 3]) {
     /// A sensor sees its surroundings, so that in its own frame this is below 1.
     const TIMES: f64 = 4.0;
     /// From there on single precision is coarser than 2 mm, if the unit is the metre.
@@ -276,7 +275,7 @@ fn near_origin([x, y, z]: [Vec<f64>; 3]) -> (Vec<f32>, Vec<f32>, Vec<f32>, [f64;
         };
         column.iter().enumerate().map(near).collect()
     };
-    (column(&x, offset[0]), column(&y, offset[1]), column(&z, offset[2]), offset)
+    ([column(&x, offset[0]), column(&y, offset[1]), column(&z, offset[2])], offset)
 }
 
 #[inline]

@@ -367,7 +367,7 @@ mod tests {
         transforms.insert("os_sensor", "os_imu", Isometry3::identity());
         transforms.insert("roof", "front_camera_optical_frame", Isometry3::identity());
         assert_eq!(transforms.sensors_in("base_link"), [Vector3::new(1.1, 0.0, 2.0)]);
-        assert_eq!(transforms.sensors_in("os_sensor"), [Vector3::zeros(); 0]);
+        assert!(transforms.sensors_in("os_sensor").is_empty());
         let mut cloud = PointCloud::default();
         SensorFrame::AsIs.place(&mut cloud, "/base_link", &transforms).unwrap();
         assert_eq!(cloud.recorded_sensors, [Vector3::new(1.1, 0.0, 2.0)]);
