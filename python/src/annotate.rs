@@ -31,7 +31,8 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
     text_signature = "(path, out, *, semantics='auto', taxonomy=None, preset='best', voxel=None, \
         angle=None, gap_columns=None, gap_rows=None, min_points=None, bev=None, method=None, \
         rows=None, columns=None, fov=None, sensor_frame='auto', \
-        units=None, min_range=None, max_range=None, crop=None, ego=None, topics=(), \
+        units=None, sensor_origin=(), min_range=None, max_range=None, crop=None, ego=None, \
+        topics=(), \
         from_=None, to=None, objects=None, flavor='auto', compression=None, unchecked=False, \
         assemble=None, only=False, in_place=False, resume=False, force=False, threads=None, \
         progress=None, tolerance=0.01, model_config=None, model_image='auto', \
@@ -42,12 +43,12 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
 /// annotate --json` prints, as a dict.
 ///
 /// path, out: the recording (MCAP), and the annotated one, which appears when it is whole.
-/// semantics, taxonomy, sensor_frame, units, min_range, max_range, crop, ego, tolerance,
-/// model_config, model_image, remission_scale, runtime, onnxruntime, device: as for `frames`;
-/// batch: clouds that go through a network at once. preset, voxel, angle, gap_columns, gap_rows,
-/// min_points, bev, method, rows, columns, fov: as for `cluster`. topics: cloud topics to annotate,
-/// one or several; all if not said. from_, to: leave out messages before the one and from the other
-/// on: seconds from the start (12.5), or text as at the command line ("@1317384506.4",
+/// semantics, taxonomy, sensor_frame, sensor_origin, units, min_range, max_range, crop, ego,
+/// tolerance, model_config, model_image, remission_scale, runtime, onnxruntime, device: as for
+/// `frames`; batch: clouds that go through a network at once. preset, voxel, angle, gap_columns,
+/// gap_rows, min_points, bev, method, rows, columns, fov: as for `cluster`. topics: cloud topics to
+/// annotate, one or several; all if not said. from_, to: leave out messages before the one and from
+/// the other on: seconds from the start (12.5), or text as at the command line ("@1317384506.4",
 /// "2011-09-30T12:28:26Z", "frame:100"). objects: type of the boxes: "markers", "detection3d" or
 /// "autoware"; flavor: "auto" or "foxglove". compression: "zstd", "lz4" or "none"; that of most
 /// chunks of the input if not said. unchecked: take over chunks without clouds unopened. assemble:

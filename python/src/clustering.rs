@@ -131,7 +131,7 @@ pub fn upright(columns: PointColumns, sensor_frame: Option<SensorFrame>) -> PyRe
         Some(SensorFrame::Recorded) => {
             return Err(wrong("sensor_frame", "`tf` is for recordings; give axes or angles"));
         }
-        asked => asked.unwrap_or(SensorFrame::AsIs),
+        asked => asked.unwrap_or_default(),
     };
     asked.place(&mut cloud, "", &Transforms::default()).map_err(raised)?;
     Ok(cloud)

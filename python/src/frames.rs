@@ -311,7 +311,8 @@ const OF_FRAMES: &[&str] =
     signature = (path, topic=None, **parameters),
     text_signature = "(path, topic=None, *, start=0, stop=None, fields=(), semantics='auto', \
         taxonomy=None, rows=None, columns=None, fov=None, sensor_frame='auto', \
-        units=None, min_range=None, max_range=None, crop=None, ego=None, tolerance=0.01, \
+        units=None, sensor_origin=(), min_range=None, max_range=None, crop=None, ego=None, \
+        tolerance=0.01, \
         model_config=None, model_image='auto', remission_scale=None, runtime='auto', \
         onnxruntime=None, device='auto')"
 )]
@@ -325,13 +326,14 @@ const OF_FRAMES: &[&str] =
 /// class_ids if there is one whose ids are believed, else ground removal), "field:NAME",
 /// "onnx:MODEL.onnx", "labels:DIR", "topic:T", "ground" or "all". taxonomy: as for `cluster`; if
 /// not said a network's own, else SemanticKITTI's. sensor_frame: as for `cluster`, or "tf": as the
-/// recorded static transforms have it; "auto": the same where they are there; "none": z up. units:
-/// of the coordinates, "m", "cm" or "mm"; points are in metres. min_range, max_range, crop, ego:
-/// which returns are looked at, as at the command line: metres, and blocks as "-50..50,-20..20,..";
-/// the others become NaN. rows, columns, fov: as for `cluster`, for the image that a network is
-/// given. tolerance: how far the stamps of "labels:" and "topic:" may be from that of their cloud,
-/// seconds. model_config, model_image, remission_scale, runtime, onnxruntime, device: how a network
-/// is run, as at the command line.
+/// recorded static transforms have it; "auto": the same where they are there; "none": z up.
+/// sensor_origin: where the sensor stands, "X,Y,Z" in metres or "TOPIC=X,Y,Z", one or several.
+/// units: of the coordinates, "m", "cm" or "mm"; points are in metres. min_range, max_range, crop,
+/// ego: which returns are looked at, as at the command line: metres, and blocks as
+/// "-50..50,-20..20,.."; the others become NaN. rows, columns, fov: as for `cluster`, for the image
+/// that a network is given. tolerance: how far the stamps of "labels:" and "topic:" may be from
+/// that of their cloud, seconds. model_config, model_image, remission_scale, runtime, onnxruntime,
+/// device: how a network is run, as at the command line.
 ///
 /// A cloud that cannot be read raises `divmerge.Error`; `next` goes on with the one behind it.
 pub fn frames(

@@ -5,9 +5,8 @@ use std::str::FromStr;
 
 use divmerge::Taxonomy;
 use divmerge::annotate::{AnnotateConfig, ObjectOptions, ObjectSource};
-use divmerge::cloud::CloudFrames;
 use divmerge::cloud::sensor_frame::SensorFrame;
-use divmerge::cloud::{Crop, LengthUnit};
+use divmerge::cloud::{CloudFrames, Crop, LengthUnit, SensorOrigin};
 use divmerge::comparison::methods;
 use divmerge::frames::recorded_transforms;
 use divmerge::network::NetworkImage;
@@ -32,6 +31,8 @@ pub struct Parameters {
     pub taxonomy: Option<Py<PyTaxonomy>>,
     /// How the frame of the clouds stands, where that is said.
     pub sensor_frame: Option<SensorFrame>,
+    /// Where sensors stand, where that is said.
+    pub sensor_origins: Vec<SensorOrigin>,
     /// The unit of a recording's clouds, where that is said.
     unit: Option<LengthUnit>,
     /// Which returns of a recording's clouds are looked at.
@@ -59,7 +60,8 @@ pub const ALL: &[&str] = &[
 pub const WITHOUT_CLASSES: &[&str] = ALL.split_at(1).1;
 
 /// Names of those about the coordinates in a recording's clouds.
-pub const COORDINATES: &[&str] = &["units", "min_range", "max_range", "crop", "ego"];
+pub const COORDINATES: &[&str] =
+    &["units", "sensor_origin", "min_range", "max_range", "crop", "ego"];
 
 /// Who cuts objects into instances unless another method is named.
 const OURS: &str = "divide-and-merge";
@@ -105,6 +107,11 @@ impl Parameters {
             "method" => self.method = Some(text(name, value)?),
             "taxonomy" => self.taxonomy = Some(PyTaxonomy::of(value)?),
             "sensor_frame" => self.sensor_frame = Some(parsed(name, value)?),
+            "sensor_origin" => {
+                let each = names(name, value)?.into_iter().map(|text| text.parse());
+                let origins: Result<_, String> = each.collect();
+                self.sensor_origins = origins.map_err(|problem| wrong(name, problem))?;
+            }
             "units" => self.unit = Some(parsed(name, value)?),
             "min_range" => self.crop.min_range = Some(number(name, value)?),
             "max_range" => self.crop.max_range = Some(number(name, value)?),
@@ -157,7 +164,8 @@ impl Parameters {
         let (config, transforms) = opened.map_err(raised)?;
         let pipeline = self.pipeline(&config.taxonomy)?;
         let (unit, crop) = (self.unit, self.crop);
-        let frames = CloudFrames { sensor_frame, transforms, sensor_origins: Vec::new() };
+        let frames =
+            CloudFrames { sensor_frame, transforms, sensor_origins: self.sensor_origins.clone() };
         Ok(AnnotateConfig { pipeline, unit, crop, frames, ..config })
     }
 }

@@ -45,7 +45,8 @@ pub fn plan<'py>(
     text_signature = "(slice, folder, *, input=None, semantics='auto', taxonomy=None, \
         preset='best', voxel=None, angle=None, gap_columns=None, gap_rows=None, min_points=None, \
         bev=None, method=None, rows=None, columns=None, fov=None, sensor_frame='auto', \
-        units=None, min_range=None, max_range=None, crop=None, ego=None, topics=(), \
+        units=None, sensor_origin=(), min_range=None, max_range=None, crop=None, ego=None, \
+        topics=(), \
         from_=None, to=None, objects=None, flavor='auto', compression=None, unchecked=False, \
         only=False, in_place=False, resume=False, force=False, threads=None, progress=None, \
         tolerance=0.01, model_config=None, model_image='auto', remission_scale=None, batch=None, \

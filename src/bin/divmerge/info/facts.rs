@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use divmerge::annotate::{AnnotateConfig, Decoded};
-use divmerge::cloud::{CloudFrames, Crop, LengthUnit};
+use divmerge::cloud::up::{Axis, unusual_up};
+use divmerge::cloud::{CloudFrames, Crop, LengthUnit, PointCloud, wide};
 use divmerge::frames::EncodedCloud;
 use divmerge::messages::clouds::PointField;
 use divmerge::range_image::{Geometry, ProjectionParams, RangeImage};
@@ -64,13 +65,15 @@ pub struct CloudFacts {
     pub point_step: u32,
     pub fields: Vec<String>,
     /// Least and greatest x, y and z of the returns, metres, in the frame turned upright.
-    pub limits: [[f32; 2]; 3],
+    pub limits: [[f64; 2]; 3],
     /// Whether the coordinates are too large to be in metres.
     pub immense: bool,
     #[serde(flatten)]
     pub geometry: Geometry,
     /// The ground, if one was found.
     pub ground: Option<GroundPose>,
+    /// The `--sensor-frame` under which much more level ground lies, if there is one.
+    pub upright_frame: Option<&'static str>,
     /// Roll, pitch and yaw by which the cloud was rotated, degrees; `None` if it was not.
     pub turned_degrees: Option<[f64; 3]>,
     pub auto: String,
@@ -92,15 +95,11 @@ pub fn cloud_facts(
     };
     method.pipeline.projection = options.projection.clone();
     let Decoded { cloud, semantics, odd_field, .. } = method.decode(&wire, &encoded.key(&wire))?;
-    let limits = |axis: &[f32]| {
-        let returns = (0..cloud.len()).filter(|&point| cloud.is_return(point));
-        returns.fold([f32::INFINITY, f32::NEG_INFINITY], |[least, most], point| {
-            [least.min(axis[point]), most.max(axis[point])]
-        })
-    };
-    let limits = [limits(&cloud.x), limits(&cloud.y), limits(&cloud.z)];
     let is_immense = options.unit.is_none() && cloud.immense_extent().is_some();
     let image = RangeImage::new(&cloud, &options.projection);
+    let ground = ground::pose(&cloud, &image, &GroundParams::default());
+    let is_doubtful = !cloud.is_z_up && ground.is_none_or(|ground| ground.is_overhead);
+    let upright_frame = is_doubtful.then(|| unusual_up(&cloud)).flatten().map(Axis::sensor_frame);
     let describe = |field: &PointField| {
         let count = if field.count == 1 { String::new() } else { format!("[{}]", field.count) };
         let datatype = format!("{:?}", field.datatype).to_lowercase();
@@ -114,12 +113,26 @@ pub fn cloud_facts(
         width: wire.width,
         point_step: wire.point_step,
         fields: wire.fields.iter().map(describe).collect(),
-        limits,
+        limits: limits(&cloud),
         immense: is_immense,
         geometry: Geometry::new(&cloud, &image),
-        ground: ground::pose(&cloud, &image, &GroundParams::default()),
+        ground,
+        upright_frame,
         turned_degrees: is_turned.then(|| [roll, pitch, yaw].map(f64::to_degrees)),
         auto: semantics,
         auto_note: odd_field.map(|odd| odd.describe()),
     })
+}
+
+/// Least and most of each coordinate of the returns in the recording's frame, metres.
+fn limits(cloud: &PointCloud) -> [[f64; 2]; 3] {
+    let mut limits = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+    for point in (0..cloud.len()).filter(|&point| cloud.is_return(point)) {
+        let recorded = cloud.recorded(wide(cloud.position(point)));
+        for ([least, most], along) in limits.iter_mut().zip(recorded) {
+            let metres = along / cloud.unit.per_metre();
+            (*least, *most) = (least.min(metres), most.max(metres));
+        }
+    }
+    limits
 }

@@ -81,19 +81,18 @@ fn sensor_lines(sensor: &BandGeometry, is_one_of_several: bool) -> Vec<String> {
         .map_or(String::new(), |[least, most]| format!(", {least:.2} to {most:.2} degrees apart"));
     let [upper, lower] = sensor.elevation_degrees;
     let rows = if sensor.projection == Projection::UniformElevation { "rows" } else { "beams" };
+    let [start, width] = sensor.azimuth_degrees;
+    let around = match sensor.closes {
+        true => "all round".to_owned(),
+        false => {
+            format!("{width:.0} degrees of azimuth, from {start:.0} to {:.0}", start + width)
+        }
+    };
     lines.push(format!(
         "{} {rows} with returns from {upper:+.1} to {lower:+.1} degrees{spacing}; a shot every \
-         {:.3} degrees",
+         {:.3} degrees, {around}",
         sensor.beams, sensor.column_degrees
     ));
-    let [start, width] = sensor.azimuth_degrees;
-    lines.push(match sensor.closes {
-        true => "the scan covers the full circle".to_owned(),
-        false => format!(
-            "the scan covers {width:.0} degrees of azimuth, from {start:.0} to {:.0} degrees",
-            start + width
-        ),
-    });
     lines.extend(sensor.stands.map(|[x, y, z, lean]| {
         format!(
             "sensor at {x:.2}, {y:.2}, {z:.2} m in the cloud's frame, axis {lean:.1} degrees from \
@@ -138,6 +137,12 @@ fn turned(cloud: &CloudFacts) -> Option<String> {
 }
 
 fn ground(cloud: &CloudFacts) -> String {
+    if let Some(frame) = cloud.upright_frame {
+        return format!(
+            "warning: the largest level surface lies under another axis than z: --sensor-frame \
+             {frame} turns such a frame upright"
+        );
+    }
     match cloud.ground {
         None => "no ground found around the sensor: the up direction is unknown".to_owned(),
         Some(pose) if pose.is_overhead => {
@@ -159,8 +164,10 @@ fn ground(cloud: &CloudFacts) -> String {
 fn overrides(geometry: &Geometry) -> &'static str {
     match geometry.projection {
         Projection::Organised | Projection::OrganisedTransposed => {
-            "to change this: --sensor-frame (rows and columns are the cloud's own)"
+            "to change this: --sensor-frame, --sensor-origin (rows and columns are the cloud's own)"
         }
-        _ => "to change this: --rows N, --columns N, --fov UP,DOWN, --sensor-frame",
+        _ => {
+            "to change this: --rows N, --columns N, --fov UP,DOWN, --sensor-frame, --sensor-origin"
+        }
     }
 }

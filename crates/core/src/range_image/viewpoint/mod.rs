@@ -67,7 +67,7 @@ pub(super) fn find(cloud: &PointCloud, image: &RangeImage) -> Option<Viewpoint> 
         return Some(of_beams(view));
     }
     let positions = positions(cloud, POSITIONS);
-    let elsewhere = Elsewhere::of(cloud, &positions)?;
+    let elsewhere = Elsewhere::of(cloud, image, &positions)?;
     let searched = || {
         search::search(&positions).find_map(|place| {
             let view = View::upright(place.cast());
@@ -88,7 +88,8 @@ enum Elsewhere {
     OverGround,
     /// Nothing was measured near the origin; the returns are most even from this place.
     Far(Vector3<f32>),
-    /// From there the returns crowd in some directions; they are more even from this place.
+    /// From there the returns crowd in some directions, or stand behind each other; they are more
+    /// even from this place.
     Uneven(Vector3<f32>),
     /// The frame is no sensor's by its name, and the recording has one elsewhere.
     Recorded,
@@ -96,7 +97,7 @@ enum Elsewhere {
 
 impl Elsewhere {
     /// `None` where nothing speaks against the origin.
-    fn of(cloud: &PointCloud, positions: &[Vector3<f32>]) -> Option<Elsewhere> {
+    fn of(cloud: &PointCloud, image: &RangeImage, positions: &[Vector3<f32>]) -> Option<Elsewhere> {
         /// Fewer positions do not tell.
         const FEWEST: usize = 64;
         /// Distance across the ground within which a sensor has returns, metres, and their share.
@@ -110,8 +111,14 @@ impl Elsewhere {
         /// since the best place is then amid the points.
         const UNEVEN: f32 = 0.35;
         const UNEVEN_SECTOR: f32 = 1.7;
+        /// Where returns fall on pixels by chance, a fifth share one; more share one where walls stand
+        /// behind walls.
+        const STACKED: f64 = 0.3;
         if positions.len() < FEWEST {
             return None;
+        }
+        if cloud.offset != [0.0; 3] {
+            return search::start(positions).map(Elsewhere::Far);
         }
         if is_on_ground(cloud) {
             return Some(Elsewhere::OverGround);
@@ -123,7 +130,11 @@ impl Elsewhere {
         if is_far || looks_round {
             let place = search::start(positions)?;
             let unevenness = search::unevenness(positions, &place);
-            if looks_round && unevenness > UNEVEN {
+            let is_stacked = || {
+                let returns = (0..cloud.len()).filter(|&point| cloud.is_return(point)).count();
+                image.shadowed_count() as f64 > STACKED * returns as f64
+            };
+            if looks_round && (unevenness > UNEVEN || is_stacked()) {
                 return Some(Elsewhere::Uneven(place));
             }
             if is_far && unevenness > UNEVEN_SECTOR {
