@@ -11,7 +11,7 @@ mod cones;
 mod lines;
 mod search;
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::coverage;
 use super::evidence::Evidence;
@@ -227,29 +227,51 @@ fn position(cloud: &PointCloud, point: usize) -> Vector3<f64> {
     Vector3::from(wide(cloud.position(point)))
 }
 
-/// Whether the origin of a cloud's frame lies on the ground, as those of vehicles do: in most
-/// square metres around it the lowest return lies at its height, where no sensor could see it.
+/// Whether the origin of a cloud's frame lies on the ground, as those of vehicles do: the plane
+/// through the lowest returns of most square metres around it passes through it, where no sensor
+/// could see it.
 fn is_on_ground(cloud: &PointCloud) -> bool {
     const FEWEST_CELLS: usize = 32;
     const ON_GROUND: f64 = 0.3;
+    /// Fits, each to what lies within a band of the one before, metres; most cells must be left.
+    const BANDS: [f64; 3] = [1.0, 0.5, 0.3];
     let mut cells = lowest(cloud);
-    cells.len() >= FEWEST_CELLS && median(&mut cells).is_some_and(|h| h.abs() < ON_GROUND)
+    let count = cells.len();
+    if count < FEWEST_CELLS {
+        return false;
+    }
+    let heights = &mut cells.iter().map(|at| at.z).collect::<Vec<f64>>();
+    let mut plane = Vector3::new(median(heights).unwrap_or(0.0), 0.0, 0.0);
+    for band in BANDS {
+        let over = |at: &Vector3<f64>| at.z - plane.dot(&Vector3::new(1.0, at.x, at.y));
+        cells.retain(|at| over(at).abs() < band);
+        let (mut normal, mut right) = (Matrix3::identity() * 1e-6, Vector3::zeros());
+        for at in &cells {
+            let row = Vector3::new(1.0, at.x, at.y);
+            normal += row * row.transpose();
+            right += row * at.z;
+        }
+        plane = normal.cholesky().map_or(plane, |solve| solve.solve(&right));
+    }
+    2 * cells.len() > count && plane.x.abs() < ON_GROUND
 }
 
 /// The lowest return of each square metre around the origin that has one.
-fn lowest(cloud: &PointCloud) -> Vec<f64> {
+fn lowest(cloud: &PointCloud) -> Vec<Vector3<f64>> {
     const AROUND: f32 = 16.0;
     const SIDE: usize = 32;
-    let mut lowest = [f64::INFINITY; SIDE * SIDE];
+    let mut lowest: [Option<Vector3<f64>>; SIDE * SIDE] = [None; SIDE * SIDE];
     for point in (0..cloud.len()).filter(|&point| cloud.is_return(point)) {
         let [x, y, z] = cloud.position(point);
         if x.abs() < AROUND && y.abs() < AROUND {
             let [row, column] = [x, y].map(|along| ((along + AROUND) as usize).min(SIDE - 1));
             let lowest = &mut lowest[row * SIDE + column];
-            *lowest = lowest.min(f64::from(z));
+            if lowest.is_none_or(|lowest| f64::from(z) < lowest.z) {
+                *lowest = Some(Vector3::new(x, y, z).cast());
+            }
         }
     }
-    lowest.into_iter().filter(|z| z.is_finite()).collect()
+    lowest.into_iter().flatten().collect()
 }
 
 #[cfg(test)]
