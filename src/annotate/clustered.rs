@@ -160,7 +160,7 @@ fn viewpoint_remark(stages: &Stages) -> Option<(&'static str, String)> {
     let assumed = stages.image.bands.iter().find(|band| band.evidence == Evidence::Assumed)?;
     let [x, y, z] = assumed.sensor.translation.vector.into();
     let problem = format!(
-        "the frame's origin is not where the sensor stands, and the points do not show where it \
+        "the frame's origin is hardly where the sensor stands, and the points do not show where it \
          does: seen from {x:.1}, {y:.1}, {z:.1} m. `--sensor-origin X,Y,Z` says where it stands"
     );
     Some(("from an unknown place", problem))

@@ -177,7 +177,13 @@ impl Trial {
         let frame = Drive::new(self.sensor, self.scene, self.number % 7).frame(3);
         let control = Scores::of(&frame, &clustered(&frame, "lidar", None));
         let (altered, pose) = self.altered(&frame);
-        let frame_id = if self.frame == Frame::Optical { "front_optical" } else { "lidar" };
+        let frame_id = match self.frame {
+            Frame::Sensor => "lidar",
+            Frame::Foot | Frame::FootGiven => "base_footprint",
+            Frame::Axle => "rear_axle",
+            Frame::Map => "map",
+            Frame::Optical => "front_optical",
+        };
         let given = (self.frame == Frame::FootGiven).then(|| pose.translation.vector.into());
         let found = clustered(&altered, frame_id, given);
         let scores = Scores::of(&altered, &found);

@@ -53,6 +53,9 @@ pub struct PointColumns {
     pub sensor_origin: Option<Vector3<f64>>,
     /// Where sensors stand in this cloud's frame by the recording's transforms, metres.
     pub recorded_sensors: Vec<Vector3<f64>>,
+    /// Whether the frame is a vehicle's or a map's by its name, so that the sensor hardly stands at
+    /// its origin.
+    pub is_named_elsewhere: bool,
     /// Rows of an organised cloud, else 1.
     pub height: usize,
     /// Columns of an organised cloud, else N.
@@ -196,10 +199,16 @@ impl PointCloud {
         self.columns.turned = by * self.turned;
     }
 
-    /// Sets what is known of the cloud's frame: whether z is up for certain, and where the
-    /// recording has sensors, metres in the recording's frame.
-    pub(crate) fn set_frame(&mut self, is_z_up: bool, recorded_sensors: &[Vector3<f64>]) {
+    /// Sets what is known of the cloud's frame: whether z is up for certain, where the recording has
+    /// sensors, metres in the recording's frame, and whether its name is a vehicle's or a map's.
+    pub(crate) fn set_frame(
+        &mut self,
+        is_z_up: bool,
+        recorded_sensors: &[Vector3<f64>],
+        is_named_elsewhere: bool,
+    ) {
         self.columns.is_z_up = is_z_up;
+        self.columns.is_named_elsewhere = is_named_elsewhere;
         self.columns.recorded_sensors =
             recorded_sensors.iter().map(|&at| self.metres_from_recorded(at)).collect();
     }

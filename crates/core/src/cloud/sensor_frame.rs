@@ -42,6 +42,10 @@ pub const VEHICLE_FRAMES: [&str; 9] = [
     "car",
 ];
 
+/// Names of frames that stand still while the vehicle moves, in ROS's and others' customs.
+const MAP_FRAMES: [&str; 9] =
+    ["map", "odom", "world", "earth", "utm", "global", "local", "enu", "camera_init"];
+
 impl SensorFrame {
     /// Turns a cloud upright, and gives it what is known of its frame: whether z is up for certain,
     /// and where the recording has sensors.
@@ -79,7 +83,7 @@ impl SensorFrame {
         if let Some(leaning) = up.filter(|up| up.angle(&Vector3::z()) > LEAST_LEAN) {
             cloud.turn(upright(&leaning));
         }
-        cloud.set_frame(up.is_some(), &transforms.sensors_in(frame_id));
+        cloud.set_frame(up.is_some(), &transforms.sensors_in(frame_id), is_elsewhere(frame_id));
         Ok(())
     }
 }
@@ -275,6 +279,12 @@ impl Transforms {
             some => some,
         }
     }
+}
+
+/// Whether a frame is a vehicle's or a map's by its name, where no sensor stands at the origin.
+fn is_elsewhere(frame: &str) -> bool {
+    let name = frame.trim_start_matches('/');
+    VEHICLE_FRAMES.contains(&name) || MAP_FRAMES.contains(&name)
 }
 
 /// Whether a frame is that of a sensor by its name.

@@ -137,7 +137,7 @@ impl BandGeometry {
             elevation_degrees: limits.map(f64::to_degrees),
             azimuth_degrees: [start, width].map(f64::to_degrees),
             closes: width >= std::f64::consts::TAU,
-            stands: (!band.is_at_origin())
+            stands: (!band.is_at_origin() || band.evidence != Evidence::Origin)
                 .then(|| [origin.x, origin.y, origin.z, lean.to_degrees()]),
             evidence: band.evidence,
         }

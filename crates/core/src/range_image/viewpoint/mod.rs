@@ -79,7 +79,7 @@ pub(super) fn find(cloud: &PointCloud, image: &RangeImage) -> Option<Viewpoint> 
         .or_else(|| beams_from(elsewhere.starts(), &by_rows))
         .or_else(searched)
         .map(of_beams)
-        .or_else(|| elsewhere.assumed(&cloud.recorded_sensors))
+        .or_else(|| elsewhere.assumed(cloud))
 }
 
 /// Why the sensor may not stand at the origin.
@@ -91,8 +91,8 @@ enum Elsewhere {
     /// From there the returns crowd in some directions, or stand behind each other; they are more
     /// even from this place.
     Uneven(Vector3<f32>),
-    /// The frame is no sensor's by its name, and the recording has one elsewhere.
-    Recorded,
+    /// The frame is no sensor's by its name, or the recording has its only sensor elsewhere.
+    Named,
 }
 
 impl Elsewhere {
@@ -141,7 +141,7 @@ impl Elsewhere {
                 return Some(Elsewhere::Far(place));
             }
         }
-        (cloud.recorded_sensors.len() == 1).then_some(Elsewhere::Recorded)
+        (cloud.is_named_elsewhere || cloud.recorded_sensors.len() == 1).then_some(Elsewhere::Named)
     }
 
     /// Places where the sensor may stand, for rows to be fitted from. The directions say little of
@@ -149,7 +149,7 @@ impl Elsewhere {
     fn starts(&self) -> impl Iterator<Item = Vector3<f64>> {
         let place = match self {
             Elsewhere::Far(place) | Elsewhere::Uneven(place) => Some(*place),
-            Elsewhere::OverGround | Elsewhere::Recorded => None,
+            Elsewhere::OverGround | Elsewhere::Named => None,
         };
         let heights = (-8..=2).map(f64::from);
         place.into_iter().flat_map(move |place| {
@@ -158,15 +158,16 @@ impl Elsewhere {
     }
 
     /// Where to look from, for want of better: where the recording has its only sensor, a car's
-    /// roof over a frame on the ground, or the place from which the returns are even. `None` for
-    /// the origin, against which too little speaks.
-    fn assumed(&self, recorded: &[Vector3<f64>]) -> Option<Viewpoint> {
+    /// roof over a frame on the ground, the place from which the returns are even, or the origin
+    /// all the same. `None` for the origin where too little speaks against it to be said.
+    fn assumed(&self, cloud: &PointCloud) -> Option<Viewpoint> {
         const ROOF: f64 = 1.8;
-        let (origin, evidence) = match (recorded, self) {
+        let (origin, evidence) = match (&cloud.recorded_sensors[..], self) {
             ([only], _) => (*only, Evidence::Recorded),
             (_, Elsewhere::OverGround) => (Vector3::z() * ROOF, Evidence::Assumed),
             (_, Elsewhere::Far(place)) => (place.cast(), Evidence::Assumed),
-            (_, Elsewhere::Uneven(_) | Elsewhere::Recorded) => return None,
+            _ if cloud.is_named_elsewhere => (Vector3::zeros(), Evidence::Assumed),
+            _ => return None,
         };
         Some(Viewpoint { sensor: View::upright(origin).pose(), evidence })
     }

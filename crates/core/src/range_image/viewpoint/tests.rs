@@ -100,7 +100,7 @@ fn without_beams_a_frame_on_the_ground_is_seen_from_a_roof() {
         let place = found(&cloud).map(|found| (found.evidence, found.sensor.translation.z));
         let assumed = (sensor == Sensor::M1).then_some((Evidence::Assumed, 1.8));
         assert_eq!(place, assumed, "{sensor}: the other sees no ground near the origin");
-        cloud.set_frame(true, &[Vector3::new(0.3, 0.0, 2.0)]);
+        cloud.set_frame(true, &[Vector3::new(0.3, 0.0, 2.0)], true);
         let place = found(&cloud).map(|found| (found.evidence, found.sensor.translation.z));
         assert_eq!(place, Some((Evidence::Recorded, 2.0)), "{sensor}");
     }
