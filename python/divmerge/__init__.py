@@ -67,3 +67,5 @@ class Reason(IntEnum):
     """An object pixel that no seed reached."""
     TOO_SMALL = 6
     """Its instance had fewer pixels than the minimum."""
+    CROPPED = 7
+    """The point was left out by its place: too near, too far, outside or inside a block."""
