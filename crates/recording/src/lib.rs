@@ -82,6 +82,7 @@ mod encode;
 mod error;
 mod fields;
 mod file_kind;
+mod file_id;
 mod filter;
 mod index;
 mod input;
@@ -121,7 +122,11 @@ pub use input::Fetched;
 pub use names::checksum;
 pub use overview::Overview;
 pub use part::{Item, Part, SourceChunk};
-pub use partial::{PartialFile, abandon_partial_files, write_file};
+pub use file_id::{is_at, is_same_file};
+pub use partial::{
+    PartialFile, abandon_partial_files, check_folder, check_output, create_hidden, lock_left,
+    open_left, write_file,
+};
 pub use reader::{ReadTimes, RecordingReader};
 pub use record::{Position, Record, Schema};
 pub use shared_bytes::SharedBytes;
