@@ -302,7 +302,8 @@ fn put(partial: TempPath, lock: &File, output: &Path, force: bool) -> Result<()>
     // Only where a file system has no locks, or someone moved files by hand.
     if !is_at(lock, &partial) {
         let _ = partial.keep();
-        let problem = "the file being written was replaced by another one; nothing was put in place";
+        let problem =
+            "the file being written was replaced by another one; nothing was put in place";
         return Err(Error::io(output)(io::Error::other(problem)));
     }
     let partial = match force {

@@ -17,7 +17,7 @@ use crate::arguments::objects::ObjectArguments;
 use crate::arguments::truth::{TruthArguments, with_hint};
 use crate::arguments::values::{find, positive};
 use crate::exit::Outcome;
-use crate::output::{chart_or_table, refuse_existing};
+use crate::output::{Outputs, chart_or_table};
 use crate::progress::frame_bar;
 use crate::table::{measurements, write_measurements};
 use crate::text::{counted, peak_memory};
@@ -148,9 +148,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         return Ok(Outcome::Done);
     }
     arguments.boxes.source(contenders.contains(&Contender::Method(BOXES)))?;
-    for output in &arguments.output {
-        refuse_existing(output, arguments.force)?;
-    }
+    let inputs = arguments.truth.clouds.files().chain(arguments.objects.files());
+    let outputs = Outputs::new(inputs.chain(arguments.boxes.files()), arguments.force)
+        .files(&arguments.output)?;
     let rows = (0..contenders.len()).map(measure_apart).collect::<Result<Vec<Row>>>()?;
     let cells = rows.iter().map(|row| vec![row.method.clone()]);
     let mut table = measurements(&["method"], cells.zip(rows.iter().map(|row| &row.measured)));
@@ -160,7 +160,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let title =
         format!("{} on {}", counted(rows.len() as u64, "method"), counted(clouds as u64, "cloud"));
     let charts = || (title.clone(), charts(&rows));
-    write_measurements(&arguments.output, &rows, &table, charts, arguments.force)?;
+    write_measurements(&outputs, &rows, &table, charts)?;
     Ok(Outcome::Done)
 }
 

@@ -33,6 +33,18 @@ impl Outcome {
 #[error("{1}")]
 pub struct WrongUsage(pub ErrorKind, pub String);
 
+/// An output that a command may not write, and what to do instead.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct RefusedOutput(pub String);
+
+impl RefusedOutput {
+    /// From an error of a check.
+    pub fn of(error: recording::Error) -> Self {
+        RefusedOutput(error.to_string())
+    }
+}
+
 /// A feature that this binary was built without.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
@@ -58,7 +70,7 @@ fn code_of(error: &anyhow::Error) -> u8 {
     match error.downcast_ref::<divmerge::Error>() {
         Some(divmerge::Error::Interrupted { .. } | divmerge::Error::Left { .. }) => INTERRUPTED,
         Some(divmerge::Error::Recording(error)) => code_of_recording(error),
-        _ if error.is::<NotBuilt>() => WRONG_USAGE,
+        _ if error.is::<NotBuilt>() || error.is::<RefusedOutput>() => WRONG_USAGE,
         _ => error.downcast_ref().map_or(FAILED, code_of_recording),
     }
 }

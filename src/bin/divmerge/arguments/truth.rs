@@ -1,6 +1,6 @@
 //! Clouds with truth, for the commands that score something.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow};
 use clap::Args;
@@ -47,6 +47,11 @@ pub struct CloudArguments {
 }
 
 impl CloudArguments {
+    /// The files and folders that are read.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        std::iter::once(self.input.as_path()).chain(self.truth.labels.as_deref())
+    }
+
     /// Opens the clouds, with the columns that the method needs.
     pub fn open(&self, method: &AnnotateConfig) -> Result<LabelledFrames> {
         let options = LabelledOptions {

@@ -13,7 +13,7 @@ use super::arguments::Arguments;
 use super::scores::{print, refuse};
 use crate::annotated::{annotated, find_annotated};
 use crate::exit::error_chain;
-use crate::output::write_json;
+use crate::output::OutputFile;
 use crate::progress::frame_bar;
 use crate::text::counted;
 
@@ -35,7 +35,12 @@ struct TopicScores {
     figures: Scores,
 }
 
-pub fn run(arguments: &Arguments, input: &Path, metrics: &MetricSet) -> Result<()> {
+pub fn run(
+    arguments: &Arguments,
+    input: &Path,
+    metrics: &MetricSet,
+    json: Option<&OutputFile>,
+) -> Result<()> {
     let topics = topics(arguments, input)?;
     let (mut scored, mut problems) = (Vec::new(), Vec::new());
     for topic in topics {
@@ -48,7 +53,7 @@ pub fn run(arguments: &Arguments, input: &Path, metrics: &MetricSet) -> Result<(
         print!("{blank}{topic}: ");
         print(figures);
     }
-    if let Some(path) = &arguments.json {
+    if let Some(json) = json {
         let value = RecordingScores {
             input,
             labels: arguments.of_recording.labels.as_ref(),
@@ -56,7 +61,7 @@ pub fn run(arguments: &Arguments, input: &Path, metrics: &MetricSet) -> Result<(
             min_points: metrics.min_points,
             topics: scored,
         };
-        write_json(path, &value, true)?;
+        json.write_json(&value)?;
     }
     Ok(())
 }
