@@ -16,7 +16,7 @@ use crate::arguments::method::{BOXES, DIVIDE_AND_MERGE, METHODS, PRESETS};
 use crate::arguments::objects::ObjectArguments;
 use crate::arguments::truth::{TruthArguments, with_hint};
 use crate::arguments::values::{find, positive};
-use crate::exit::Outcome;
+use crate::exit::{NotThere, Outcome, WRONG_USAGE};
 use crate::output::{Outputs, chart_or_table};
 use crate::progress::frame_bar;
 use crate::table::{measurements, write_measurements};
@@ -186,6 +186,9 @@ fn measure_apart(place: usize) -> Result<Row> {
     let mut again = Command::new(std::env::current_exe()?);
     again.args(std::env::args_os().skip(1)).arg("--one").arg(place.to_string());
     let output = again.stdout(Stdio::piped()).stderr(Stdio::inherit()).output()?;
+    if output.status.code() == Some(i32::from(WRONG_USAGE)) {
+        return Err(NotThere("nothing was compared".to_owned()).into());
+    }
     if !output.status.success() {
         bail!("nothing was compared");
     }

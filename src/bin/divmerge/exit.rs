@@ -9,7 +9,8 @@ use divmerge::recording;
 /// A process that Ctrl-C ended.
 pub const INTERRUPTED: u8 = 130;
 const FAILED: u8 = 1;
-const WRONG_USAGE: u8 = 2;
+/// Arguments that cannot be.
+pub const WRONG_USAGE: u8 = 2;
 const INCOMPLETE: u8 = 3;
 
 /// How a command that did not fail ended.
@@ -45,6 +46,11 @@ impl RefusedOutput {
     }
 }
 
+/// Arguments that name what the input does not have.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct NotThere(pub String);
+
 /// A feature that this binary was built without.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
@@ -69,8 +75,11 @@ pub fn exit_code(result: anyhow::Result<Outcome>, command: impl FnOnce() -> Comm
 fn code_of(error: &anyhow::Error) -> u8 {
     match error.downcast_ref::<divmerge::Error>() {
         Some(divmerge::Error::Interrupted { .. } | divmerge::Error::Left { .. }) => INTERRUPTED,
+        Some(divmerge::Error::NoCloud { problem, .. }) if problem.is_of_arguments() => WRONG_USAGE,
         Some(divmerge::Error::Recording(error)) => code_of_recording(error),
-        _ if error.is::<NotBuilt>() || error.is::<RefusedOutput>() => WRONG_USAGE,
+        _ if error.is::<NotBuilt>() || error.is::<RefusedOutput>() || error.is::<NotThere>() => {
+            WRONG_USAGE
+        }
         _ => error.downcast_ref().map_or(FAILED, code_of_recording),
     }
 }

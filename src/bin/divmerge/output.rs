@@ -10,7 +10,8 @@ use divmerge::datasets::bag::{Bag, METADATA_FILE};
 use divmerge::datasets::semantic_kitti::write_labels;
 use divmerge::recording::address::is_remote;
 use divmerge::recording::{
-    Overview, PartialFile, STANDARD_STREAM, check_folder, check_output, is_same_file, write_file,
+    Overview, PartialFile, STANDARD_STREAM, check_folder, check_output, is_same_file, open_left,
+    write_file,
 };
 use divmerge::view::{self, Canvas};
 use serde::Serialize;
@@ -85,6 +86,8 @@ impl<'a> Outputs<'a> {
             return refuse("exists; use --force to replace it");
         }
         check_output(path, force).map_err(RefusedOutput::of)?;
+        // Something planted under the name that it has until it is complete.
+        open_left(&PartialFile::name_for(path)).map_err(RefusedOutput::of)?;
         match self.known.insert(place(path)) {
             true => Ok(OutputFile { path: path.to_owned(), force }),
             false => refuse("is the name of two outputs; give each its own"),

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use clap::Args;
 use divmerge::annotate::{AnnotateConfig, Semantics};
 use divmerge::error::{Error, FrameError};
@@ -11,6 +11,7 @@ use divmerge::frames::{LabelledFrames, LabelledOptions, SeenClasses, TruthSource
 use divmerge::recording::MessageRange;
 
 use super::values::frames;
+use crate::exit::NotThere;
 
 /// Clouds with truth, and the minimum size of objects that count.
 #[derive(Args)]
@@ -76,13 +77,16 @@ impl CloudArguments {
     }
 }
 
+/// Where truth can be.
+pub const TRUTH_HINT: &str = "\n  name the fields with --true-class-field and \
+                              --true-instance-field, or a folder of label files with --labels";
+
 /// Adds where truth can be to an error about missing truth.
 pub fn with_hint(error: Error) -> anyhow::Error {
     match error {
-        Error::Unreadable { problem: FrameError::MissingField { .. }, .. } => anyhow!(
-            "{error}\n  name the fields with --true-class-field and --true-instance-field, or a \
-             folder of label files with --labels"
-        ),
+        Error::Unreadable { problem: FrameError::MissingField { .. }, .. } => {
+            NotThere(format!("{error}{TRUTH_HINT}")).into()
+        }
         error => error.into(),
     }
 }
