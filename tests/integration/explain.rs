@@ -260,7 +260,7 @@ fn pictures_are_the_same_twice_and_existing_ones_stay() {
     let info = reader.info();
     assert!(info.width == 2000 && info.height > 1000, "{} x {}", info.width, info.height);
 
-    assert_eq!(draw("once.png", &[]).0.status.code(), Some(1));
+    assert_eq!(draw("once.png", &[]).0.status.code(), Some(2));
     let (again, path) = draw("once.png", &["--force", "--json"]);
     assert!(serde_json::from_slice::<serde_json::Value>(&again.stdout).is_ok());
     assert!(bytes == std::fs::read(path).expect("a picture"), "the same bytes twice");

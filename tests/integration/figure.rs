@@ -140,7 +140,7 @@ fn steps_and_video_are_numbered() {
     assert_eq!(size(1), size(2));
     assert!(!video.join("frame_000000.png").exists());
     let done = figure(&[&arguments[..], &["mask"]].concat());
-    assert_eq!(done.status.code(), Some(1));
+    assert_eq!(done.status.code(), Some(2));
     assert!(text(&done.stderr).contains("--force"), "{}", text(&done.stderr));
 }
 
@@ -213,7 +213,7 @@ fn bad_input_is_told() {
     }
     std::fs::write(output, "mine").expect("written");
     let refused = figure(&whole);
-    assert_eq!(refused.status.code(), Some(1));
+    assert_eq!(refused.status.code(), Some(2));
     assert!(text(&refused.stderr).contains("--force"), "{}", text(&refused.stderr));
     assert_eq!(std::fs::read(output).expect("kept"), b"mine");
 }

@@ -68,7 +68,7 @@ fn two_recordings_of_one_name_are_refused() {
     std::fs::copy(&drives[0], &twin).expect("copied");
     let out = folder.path().join("out");
     let refused = divmerge(&["annotate", path(&drives[0]), path(&twin), "-o", path(&out)]);
-    assert_eq!(refused.status.code(), Some(1));
+    assert_eq!(refused.status.code(), Some(2));
     assert!(
         text(&refused.stderr).contains("would both be written to"),
         "{}",

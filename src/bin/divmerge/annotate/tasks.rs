@@ -35,11 +35,11 @@ impl Tasks {
         match inputs {
             [input] if is_stream(input) || !input.is_dir() => tasks.add_single(input, output)?,
             inputs => {
-                refuse_file(output)?;
                 tasks.has_folder = true;
                 for input in inputs {
                     tasks.add(input, output, inputs.len() == 1)?;
                 }
+                refuse_file(output)?;
             }
         }
         tasks.refuse_same_output()?;
@@ -86,16 +86,16 @@ impl Tasks {
         Ok(())
     }
 
-    fn refuse_same_output(&self) -> Result<()> {
+    fn refuse_same_output(&self) -> Result<(), RefusedOutput> {
         let mut inputs = BTreeMap::new();
         for Task { input, output } in &self.tasks {
             if let Some(other) = inputs.insert(output, input) {
-                bail!(
+                return Err(RefusedOutput(format!(
                     "{} and {} would both be written to {}; give them different folders",
                     other.display(),
                     input.display(),
                     output.display()
-                );
+                )));
             }
         }
         Ok(())
