@@ -1,5 +1,5 @@
-//! Options that no cloud of a recording can satisfy. They are refused before a run begins: else each
-//! cloud would fail on its own, or nothing would be annotated in silence.
+//! Options that no cloud of a recording can satisfy. They are refused before a run begins: else
+//! each cloud would fail on its own, or nothing would be annotated in silence.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

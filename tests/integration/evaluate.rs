@@ -42,7 +42,7 @@ fn a_perfect_prediction_and_one_in_halves() {
     assert_eq!(read()["classes"][0]["pq"], 1.0);
     let halves: Vec<u32> = [vec![10 | 1 << 16; 30], vec![10 | 2 << 16; 30], vec![40; 100]].concat();
     write(p.path(), "predictions", "000001", &halves);
-    let (code, _, errors) = evaluate(t.path(), p.path(), &["--json", path(&json)]);
+    let (code, _, errors) = evaluate(t.path(), p.path(), &["--json", path(&json), "--force"]);
     assert_eq!(code, Some(0), "{errors}");
     // One car found, one missed; halves of 30 points are not spurious, and with --min-points 1 they
     // are.
@@ -129,7 +129,7 @@ fn a_recording_scores_as_its_label_files_do() {
     let labels = export(&input, "labels", &[&["--topic", "/lidar/points"], &fields[..]].concat());
     let json = folder.path().join("figures.json");
     let figures = |arguments: &[&str]| -> serde_json::Value {
-        let done = divmerge(&[&["evaluate", "--json", path(&json)], arguments].concat());
+        let done = divmerge(&[&["evaluate", "--force", "--json", path(&json)], arguments].concat());
         assert!(done.status.success(), "{}", text(&done.stderr));
         serde_json::from_str(&std::fs::read_to_string(&json).expect("figures")).expect("JSON")
     };

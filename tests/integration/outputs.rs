@@ -64,10 +64,16 @@ fn no_command_writes_over_its_input() {
     std::fs::write(&scan, "a scan").expect("written");
     let said = refused(&["convert", "folder", path(&scans), "-o", path(&scan), "--force"]);
     assert!(said.contains("written as MCAP"), "{said}");
-    let odd = scans.join("0");
-    std::fs::write(&odd, "a scan").expect("written");
-    let said = refused(&["convert", "folder", path(&scans), "-o", path(&odd), "--force"]);
+    let linked = scans.join("0.mcap");
+    std::fs::hard_link(&scan, &linked).expect("a link");
+    let convert = ["convert", "folder", path(&scans), "-o", path(&linked), "--force"];
+    let said = refused(&convert);
     assert!(said.contains("is in the input"), "{said}");
+    // What an earlier run wrote there is no input.
+    std::fs::remove_file(&linked).expect("removed");
+    std::fs::write(&linked, "older").expect("written");
+    let done = divmerge(&convert);
+    assert!(!text(&done.stderr).contains("is in the input"), "{}", text(&done.stderr));
 }
 
 #[test]

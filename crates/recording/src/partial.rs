@@ -205,7 +205,9 @@ pub fn open_left(path: &Path) -> Result<Option<File>> {
     };
     match path.symlink_metadata() {
         Ok(metadata) if !metadata.is_file() => return planted(&metadata),
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+            return Ok(None);
+        }
         _ => {}
     }
     let mut options = OpenOptions::new();

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::arguments::boxes::BoxArguments;
 use crate::arguments::method::{BOXES, DIVIDE_AND_MERGE, METHODS, PRESETS};
 use crate::arguments::objects::ObjectArguments;
-use crate::arguments::truth::{TruthArguments, with_hint};
+use crate::arguments::truth::TruthArguments;
 use crate::arguments::values::{find, positive};
 use crate::exit::{NotThere, Outcome, WRONG_USAGE};
 use crate::output::{Outputs, chart_or_table};
@@ -176,7 +176,7 @@ fn measure_here(arguments: &Arguments, contender: Contender) -> Result<Row> {
     let frames = arguments.truth.clouds.open(&method)?;
     let bar = frame_bar(&contender.name(), frames.remaining());
     let measured = measure(frames, &method, arguments.truth.min_points, || bar.inc(1));
-    let measured = measured.map_err(with_hint)?;
+    let measured = measured.map_err(|error| arguments.truth.clouds.with_hint(error))?;
     bar.finish_and_clear();
     Ok(Row { method: contender.name(), measured, peak_memory: peak_memory() })
 }

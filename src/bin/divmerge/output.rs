@@ -31,7 +31,7 @@ pub struct Outputs<'a> {
 }
 
 impl<'a> Outputs<'a> {
-    /// Of a command with these inputs: files, and folders with all that is in them.
+    /// Of a command with these inputs: files, and folders with the data in them.
     pub fn new(inputs: impl IntoIterator<Item = &'a Path>, force: bool) -> Self {
         Outputs { inputs: inputs.into_iter().collect(), force, known: BTreeSet::new() }
     }
@@ -88,23 +88,36 @@ impl<'a> Outputs<'a> {
         check_output(path, force).map_err(RefusedOutput::of)?;
         // Something planted under the name that it has until it is complete.
         open_left(&PartialFile::name_for(path)).map_err(RefusedOutput::of)?;
-        match self.known.insert(place(path)) {
+        match self.is_new(place(path)) {
             true => Ok(OutputFile { path: path.to_owned(), force }),
             false => refuse("is the name of two outputs; give each its own"),
         }
     }
+
+    /// Notes an output, unless it is one already, or one of both is the folder of the other.
+    fn is_new(&mut self, place: PathBuf) -> bool {
+        // Paths below a folder follow it in order.
+        let next = self.known.range(place.clone()..).next();
+        let is_taken = next.is_some_and(|next| next.starts_with(&place))
+            || place.ancestors().any(|folder| self.known.contains(folder));
+        !is_taken && self.known.insert(place)
+    }
 }
 
-/// Whether an input is the file, or a folder that holds it.
+/// Endings of the files that are read from folders. Recordings are named one by one.
+const DATA: &[&str] = &["bin", "label", "npy", "pcd", "txt", "yaml"];
+
+/// Whether an input is the file, or a folder with data that holds it.
 fn holds(input: &Path, file: &Path, depth: usize) -> bool {
-    if is_same_file(input, file) {
-        return true;
-    }
-    if depth == 0 || !input.is_dir() {
-        return false;
+    if !input.is_dir() {
+        return is_same_file(input, file);
     }
     let entries = std::fs::read_dir(input).into_iter().flatten().flatten();
-    entries.into_iter().any(|entry| holds(&entry.path(), file, depth - 1))
+    let mut paths = entries.map(|entry| entry.path());
+    paths.any(|path| match path.is_dir() {
+        true => depth > 0 && holds(&path, file, depth - 1),
+        false => DATA.contains(&extension(&path).as_str()) && is_same_file(&path, file),
+    })
 }
 
 /// A path that is the same for all names of a file that does not exist yet.

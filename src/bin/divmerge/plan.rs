@@ -47,9 +47,10 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
-    let inputs = arguments.inputs.iter().map(PathBuf::as_path);
+    let recordings = recordings(&arguments.inputs)?;
+    let inputs = recordings.iter().map(|planned| planned.input.as_path());
     let output = Outputs::new(inputs, arguments.force).optional(arguments.output.as_deref())?;
-    let slices = plan(&recordings(&arguments.inputs)?, arguments.shards, &arguments.topics)?;
+    let slices = plan(&recordings, arguments.shards, &arguments.topics)?;
     let made = Plan::new(slices);
     match output {
         None => print!("{}", made.to_json()),

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::arguments::method::PRESETS;
 use crate::arguments::objects::ObjectArguments;
-use crate::arguments::truth::{TruthArguments, with_hint};
+use crate::arguments::truth::TruthArguments;
 use crate::arguments::values::{number, one_of};
 use crate::exit::Outcome;
 use crate::output::{Outputs, chart_or_table};
@@ -152,7 +152,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         method.pipeline = config;
         let frames = arguments.truth.clouds.open(&method)?;
         let measured = measure(frames, &method, arguments.truth.min_points, || bar.inc(1));
-        let measured = measured.map_err(with_hint)?;
+        let measured = measured.map_err(|error| arguments.truth.clouds.with_hint(error))?;
         rows.push(Row { preset, value, measured });
     }
     bar.finish_and_clear();

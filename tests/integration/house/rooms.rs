@@ -225,9 +225,12 @@ fn commands_check_what_the_library_writes() {
     for module in HOUSE.modules.iter().filter(|module| is_in(&module.file, "src/bin")) {
         let ends = |path: &[String]| WRITERS.iter().any(|end| path.ends_with(&owned(end)));
         let checks = |path: &[String]| path.ends_with(&owned(&["output", "Outputs"]));
-        if !module.mentions.iter().any(|mention| checks(&mention.path)) {
-            let writes = module.mentions.iter().filter(|mention| ends(&mention.path));
-            found.extend(writes.map(|mention| (module.file.clone(), mention.line)));
+        let imports = module.imports.iter().map(|import| (&import.path, import.line));
+        let mentions = module.mentions.iter().map(|mention| (&mention.path, mention.line));
+        let paths: Vec<(&Vec<String>, usize)> = imports.chain(mentions).collect();
+        if !paths.iter().any(|(path, _)| checks(path)) {
+            let writes = paths.iter().filter(|(path, _)| ends(path));
+            found.extend(writes.map(|(_, line)| (module.file.clone(), *line)));
         }
     }
     fail_on(&beyond(&[], &found, "writes without Outputs, which checks the name"));

@@ -53,6 +53,17 @@ impl CloudArguments {
         std::iter::once(self.input.as_path()).chain(self.truth.labels.as_deref())
     }
 
+    /// Adds where truth can be to an error about missing truth.
+    pub fn with_hint(&self, error: Error) -> anyhow::Error {
+        match &error {
+            Error::Unreadable { problem: FrameError::MissingField { name, .. }, .. } => {
+                let hint = if self.truth.names(name) { TRUTH_HINT } else { "" };
+                NotThere(format!("{error}{hint}")).into()
+            }
+            _ => error.into(),
+        }
+    }
+
     /// Opens the clouds, with the columns that the method needs.
     pub fn open(&self, method: &AnnotateConfig) -> Result<LabelledFrames> {
         let options = LabelledOptions {
@@ -81,16 +92,6 @@ impl CloudArguments {
 pub const TRUTH_HINT: &str = "\n  name the fields with --true-class-field and \
                               --true-instance-field, or a folder of label files with --labels";
 
-/// Adds where truth can be to an error about missing truth.
-pub fn with_hint(error: Error) -> anyhow::Error {
-    match error {
-        Error::Unreadable { problem: FrameError::MissingField { .. }, .. } => {
-            NotThere(format!("{error}{TRUTH_HINT}")).into()
-        }
-        error => error.into(),
-    }
-}
-
 /// Where the truth of a recording is.
 #[derive(Args)]
 pub struct SourceArguments {
@@ -106,4 +107,11 @@ pub struct SourceArguments {
     #[arg(long, value_name = "DIR")]
     #[arg(conflicts_with_all = ["true_class_field", "true_instance_field"])]
     pub labels: Option<PathBuf>,
+}
+
+impl SourceArguments {
+    /// Whether a field is one of the truth.
+    pub fn names(&self, field: &str) -> bool {
+        field == self.true_class_field || field == self.true_instance_field
+    }
 }

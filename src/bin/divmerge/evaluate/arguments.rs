@@ -87,12 +87,6 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// Whether the field is one of the truth.
-    pub(super) fn is_of_truth(&self, field: &str) -> bool {
-        let SourceArguments { true_class_field, true_instance_field, .. } = &self.of_recording;
-        field == true_class_field || field == true_instance_field
-    }
-
     /// The files and folders that are read.
     pub(super) fn files(&self) -> impl Iterator<Item = &Path> {
         let Arguments { input, truth, predictions, taxonomy, of_recording, .. } = self;

@@ -127,7 +127,7 @@ fn score(
     bar.finish_and_clear();
     for (field, (clouds, first)) in lacking {
         if clouds == seen {
-            let hint = if arguments.is_of_truth(&field) { TRUTH_HINT } else { "" };
+            let hint = if arguments.of_recording.names(&field) { TRUTH_HINT } else { "" };
             return Err(NotThere(format!("{first}{hint}")).into());
         }
         let all = counted(seen, "cloud");

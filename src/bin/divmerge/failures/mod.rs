@@ -17,7 +17,7 @@ use divmerge::pipeline;
 use serde::Serialize;
 
 use crate::arguments::method::MethodArguments;
-use crate::arguments::truth::{CloudArguments, with_hint};
+use crate::arguments::truth::CloudArguments;
 use crate::exit::Outcome;
 use crate::output::Outputs;
 use crate::progress::frame_bar;
@@ -90,7 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let (mut summary, mut rows) = (FailureSummary::default(), Vec::new());
     let keeps_all = csv.is_some() || json.is_some();
     for frame in frames {
-        let frame = frame.map_err(with_hint)?;
+        let frame = frame.map_err(|error| arguments.clouds.with_hint(error))?;
         rows.extend(of_frame(arguments, &method, frame, &mut summary)?);
         rows.sort_by_key(|row: &Row| std::cmp::Reverse(row.failure.judged.points));
         if !keeps_all {
