@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::clustered::{cluster, remarks};
 use super::config::AnnotateConfig;
 use super::event::{ClusteredFrame, RunEvent};
+use super::satisfiable::refuse_unsatisfiable;
 use super::warnings::CloudWarnings;
 use crate::error::{Error, NoCloud, Result};
 use crate::frames::walk::Walk;
@@ -71,6 +72,7 @@ pub fn for_each_frame(
     let overview = Overview::read(input)?;
     let clouds = choose_topics(&overview, &selection.topics, config.class_topic())?;
     selection.refuse_missing(&overview, &clouds)?;
+    refuse_unsatisfiable(&overview, &clouds, selection, config)?;
     let topics = clouds.iter().map(|(&id, cloud)| (id, Arc::clone(&cloud.topic))).collect();
     let mut walk = match visitor.wants_records() {
         true => Walk::over_everything(input, topics, selection)?,
@@ -102,7 +104,8 @@ pub fn for_each_frame(
         visitor.event(RunEvent::Warning(&warning))?;
     }
     if visited.frames + visited.unreadable == 0 {
-        let (path, problem) = (input.to_owned(), NoCloud::NothingSelected);
+        let times_ns = overview.start_ns.zip(overview.end_ns);
+        let (path, problem) = (input.to_owned(), NoCloud::NothingSelected { times_ns });
         return Err(Error::NoCloud { path, problem });
     }
     Ok(visited)

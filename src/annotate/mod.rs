@@ -21,6 +21,7 @@ mod report;
 pub mod resume;
 mod run;
 mod run_parameters;
+mod satisfiable;
 mod slice_checkpoints;
 mod slice_files;
 pub mod slices;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::{Conflict, Error, Result};
-use divmerge_recording::STANDARD_STREAM;
+use divmerge_recording::{STANDARD_STREAM, is_same_file};
 
 /// Refuses an output that is the input.
 ///
@@ -13,10 +13,8 @@ pub(crate) fn refuse_same_file(input: &Path, output: &Path) -> Result<()> {
     if output == STANDARD_STREAM {
         return Ok(());
     }
-    match (input.canonicalize(), output.canonicalize()) {
-        (Ok(from), Ok(to)) if from == to => {
-            Err(Error::Conflict { path: input.to_owned(), problem: Conflict::SameFile })
-        }
-        _ => Ok(()),
+    match is_same_file(input, output) {
+        true => Err(Error::Conflict { path: input.to_owned(), problem: Conflict::SameFile }),
+        false => Ok(()),
     }
 }

@@ -18,7 +18,9 @@ use super::checkpoint::{Checkpoint, CheckpointSource, StoredMessage};
 use super::run_parameters::RunParameters;
 use crate::error::{Conflict, Error, Result, SliceProblem};
 use divmerge_recording::workers::Workers;
-use divmerge_recording::{PartialFile, Record, RecordingReader, checksum};
+use divmerge_recording::{
+    PartialFile, Record, RecordingReader, checksum, create_hidden, is_at, lock_left, open_left,
+};
 
 /// Where the journal of an output lies.
 pub fn journal_of(output: &Path) -> PathBuf {
@@ -40,10 +42,11 @@ pub(super) struct Journal {
 }
 
 impl Journal {
-    /// Starts a journal with the parameters of the run.
+    /// Starts a journal with the parameters of the run. The output must have been begun: only the
+    /// run that writes it has a journal.
     pub(super) fn start(output: &Path, parameters: &RunParameters) -> Result<Self> {
         let path = journal_of(output);
-        let file = File::create(&path).map_err(|source| io_error(&path, source))?;
+        let file = create_hidden(&path)?;
         let mut journal = Journal { path, file, is_kept: false };
         journal.line(parameters)?;
         Ok(journal)
@@ -67,7 +70,8 @@ impl Journal {
 
 impl Drop for Journal {
     fn drop(&mut self) {
-        if !self.is_kept {
+        // Once the output has its name, another run may have a journal of this name.
+        if !self.is_kept && is_at(&self.file, &self.path) {
             let _ = std::fs::remove_file(&self.path);
         }
     }
@@ -91,7 +95,7 @@ impl CutOffRun {
         check(output, &journal, parameters)?;
         check(output, &old(&journal), parameters)?;
         set_aside(&partial, &journal)?;
-        let Ok(file) = File::open(old(&journal)) else {
+        let (Some(file), Some(_)) = (open_left(&old(&journal))?, open_left(&old(&partial))?) else {
             return Ok(None);
         };
         let mut journal = BufReader::new(file);
@@ -144,7 +148,7 @@ pub(super) fn clean_up(output: &Path) {
 
 /// Refuses a journal of something else.
 fn check(output: &Path, journal: &Path, parameters: &RunParameters) -> Result<()> {
-    let Ok(file) = File::open(journal) else {
+    let Some(file) = open_left(journal)? else {
         return Ok(());
     };
     let mut line = String::new();
@@ -169,7 +173,8 @@ fn set_aside(partial: &Path, journal: &Path) -> Result<()> {
     if !partial.exists() || !journal.exists() || !is_farther {
         return Ok(());
     }
-    PartialFile::refuse_busy(partial)?;
+    // Locked until both are moved: another run may be about to continue from them, too.
+    let Some(_lock) = lock_left(partial)? else { return Ok(()) };
     for path in [partial, journal] {
         std::fs::rename(path, old(path)).map_err(|source| io_error(path, source))?;
     }

@@ -65,6 +65,9 @@ pub fn annotate(
             }
             let parameters = RunParameters::new(&overview, options);
             let file = JobInput::of_file(overview, parameters)?;
+            if options.slice.is_none() {
+                file.refuse_unsatisfiable(options)?;
+            }
             let job = Job::new(file, output, options, &workers, on_event)?;
             let reader = RecordingReader::open_filtered(&job.overview, &job.filter, &workers)?;
             (job, reader)

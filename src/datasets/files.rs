@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use crate::error::{Error, FrameError, Result};
+use divmerge_recording::write_file;
 
 /// Reads `.label` words: the class in the low 16 bits, the instance in the high 16.
 ///
@@ -19,14 +20,14 @@ pub fn read_labels(path: &Path) -> Result<Vec<u32>> {
     Ok(words.iter().map(|word| u32::from_le_bytes(*word)).collect())
 }
 
-/// Writes `.label` words, class in the low and instance in the high 16 bits, over whatever is
-/// there.
+/// Writes `.label` words, class in the low and instance in the high 16 bits. A file that is there
+/// is replaced when they are written.
 ///
 /// # Errors
 /// [`Error::Io`] if the file cannot be written.
 pub fn write_labels(path: &Path, words: &[u32]) -> Result<()> {
     let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-    std::fs::write(path, bytes).map_err(|source| Error::Io { path: path.into(), source })
+    Ok(write_file(path, &bytes, true)?)
 }
 
 /// Names of everything in a folder but hidden files, sorted.

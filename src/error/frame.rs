@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use divmerge_core::CloudError;
 
+use super::spelling::did_you_mean;
 use crate::text::seconds;
 
 /// What is wrong with one cloud. It is skipped, and the run goes on.
@@ -33,7 +34,10 @@ pub enum FrameError {
     },
 
     /// A cloud lacks a field that was asked for.
-    #[error("no field `{name}` in the cloud; it has: {present}")]
+    #[error(
+        "no field `{name}` in the cloud; it has: {present}{}",
+        did_you_mean(name, &present.split(", ").collect::<Vec<_>>())
+    )]
     MissingField {
         /// The field asked for.
         name: String,

@@ -5,6 +5,7 @@ pub mod conflict;
 pub mod frame;
 pub mod no_cloud;
 pub mod slice;
+mod spelling;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,7 @@
 //! Why there is no cloud.
 
+use super::spelling::did_you_mean;
+
 /// Why a recording or a folder has none of the clouds that were asked for.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -14,7 +16,11 @@ pub enum NoCloud {
     },
 
     /// The topic that is named has no clouds, or is not there.
-    #[error("no readable cloud topic `{topic}`; there is: {}", readable.join(", "))]
+    #[error(
+        "no readable cloud topic `{topic}`; there is: {}{}",
+        readable.join(", "),
+        did_you_mean(topic, readable)
+    )]
     NoSuchTopic {
         /// The topic asked for.
         topic: String,
@@ -55,8 +61,24 @@ pub enum NoCloud {
     },
 
     /// The frames and times that were asked for hold no cloud.
-    #[error("no cloud lies in the frames and times asked for")]
-    NothingSelected,
+    #[error("no cloud lies in the frames and times asked for{}", times_of(*times_ns))]
+    NothingSelected {
+        /// First and last log time of the recording in nanoseconds, if they are known.
+        times_ns: Option<(u64, u64)>,
+    },
+
+    /// No cloud has a field that is asked for.
+    #[error(
+        "no cloud has the field `{field}`; fields: {}{}",
+        present.join(", "),
+        did_you_mean(field, present)
+    )]
+    NoSuchField {
+        /// The field asked for.
+        field: String,
+        /// The fields of the first cloud.
+        present: Vec<String>,
+    },
 
     /// A folder without a labelled scan of those that were asked for.
     #[error("no labelled scan of what is asked for")]
@@ -65,6 +87,33 @@ pub enum NoCloud {
     /// A folder without a recording.
     #[error("a folder without an .mcap file")]
     NoRecording,
+}
+
+impl NoCloud {
+    /// Whether arguments ask for what the recording does not have, and others may not.
+    pub fn is_of_arguments(&self) -> bool {
+        matches!(
+            self,
+            NoCloud::NoSuchTopic { .. }
+                | NoCloud::NoFrame { .. }
+                | NoCloud::NothingSelected { .. }
+                | NoCloud::NoSuchField { .. }
+        )
+    }
+}
+
+fn times_of(times_ns: Option<(u64, u64)>) -> String {
+    let Some((start, end)) = times_ns else { return String::new() };
+    let [start_s, end_s] = [start, end].map(seconds_text);
+    let length_s = seconds_text(end.saturating_sub(start));
+    format!("; the recording is {length_s} s long, from @{start_s} to @{end_s}")
+}
+
+/// Nanoseconds as seconds, exactly.
+fn seconds_text(ns: u64) -> String {
+    const NS_PER_S: u64 = 1_000_000_000;
+    let text = format!("{}.{:09}", ns / NS_PER_S, ns % NS_PER_S);
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 fn listed(topics: &[String], damage: Option<&str>) -> String {

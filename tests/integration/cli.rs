@@ -59,7 +59,7 @@ fn annotate_prints_a_line_per_topic_or_json() {
     assert!(said.contains("objects from field:label") && said.contains("not an object"), "{said}");
 
     let refused = divmerge(&arguments);
-    assert_eq!(refused.status.code(), Some(1));
+    assert_eq!(refused.status.code(), Some(2));
     assert!(text(&refused.stderr).contains("--force"), "{}", text(&refused.stderr));
 
     let mut arguments = arguments.to_vec();
@@ -124,7 +124,7 @@ fn failures_exit_with_1_and_name_the_file() {
     }
     let (_drive, input) = drive(1);
     let failed = divmerge(&["annotate", path(&input), "-o", "/no/such/folder/out.mcap"]);
-    assert_eq!(failed.status.code(), Some(1));
+    assert_eq!(failed.status.code(), Some(2));
     assert!(text(&failed.stderr).contains("/no/such/folder"), "{}", text(&failed.stderr));
     assert_eq!(std::fs::read_dir(folder.path()).expect("folder").count(), 0);
 }

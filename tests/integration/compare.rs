@@ -37,7 +37,7 @@ fn methods_side_by_side() {
     assert!(std::fs::read(&files[4]).expect("a picture").starts_with(b"\x89PNG"));
 
     let again = divmerge(&["compare", path(&input), "-o", path(&files[0])]);
-    assert_eq!(again.status.code(), Some(1));
+    assert_eq!(again.status.code(), Some(2));
     assert!(text(&again.stderr).contains("--force"), "{}", text(&again.stderr));
 }
 
@@ -45,7 +45,7 @@ fn methods_side_by_side() {
 fn truth_that_is_not_there_is_named() {
     let (folder, input) = drive(1);
     let missing = divmerge(&["compare", path(&input), "--true-instance-field", "nobody"]);
-    assert_eq!(missing.status.code(), Some(1));
+    assert_eq!(missing.status.code(), Some(2));
     let said = text(&missing.stderr);
     assert!(said.contains("cloud 0") && said.contains("`nobody`"), "{said}");
     assert!(said.contains("with --labels"), "{said}");

@@ -260,7 +260,7 @@ fn pictures_are_the_same_twice_and_existing_ones_stay() {
     let info = reader.info();
     assert!(info.width == 2000 && info.height > 1000, "{} x {}", info.width, info.height);
 
-    assert_eq!(draw("once.png", &[]).0.status.code(), Some(1));
+    assert_eq!(draw("once.png", &[]).0.status.code(), Some(2));
     let (again, path) = draw("once.png", &["--force", "--json"]);
     assert!(serde_json::from_slice::<serde_json::Value>(&again.stdout).is_ok());
     assert!(bytes == std::fs::read(path).expect("a picture"), "the same bytes twice");
@@ -276,10 +276,10 @@ fn bad_questions_are_answered_with_what_there_is() {
     let (_folder, input) = drive(2);
     for (arguments, code, says) in [
         (&["--at", "1,2,900"][..], 1, "the nearest is"),
-        (&["--frame", "2", "--at", "1,2,3"], 1, "2 clouds, numbered 0 to 1"),
+        (&["--frame", "2", "--at", "1,2,3"], 2, "2 clouds, numbered 0 to 1"),
         (&["--instance", "1", "--instance", "999"], 1, "instances are 1 to"),
         (&["--instance", "3", "--instance", "3"], 1, "different instances"),
-        (&["--topic", "/nothing", "--at", "1,2,3"], 1, "/nothing"),
+        (&["--topic", "/nothing", "--at", "1,2,3"], 2, "/nothing"),
         (&[], 2, "say what to explain"),
         (&["--instance", "3"], 2, "takes two"),
         (&["--at", "1,2,3", "--at", "1,2,3", "--at", "1,2,3"], 2, "given 3 times"),

@@ -140,7 +140,7 @@ fn steps_and_video_are_numbered() {
     assert_eq!(size(1), size(2));
     assert!(!video.join("frame_000000.png").exists());
     let done = figure(&[&arguments[..], &["mask"]].concat());
-    assert_eq!(done.status.code(), Some(1));
+    assert_eq!(done.status.code(), Some(2));
     assert!(text(&done.stderr).contains("--force"), "{}", text(&done.stderr));
 }
 
@@ -179,8 +179,8 @@ fn bad_input_is_told() {
     std::fs::write(&file, "").expect("written");
     let below_a_file = file.join("steps");
     let cases: &[(&[&str], i32, &[&str])] = &[
-        (&["--frame", "2"], 1, &["2 clouds, numbered 0 to 1", "/lidar/points", "drive.mcap"]),
-        (&["--topic", "/tf"], 1, &["`/tf`", CLOUD_TOPIC]),
+        (&["--frame", "2"], 2, &["2 clouds, numbered 0 to 1", "/lidar/points", "drive.mcap"]),
+        (&["--topic", "/tf"], 2, &["`/tf`", CLOUD_TOPIC]),
         (&["--window", "5000..6000"], 1, &["columns 5000..6000", "16 x "]),
         (&["--semantics", "field:no"], 1, &["`no`", "label", "frame 0"]),
         (&["--steps", path(&below_a_file)], 1, &["file"]),
@@ -203,9 +203,9 @@ fn bad_input_is_told() {
     for (arguments, code) in [
         (&[input][..], 2),
         (&[input, "-o", "figure.jpg"], 2),
-        (&[input, "-o", "/no/such/folder/figure.png"], 1),
+        (&[input, "-o", "/no/such/folder/figure.png"], 2),
         (&[input, "--video", "/proc/no", "--frames", "0..1"], 1),
-        (&[input, "--video", path(folder.path()), "--frames", "1..3"], 1),
+        (&[input, "--video", path(folder.path()), "--frames", "1..3"], 2),
         (&["/no/such.mcap", "-o", "x.png"], 1),
     ] {
         let done = figure(arguments);
@@ -213,7 +213,7 @@ fn bad_input_is_told() {
     }
     std::fs::write(output, "mine").expect("written");
     let refused = figure(&whole);
-    assert_eq!(refused.status.code(), Some(1));
+    assert_eq!(refused.status.code(), Some(2));
     assert!(text(&refused.stderr).contains("--force"), "{}", text(&refused.stderr));
     assert_eq!(std::fs::read(output).expect("kept"), b"mine");
 }

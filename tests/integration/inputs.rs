@@ -68,7 +68,7 @@ fn two_recordings_of_one_name_are_refused() {
     std::fs::copy(&drives[0], &twin).expect("copied");
     let out = folder.path().join("out");
     let refused = divmerge(&["annotate", path(&drives[0]), path(&twin), "-o", path(&out)]);
-    assert_eq!(refused.status.code(), Some(1));
+    assert_eq!(refused.status.code(), Some(2));
     assert!(
         text(&refused.stderr).contains("would both be written to"),
         "{}",
@@ -137,7 +137,7 @@ fn a_split_bag_comes_out_as_one() {
     check_bag_metadata(&out);
 
     // Not twice, and not without its metadata.
-    assert_eq!(divmerge(&["annotate", path(&bag), "-o", path(&out)]).status.code(), Some(1));
+    assert_eq!(divmerge(&["annotate", path(&bag), "-o", path(&out)]).status.code(), Some(2));
     std::fs::remove_file(bag.join("metadata.yaml")).expect("removed");
     let refused = divmerge(&["annotate", path(&bag), "-o", path(&out), "--force"]);
     assert!(text(&refused.stderr).contains("has no metadata.yaml"), "{}", text(&refused.stderr));

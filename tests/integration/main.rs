@@ -24,6 +24,7 @@ mod networks;
 mod odd_clouds;
 mod onnx;
 mod oracle;
+mod outputs;
 mod partition;
 mod parts;
 mod recordings;

@@ -181,11 +181,11 @@ fn what_is_refused() {
     std::fs::write(&there, "mine").expect("a file");
     for (arguments, code, said) in [
         (&["triage", "/no/such.mcap"][..], 1, "/no/such.mcap"),
-        (&["triage", input, "--csv", &there], 1, "exists; use --force"),
-        (&["triage", input, "-o", input, "--force"], 1, "is the input"),
-        (&["triage", input, "--csv", &file("x"), "--report", &file("x")], 1, "name of two outputs"),
-        (&["triage", input, "--frames", "5"], 1, "there is no frame 5"),
-        (&["triage", input, "--topic", "/nothing"], 1, "/nothing"),
+        (&["triage", input, "--csv", &there], 2, "exists; use --force"),
+        (&["triage", input, "-o", input, "--force"], 2, "is the input"),
+        (&["triage", input, "--csv", &file("x"), "--report", &file("x")], 2, "name of two outputs"),
+        (&["triage", input, "--frames", "5"], 2, "there is no frame 5"),
+        (&["triage", input, "--topic", "/nothing"], 2, "/nothing"),
         (&["triage", input, "--limit", "many"], 2, "--limit"),
         (&["triage", input, "--weigh-points", "0"], 2, "--weigh-points"),
         (&["triage", input, "--compression", "lz4"], 2, "--output"),

@@ -26,7 +26,7 @@ fn view_saves_frames() {
     assert!(is_whole(&rrd));
 
     let refused = divmerge(&["view", path(&input), "--save", path(&rrd)]);
-    assert_eq!(refused.status.code(), Some(1));
+    assert_eq!(refused.status.code(), Some(2));
     assert!(text(&refused.stderr).contains("--force"), "{}", text(&refused.stderr));
 
     let all = std::fs::metadata(&rrd).expect("a file").len();
@@ -50,11 +50,11 @@ fn frames_that_are_not_there_are_named() {
     let (folder, input) = drive(2);
     let rrd = folder.path().join("x.rrd");
     let failed = divmerge(&["view", path(&input), "--save", path(&rrd), "--frames", "1..9"]);
-    assert_eq!(failed.status.code(), Some(1));
+    assert_eq!(failed.status.code(), Some(2));
     let said = text(&failed.stderr);
     assert!(said.contains("no frame 8") && said.contains("0 to 1"), "{said}");
     let failed = divmerge(&["view", path(&input), "--save", path(&rrd), "--from", "100"]);
-    assert_eq!(failed.status.code(), Some(1));
+    assert_eq!(failed.status.code(), Some(2));
     assert!(!rrd.exists());
 }
 
@@ -74,7 +74,7 @@ fn a_viewer_that_does_not_answer_fails_within_seconds() {
 fn a_file_that_cannot_be_written_leaves_nothing_behind() {
     let (folder, input) = drive(3);
     let failed = divmerge(&["view", path(&input), "--save", "/no/such/folder/x.rrd"]);
-    assert_eq!(failed.status.code(), Some(1));
+    assert_eq!(failed.status.code(), Some(2));
     assert!(text(&failed.stderr).contains("/no/such/folder"), "{}", text(&failed.stderr));
 
     // A limit on the size of files stands for a full disk.

@@ -81,6 +81,7 @@ mod damage;
 mod encode;
 mod error;
 mod fields;
+mod file_id;
 mod file_kind;
 mod filter;
 mod index;
@@ -115,13 +116,17 @@ pub use address::{STANDARD_STREAM, is_remote, is_stream};
 pub use compression::Compression;
 pub use damage::Damage;
 pub use error::{Error, Result};
+pub use file_id::{is_at, is_same_file};
 pub use filter::{MessageRange, ReadFilter, is_past};
 pub use index::{ChunkPlace, window_around};
 pub use input::Fetched;
 pub use names::checksum;
 pub use overview::Overview;
 pub use part::{Item, Part, SourceChunk};
-pub use partial::{PartialFile, abandon_partial_files, write_file};
+pub use partial::{
+    PartialFile, abandon_partial_files, check_folder, check_output, create_hidden, lock_left,
+    open_left, write_file,
+};
 pub use reader::{ReadTimes, RecordingReader};
 pub use record::{Position, Record, Schema};
 pub use shared_bytes::SharedBytes;

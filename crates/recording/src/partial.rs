@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
-use std::fs::{File, TryLockError};
+use std::fs::{File, Metadata, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -11,12 +11,28 @@ use tempfile::TempPath;
 
 use crate::address::is_remote;
 use crate::error::{Error, Result};
+use crate::file_id::is_at;
+
+/// The longest name of a file on nearly all file systems, bytes.
+const LONGEST_NAME: usize = 255;
+
+/// What the longest hidden companion of an output adds to its name: `.NAME.partial.old`.
+const COMPANION: usize = ".".len() + ".partial.old".len();
+
+/// How often a file under the temporary name is looked at again because another run exchanged it.
+const ATTEMPTS: usize = 100;
 
 /// A file under a temporary name (`.NAME.partial`) in the folder of its final one. It is removed if
 /// it never gets its name. A file that an earlier run left under the temporary name is replaced,
-/// unless that run still goes on.
+/// unless that run still goes on. Anything else under it, such as a link or a FIFO, is an error:
+/// nothing is written through a link.
+///
+/// The file is locked until it has its name or is removed, so that of several runs with one output
+/// only one writes it.
 pub struct PartialFile {
+    // Before the lock, so that it is removed while it is locked.
     partial: TempPath,
+    lock: File,
     output: PathBuf,
     force: bool,
     listed: Listed,
@@ -79,24 +95,26 @@ impl PartialFile {
         output.with_file_name(name)
     }
 
-    /// Creates the file that will be `output`; with `force` it may replace another.
+    /// Creates the file that will be `output`; with `force` it may replace another, whose
+    /// permissions it gets.
     ///
     /// # Errors
-    /// [`Error::Io`] if the folder cannot be written to, if the output exists and may not be
-    /// replaced, or if another run is writing it.
+    /// Those of [`check_output`]; [`Error::Io`] if the folder is missing or cannot be written to,
+    /// if the temporary name is taken by something that no run left, or if another run is writing
+    /// the output.
     pub fn create(output: &Path, force: bool) -> Result<(File, Self)> {
-        if is_remote(output) {
-            let problem = "is an address; outputs are files";
-            return Err(Error::io(output)(io::Error::new(ErrorKind::InvalidInput, problem)));
+        check_output(output, force)?;
+        check_folder(output)?;
+        let (file, partial) = create_partial(output)?;
+        // Another run may have completed it since.
+        let replaced = check_output(output, force)?;
+        let at_output = Error::io(output);
+        if let Some(replaced) = replaced {
+            file.set_permissions(replaced.permissions()).map_err(&at_output)?;
         }
-        if let Ok(existing) = output.symlink_metadata()
-            && !(force && existing.is_file())
-        {
-            return Err(exists(output));
-        }
-        let (file, partial) = create_partial(output).map_err(Error::io(output))?;
+        let lock = file.try_clone().map_err(&at_output)?;
         let listed = Listed::new(&partial, output)?;
-        Ok((file, PartialFile { partial, output: output.to_owned(), force, listed }))
+        Ok((file, PartialFile { partial, lock, output: output.to_owned(), force, listed }))
     }
 
     /// Leaves the file under its temporary name, which is returned.
@@ -105,24 +123,16 @@ impl PartialFile {
         self.partial.to_path_buf()
     }
 
-    /// Fails if another run is writing the file.
+    /// Gives the file its name.
     ///
     /// # Errors
-    /// [`Error::Io`].
-    pub fn refuse_busy(path: &Path) -> Result<()> {
-        File::open(path).and_then(|file| lock(&file)).map_err(Error::io(path))
-    }
-
-    /// Gives the file its name. Close it before.
-    ///
-    /// # Errors
-    /// [`Error::Io`] if that name is taken by now.
+    /// [`Error::Io`] if that name is taken by now, or the temporary one is no longer this file's.
     pub fn put(self) -> Result<()> {
-        let PartialFile { partial, output, force, listed } = self;
+        let PartialFile { partial, lock, output, force, listed } = self;
         let unfinished = unfinished();
         let put = match unfinished.is_over {
             true => Err(Error::Interrupted { path: output }),
-            false => put(partial, &output, force),
+            false => put(partial, &lock, &output, force),
         };
         // Dropping `listed` locks the list once more.
         drop(unfinished);
@@ -131,41 +141,173 @@ impl PartialFile {
     }
 }
 
-fn create_partial(output: &Path) -> io::Result<(File, TempPath)> {
-    if output.file_name().is_none() {
-        return Err(io::Error::new(ErrorKind::InvalidInput, "not the name of a file"));
+/// Checks whether an output can have that name: it must name a file, leave room for the names of
+/// its hidden companions, and not be taken; with `force`, a file that is there may be replaced and
+/// is returned.
+///
+/// # Errors
+/// [`Error::Io`] that says what to do.
+pub fn check_output(output: &Path, force: bool) -> Result<Option<Metadata>> {
+    let refuse = |kind, problem: String| Err(Error::io(output)(io::Error::new(kind, problem)));
+    if is_remote(output) {
+        let problem = "cannot write to an address; name a file";
+        return refuse(ErrorKind::InvalidInput, problem.to_owned());
     }
-    let path = PartialFile::name_for(output);
-    remove_stale(&path)?;
-    let file = File::create_new(&path)?;
-    lock(&file)?;
-    Ok((file, TempPath::try_from_path(path)?))
-}
-
-/// Removes the file of a run that ended. A run that goes on holds a lock.
-fn remove_stale(path: &Path) -> io::Result<()> {
-    match File::open(path) {
-        Ok(file) => {
-            lock(&file)?;
-            std::fs::remove_file(path)
+    let Some(name) = output.file_name() else {
+        return refuse(ErrorKind::InvalidInput, "not the name of a file".to_owned());
+    };
+    let (length, longest) = (name.as_encoded_bytes().len(), LONGEST_NAME - COMPANION);
+    if length > longest {
+        let problem = format!(
+            "the name has {length} bytes; use at most {longest}, so that the hidden files beside \
+             it can have longer ones"
+        );
+        return refuse(ErrorKind::InvalidFilename, problem);
+    }
+    match output.symlink_metadata() {
+        Ok(existing) if existing.is_file() && force => Ok(Some(existing)),
+        Ok(existing) if force => {
+            let problem = format!("is {}, which is not replaced", kind_of(&existing));
+            refuse(ErrorKind::AlreadyExists, problem)
         }
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
-        Err(error) => Err(error),
+        Ok(_) => Err(exists(output)),
+        Err(_) => Ok(None),
     }
 }
 
-/// Locks a file for as long as it is open. On file systems without locks, other runs go unnoticed.
-fn lock(file: &File) -> io::Result<()> {
-    match file.try_lock() {
-        Err(TryLockError::WouldBlock) => {
-            Err(io::Error::new(ErrorKind::ResourceBusy, "is being written by another run"))
+/// Checks that the folder of an output exists.
+///
+/// # Errors
+/// [`Error::Io`] that names the folder.
+pub fn check_folder(output: &Path) -> Result<()> {
+    let folder = output.parent().filter(|folder| *folder != "");
+    match folder {
+        Some(folder) if !folder.is_dir() => {
+            let problem = format!("there is no folder {}; make it first", folder.display());
+            Err(Error::io(output)(io::Error::new(ErrorKind::NotFound, problem)))
         }
         _ => Ok(()),
     }
 }
 
+/// Opens a file that an earlier run may have left under a hidden name, to read it. Links are not
+/// followed, and a FIFO is not waited for. `None` if there is none.
+///
+/// # Errors
+/// [`Error::Io`] if it cannot be opened, or is not a file that a run leaves.
+pub fn open_left(path: &Path) -> Result<Option<File>> {
+    let planted = |metadata: &Metadata| {
+        let problem = format!(
+            "is {}, not a file that an earlier run left; remove it, or write to another folder",
+            kind_of(metadata)
+        );
+        Err(Error::io(path)(io::Error::new(ErrorKind::AlreadyExists, problem)))
+    };
+    match path.symlink_metadata() {
+        Ok(metadata) if !metadata.is_file() => return planted(&metadata),
+        Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+            return Ok(None);
+        }
+        _ => {}
+    }
+    let mut options = OpenOptions::new();
+    options.read(true);
+    // It may have been exchanged since.
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::custom_flags(
+        &mut options,
+        libc::O_NOFOLLOW | libc::O_NONBLOCK,
+    );
+    match options.open(path).and_then(|file| Ok((file.metadata()?, file))) {
+        Ok((metadata, _)) if !metadata.is_file() => planted(&metadata),
+        Ok((_, file)) => Ok(Some(file)),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(Error::io(path)(error)),
+    }
+}
+
+/// Opens a file that an earlier run may have left, as [`open_left`], and locks it, so that it can
+/// be moved or removed.
+///
+/// # Errors
+/// Those of [`open_left`]; [`Error::Io`] if another run is writing it.
+pub fn lock_left(path: &Path) -> Result<Option<File>> {
+    for _ in 0..ATTEMPTS {
+        let Some(file) = open_left(path)? else { return Ok(None) };
+        lock(&file).map_err(Error::io(path))?;
+        // The run that held the lock may have renamed the file, and another begun since.
+        if is_at(&file, path) {
+            return Ok(Some(file));
+        }
+    }
+    Err(Error::io(path)(busy()))
+}
+
+/// Creates a hidden file beside an output. A file that an earlier run left there is removed.
+///
+/// # Errors
+/// Those of [`lock_left`]; [`Error::Io`].
+pub fn create_hidden(path: &Path) -> Result<File> {
+    if let Some(left) = lock_left(path)? {
+        std::fs::remove_file(path).map_err(Error::io(path))?;
+        drop(left);
+    }
+    File::create_new(path).map_err(Error::io(path))
+}
+
+fn create_partial(output: &Path) -> Result<(File, TempPath)> {
+    let path = PartialFile::name_for(output);
+    for _ in 0..ATTEMPTS {
+        let file = match create_hidden(&path) {
+            Ok(file) => file,
+            // Another run was faster; what it does is seen the next time.
+            Err(Error::Io { source, .. })
+                if source.get_ref().is_none() && source.kind() == ErrorKind::AlreadyExists =>
+            {
+                continue;
+            }
+            Err(error) => return Err(error),
+        };
+        lock(&file).map_err(Error::io(&path))?;
+        // Until it was locked, another run could take it for one that was left.
+        if is_at(&file, &path) {
+            return Ok((file, TempPath::try_from_path(&path).map_err(Error::io(&path))?));
+        }
+    }
+    Err(Error::io(&path)(busy()))
+}
+
+/// Locks a file for as long as it is open. On file systems without locks, other runs go unnoticed.
+fn lock(file: &File) -> io::Result<()> {
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => Err(busy()),
+        _ => Ok(()),
+    }
+}
+
+fn busy() -> io::Error {
+    io::Error::new(ErrorKind::ResourceBusy, "is being written by another run")
+}
+
+/// What is in the place of a file.
+fn kind_of(metadata: &Metadata) -> &'static str {
+    match metadata.file_type() {
+        kind if kind.is_symlink() => "a link",
+        kind if kind.is_dir() => "a folder",
+        kind if kind.is_file() => "a file",
+        _ => "a pipe or device",
+    }
+}
+
 /// Gives the file its name.
-fn put(partial: TempPath, output: &Path, force: bool) -> Result<()> {
+fn put(partial: TempPath, lock: &File, output: &Path, force: bool) -> Result<()> {
+    // Only where a file system has no locks, or someone moved files by hand.
+    if !is_at(lock, &partial) {
+        let _ = partial.keep();
+        let problem =
+            "the file being written was replaced by another one; nothing was put in place";
+        return Err(Error::io(output)(io::Error::other(problem)));
+    }
     let partial = match force {
         true => partial,
         false => match partial.persist_noclobber(output) {

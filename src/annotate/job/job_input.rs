@@ -10,8 +10,9 @@ use crate::annotate::profile::Profile;
 use crate::annotate::report::{AnnotationReport, TopicReport};
 use crate::annotate::resume::{CutOffRun, Journal, clean_up};
 use crate::annotate::run_parameters::RunParameters;
+use crate::annotate::satisfiable::refuse_unsatisfiable;
 use crate::error::Result;
-use crate::frames::{CloudTopic, choose_topics};
+use crate::frames::{CloudTopic, Selection, choose_topics};
 use divmerge_recording::workers::Workers;
 use divmerge_recording::{Overview, ReadFilter, RecordingWriter, STANDARD_STREAM, WriteOptions};
 
@@ -44,6 +45,19 @@ impl JobInput {
         let clouds = choose_topics(&overview, topics, class_topic.as_deref())?;
         types.check(&overview, clouds.values().map(|cloud| cloud.format), *form)?;
         Ok(JobInput { overview, parameters, clouds, is_stream: false })
+    }
+
+    /// Refuses options of a file that none of its clouds can satisfy.
+    ///
+    /// # Errors
+    /// Those of [`refuse_unsatisfiable`].
+    pub(in crate::annotate) fn refuse_unsatisfiable(
+        &self,
+        options: &AnnotateOptions,
+    ) -> Result<()> {
+        let AnnotateOptions { from_ns, to_ns, config, .. } = options;
+        let selection = Selection { from_ns: *from_ns, to_ns: *to_ns, ..Selection::default() };
+        refuse_unsatisfiable(&self.overview, &self.clouds, &selection, config)
     }
 
     /// Opens the output, its journal if the run can be resumed, and what a run before it completed.

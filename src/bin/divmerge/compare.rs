@@ -14,10 +14,10 @@ use serde::{Deserialize, Serialize};
 use crate::arguments::boxes::BoxArguments;
 use crate::arguments::method::{BOXES, DIVIDE_AND_MERGE, METHODS, PRESETS};
 use crate::arguments::objects::ObjectArguments;
-use crate::arguments::truth::{TruthArguments, with_hint};
+use crate::arguments::truth::TruthArguments;
 use crate::arguments::values::{find, positive};
-use crate::exit::Outcome;
-use crate::output::{chart_or_table, refuse_existing};
+use crate::exit::{NotThere, Outcome, WRONG_USAGE};
+use crate::output::{Outputs, chart_or_table};
 use crate::progress::frame_bar;
 use crate::table::{measurements, write_measurements};
 use crate::text::{counted, peak_memory};
@@ -148,9 +148,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         return Ok(Outcome::Done);
     }
     arguments.boxes.source(contenders.contains(&Contender::Method(BOXES)))?;
-    for output in &arguments.output {
-        refuse_existing(output, arguments.force)?;
-    }
+    let inputs = arguments.truth.clouds.files().chain(arguments.objects.files());
+    let outputs = Outputs::new(inputs.chain(arguments.boxes.files()), arguments.force)
+        .files(&arguments.output)?;
     let rows = (0..contenders.len()).map(measure_apart).collect::<Result<Vec<Row>>>()?;
     let cells = rows.iter().map(|row| vec![row.method.clone()]);
     let mut table = measurements(&["method"], cells.zip(rows.iter().map(|row| &row.measured)));
@@ -160,7 +160,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let title =
         format!("{} on {}", counted(rows.len() as u64, "method"), counted(clouds as u64, "cloud"));
     let charts = || (title.clone(), charts(&rows));
-    write_measurements(&arguments.output, &rows, &table, charts, arguments.force)?;
+    write_measurements(&outputs, &rows, &table, charts)?;
     Ok(Outcome::Done)
 }
 
@@ -176,7 +176,7 @@ fn measure_here(arguments: &Arguments, contender: Contender) -> Result<Row> {
     let frames = arguments.truth.clouds.open(&method)?;
     let bar = frame_bar(&contender.name(), frames.remaining());
     let measured = measure(frames, &method, arguments.truth.min_points, || bar.inc(1));
-    let measured = measured.map_err(with_hint)?;
+    let measured = measured.map_err(|error| arguments.truth.clouds.with_hint(error))?;
     bar.finish_and_clear();
     Ok(Row { method: contender.name(), measured, peak_memory: peak_memory() })
 }
@@ -186,6 +186,9 @@ fn measure_apart(place: usize) -> Result<Row> {
     let mut again = Command::new(std::env::current_exe()?);
     again.args(std::env::args_os().skip(1)).arg("--one").arg(place.to_string());
     let output = again.stdout(Stdio::piped()).stderr(Stdio::inherit()).output()?;
+    if output.status.code() == Some(i32::from(WRONG_USAGE)) {
+        return Err(NotThere("nothing was compared".to_owned()).into());
+    }
     if !output.status.success() {
         bail!("nothing was compared");
     }

@@ -16,7 +16,7 @@ use crate::arguments::objects::taxonomy;
 use crate::arguments::values::{COMPRESSIONS, one_of, positive};
 use crate::exit::Outcome;
 use crate::interrupt;
-use crate::output::{make_folder, refuse_existing};
+use crate::output::{OutputFile, Outputs, make_folder};
 use crate::progress::frame_bar;
 use crate::text::{counted, listed};
 
@@ -162,12 +162,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 fn semantic_kitti(arguments: &SemanticKitti) -> Result<Outcome> {
     let taxonomy = taxonomy(arguments.taxonomy.as_deref())?;
     let chosen = chosen(&arguments.root, &arguments.sequences)?;
-    let outputs = outputs(&arguments.output, &chosen)?;
-    for output in &outputs {
-        refuse_existing(output, arguments.writing.force)?;
-    }
+    let outputs = outputs(arguments, &chosen)?;
     let sequences = opened(arguments, &chosen)?;
-    if outputs.first() != Some(&arguments.output) {
+    if outputs.iter().any(|output| output.path() != arguments.output) {
         make_folder(&arguments.output)?;
     }
     for (sequence, output) in sequences.iter().zip(&outputs) {
@@ -175,13 +172,14 @@ fn semantic_kitti(arguments: &SemanticKitti) -> Result<Outcome> {
             eprintln!("note: sequence {}: {note}", sequence.name);
         }
         let bar = frame_bar(&format!("sequence {}", sequence.name), sequence.len() as u64);
-        let written = sequence.write(&taxonomy, output, &arguments.writing.options(), || {
-            bar.inc(1);
-            interrupt::check()
-        });
+        let written =
+            sequence.write(&taxonomy, output.path(), &arguments.writing.options(), || {
+                bar.inc(1);
+                interrupt::check()
+            });
         bar.finish_and_clear();
         let written = written.context("nothing written")?;
-        print(&written, output, &format!("sequence {} on {CLOUD_TOPIC}", sequence.name));
+        print(&written, output.path(), &format!("sequence {} on {CLOUD_TOPIC}", sequence.name));
     }
     Ok(Outcome::Done)
 }
@@ -206,11 +204,14 @@ fn names(sequences: &[(String, PathBuf)]) -> String {
 }
 
 /// The recording of each sequence: `output` itself, or NN.mcap in it if it is a folder.
-fn outputs(output: &Path, sequences: &[(String, PathBuf)]) -> Result<Vec<PathBuf>> {
+fn outputs(arguments: &SemanticKitti, sequences: &[(String, PathBuf)]) -> Result<Vec<OutputFile>> {
+    let SemanticKitti { root, output, predictions, taxonomy, writing, .. } = arguments;
+    let inputs = [Some(root), predictions.as_ref(), taxonomy.as_ref()].into_iter().flatten();
+    let mut outputs = Outputs::new(inputs.map(PathBuf::as_path), writing.force);
     let is_named_folder = output.as_os_str().as_encoded_bytes().ends_with(b"/");
     if !output.is_dir() && !is_named_folder {
         return match sequences {
-            [_] => Ok(vec![output.to_owned()]),
+            [_] => Ok(vec![outputs.recording(output)?]),
             several => bail!(
                 "{} is one recording for the sequences {}: choose one with --sequence, or name a \
                  folder ({}/)",
@@ -220,7 +221,10 @@ fn outputs(output: &Path, sequences: &[(String, PathBuf)]) -> Result<Vec<PathBuf
             ),
         };
     }
-    Ok(sequences.iter().map(|(name, _)| output.join(format!("{name}.mcap"))).collect())
+    let of_sequence = |(name, _): &(String, PathBuf)| {
+        outputs.file_in_made_folder(&output.join(format!("{name}.mcap")))
+    };
+    Ok(sequences.iter().map(of_sequence).collect::<Result<_, _>>()?)
 }
 
 /// Opens and checks all sequences.
@@ -245,7 +249,9 @@ fn opened(arguments: &SemanticKitti, chosen: &[(String, PathBuf)]) -> Result<Vec
 }
 
 fn folder(arguments: &Folder) -> Result<Outcome> {
-    refuse_existing(&arguments.output, arguments.writing.force)?;
+    let inputs = std::iter::once(&arguments.folder).chain(&arguments.labels);
+    let inputs = inputs.map(PathBuf::as_path);
+    let output = Outputs::new(inputs, arguments.writing.force).recording(&arguments.output)?;
     let options = FolderOptions {
         columns: arguments.columns.clone(),
         rate: arguments.rate,
@@ -259,7 +265,7 @@ fn folder(arguments: &Folder) -> Result<Outcome> {
     let bar = frame_bar("converting", scans.len() as u64);
     let (topic, frame_id) = (&arguments.topic, &arguments.frame_id);
     let options = arguments.writing.options();
-    let written = scans.write(&arguments.output, topic, frame_id, &options, || {
+    let written = scans.write(output.path(), topic, frame_id, &options, || {
         bar.inc(1);
         interrupt::check()
     });
@@ -269,11 +275,7 @@ fn folder(arguments: &Folder) -> Result<Outcome> {
         StampSource::Names => "times from the file names".to_owned(),
         StampSource::Rate(rate) => format!("{rate} per second"),
     };
-    print(
-        &written,
-        &arguments.output,
-        &format!("{} files on {topic}, {times}", scans.format.ending()),
-    );
+    print(&written, output.path(), &format!("{} files on {topic}, {times}", scans.format.ending()));
     Ok(Outcome::Done)
 }
 

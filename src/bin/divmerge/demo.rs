@@ -14,7 +14,7 @@ use divmerge::simulate::{Drive, Scene, Sensor};
 
 use crate::arguments::objects::ObjectArguments;
 use crate::exit::Outcome;
-use crate::output::make_folder;
+use crate::output::{OutputFile, Outputs, make_folder};
 use crate::progress::{RecordingProgress, frame_bar};
 use crate::{figure, interrupt, report};
 
@@ -43,27 +43,29 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     interrupt::listen();
     let folder = &arguments.out;
+    let mut outputs = Outputs::new(arguments.objects.files(), true);
+    let mut output = |name: &str| outputs.file_in_made_folder(&folder.join(name));
+    let [drive, annotated] = [output("drive.mcap")?, output("annotated.mcap")?];
+    let figure = output("figure.png")?;
     make_folder(folder)?;
-    let drive = folder.join("drive.mcap");
-    let annotated = folder.join("annotated.mcap");
     simulate(&drive, arguments)?;
-    let config = arguments.objects.config(&drive)?;
+    let (drive, annotated) = (drive.path(), annotated.path());
+    let config = arguments.objects.config(drive)?;
     let options = AnnotateOptions { force: true, config, ..AnnotateOptions::default() };
-    let progress = RecordingProgress::new("annotating", &drive);
-    let report = annotate(&drive, &annotated, &options, &mut |event| {
+    let progress = RecordingProgress::new("annotating", drive);
+    let report = annotate(drive, annotated, &options, &mut |event| {
         progress.show(&event);
         interrupt::check()
     })?;
     drop(progress);
     println!("{}", report::text(&report));
     let taxonomy = &options.config.taxonomy;
-    print_scores(&score(&annotated, taxonomy)?, taxonomy, &classes_of(&report));
-    let figure = folder.join("figure.png");
+    print_scores(&score(annotated, taxonomy)?, taxonomy, &classes_of(&report));
     if arguments.frames > 0 {
         let middle = arguments.frames as u64 / 2;
-        figure::draw(&drive, middle, &figure, &options.config)?;
+        figure::draw(drive, middle, &figure, &options.config)?;
     }
-    print_next(&drive, &annotated, &figure);
+    print_next(drive, annotated, figure.path());
     Ok(Outcome::Done)
 }
 
@@ -80,12 +82,12 @@ fn classes_of(report: &AnnotationReport) -> String {
     }
 }
 
-fn simulate(drive: &Path, arguments: &Arguments) -> Result<()> {
+fn simulate(drive: &OutputFile, arguments: &Arguments) -> Result<()> {
     let frames = arguments.frames;
     let street = Drive::new(Sensor::Hdl64e, Scene::Street, arguments.seed);
-    let options = WriteOptions { force: true, ..WriteOptions::default() };
+    let options = WriteOptions { force: drive.force(), ..WriteOptions::default() };
     let bar = frame_bar("simulating an HDL-64E in a street", frames as u64);
-    write_drive(&street, frames, drive, &options, |_| {
+    write_drive(&street, frames, drive.path(), &options, |_| {
         bar.inc(1);
         interrupt::check()
     })?;

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::annotated::{annotated, find_annotated};
 use crate::exit::Outcome;
-use crate::output::{refuse_existing, write_json};
+use crate::output::Outputs;
 use crate::progress::frame_bar;
 use crate::table::csv_line;
 use crate::text::{counted, grouped, listed};
@@ -74,22 +74,23 @@ struct Totals {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
-    for output in arguments.csv.iter().chain(&arguments.json) {
-        refuse_existing(output, arguments.force)?;
-    }
+    let inputs = [arguments.first.as_path(), &arguments.second];
+    let mut outputs = Outputs::new(inputs, arguments.force);
+    let csv = outputs.optional(arguments.csv.as_deref())?;
+    let json = outputs.optional(arguments.json.as_deref())?;
     let (mut found, mut totals) = (Vec::new(), Totals::default());
     for topic in topics(arguments)? {
         compare(arguments, &topic, &mut found, &mut totals)?;
     }
     found.sort_by_key(|found| std::cmp::Reverse(found.difference.points));
     print(&found, &totals, arguments.limit);
-    if let Some(csv) = &arguments.csv {
-        divmerge::recording::write_file(csv, as_csv(&found).as_bytes(), arguments.force)?;
-        println!("wrote {}", csv.display());
+    if let Some(csv) = csv {
+        csv.write(as_csv(&found).as_bytes())?;
+        println!("wrote {}", csv.path().display());
     }
-    if let Some(json) = &arguments.json {
-        write_json(json, &found, arguments.force)?;
-        println!("wrote {}", json.display());
+    if let Some(json) = json {
+        json.write_json(&found)?;
+        println!("wrote {}", json.path().display());
     }
     Ok(Outcome::Done)
 }

@@ -9,7 +9,8 @@ use divmerge::recording;
 /// A process that Ctrl-C ended.
 pub const INTERRUPTED: u8 = 130;
 const FAILED: u8 = 1;
-const WRONG_USAGE: u8 = 2;
+/// Arguments that cannot be.
+pub const WRONG_USAGE: u8 = 2;
 const INCOMPLETE: u8 = 3;
 
 /// How a command that did not fail ended.
@@ -32,6 +33,23 @@ impl Outcome {
 #[derive(Debug, thiserror::Error)]
 #[error("{1}")]
 pub struct WrongUsage(pub ErrorKind, pub String);
+
+/// An output that a command may not write, and what to do instead.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct RefusedOutput(pub String);
+
+impl RefusedOutput {
+    /// From an error of a check.
+    pub fn of(error: recording::Error) -> Self {
+        RefusedOutput(error.to_string())
+    }
+}
+
+/// Arguments that name what the input does not have.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct NotThere(pub String);
 
 /// A feature that this binary was built without.
 #[derive(Debug, thiserror::Error)]
@@ -57,8 +75,11 @@ pub fn exit_code(result: anyhow::Result<Outcome>, command: impl FnOnce() -> Comm
 fn code_of(error: &anyhow::Error) -> u8 {
     match error.downcast_ref::<divmerge::Error>() {
         Some(divmerge::Error::Interrupted { .. } | divmerge::Error::Left { .. }) => INTERRUPTED,
+        Some(divmerge::Error::NoCloud { problem, .. }) if problem.is_of_arguments() => WRONG_USAGE,
         Some(divmerge::Error::Recording(error)) => code_of_recording(error),
-        _ if error.is::<NotBuilt>() => WRONG_USAGE,
+        _ if error.is::<NotBuilt>() || error.is::<RefusedOutput>() || error.is::<NotThere>() => {
+            WRONG_USAGE
+        }
         _ => error.downcast_ref().map_or(FAILED, code_of_recording),
     }
 }

@@ -17,7 +17,7 @@ use divmerge::view::{self, Target, explained_scene, explanation_report};
 use crate::arguments::method::MethodArguments;
 use crate::arguments::values::{position, positive};
 use crate::exit::{Outcome, WrongUsage};
-use crate::output::{picture, refuse_existing, rrd, write_picture};
+use crate::output::{OutputFile, Outputs, picture, rrd};
 use crate::viewer;
 
 /// Explain why two points are one instance or not, or what one point belongs to
@@ -84,9 +84,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if arguments.rerun.is_some() {
         viewer::require_built()?;
     }
-    for output in arguments.output.iter().chain(&arguments.rerun) {
-        refuse_existing(output, arguments.force)?;
-    }
+    let inputs = std::iter::once(arguments.input.as_path()).chain(arguments.method.files());
+    let mut outputs = Outputs::new(inputs, arguments.force);
+    let output = outputs.optional(arguments.output.as_deref())?;
+    outputs.optional(arguments.rerun.as_deref())?;
     let method = arguments.method.config(&arguments.input)?;
     if let Some(other) = &method.pipeline.other_method {
         bail!(
@@ -96,7 +97,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     let (path, which) = (&arguments.input, CloudAt::Frame(arguments.frame));
     let message = encoded_cloud_at(path, arguments.topic.as_deref(), which)?;
-    explain_message(arguments, &method, &message).with_context(|| {
+    explain_message(arguments, &method, &message, output.as_ref()).with_context(|| {
         format!("{}: frame {} of {}", path.display(), message.number, message.topic)
     })?;
     Ok(Outcome::Done)
@@ -107,6 +108,7 @@ fn explain_message(
     arguments: &Arguments,
     method: &AnnotateConfig,
     message: &EncodedCloud,
+    output: Option<&OutputFile>,
 ) -> Result<()> {
     let wire = message.decode()?;
     let decoded = method.decode(&wire, &message.key(&wire))?;
@@ -118,13 +120,13 @@ fn explain_message(
         true => println!("{}", serde_json::to_string_pretty(&report)?),
         false => print!("{}", ExplanationText { report: &report, max_pairs: arguments.pairs }),
     }
-    if let Some(output) = &arguments.output {
+    if let Some(output) = output {
         const DPI: f64 = 192.0;
         let (scene, explanation) = (explained_scene(&frame, &report), &report.explanation);
         let page = view::explanation(&scene, explanation, &explanation.headline(), DPI);
-        let bytes = write_picture(output, &page, DPI, arguments.force)?;
+        let bytes = output.write_picture(&page, DPI)?;
         if !arguments.json {
-            println!("\nwrote {} ({bytes} bytes)", output.display());
+            println!("\nwrote {} ({bytes} bytes)", output.path().display());
         }
     }
     if let Some(rrd) = &arguments.rerun {

@@ -8,13 +8,12 @@ use clap::Args;
 use divmerge::datasets::scans::SOURCE;
 use divmerge::datasets::semantic_kitti::label_pairs::{label_file, stray_label_files};
 use divmerge::datasets::semantic_kitti::sequence::SEQUENCE_KEY;
-use divmerge::datasets::semantic_kitti::write_labels;
 use divmerge::frames::{EncodedCloud, EncodedClouds, find_metadata};
 use divmerge::recording::{Metadata, Overview};
 
 use crate::annotated::annotated;
 use crate::exit::Outcome;
-use crate::output::{make_folder, refuse_address, refuse_existing};
+use crate::output::{OutputFile, Outputs, make_folder, refuse_address};
 use crate::progress::frame_bar;
 use crate::text::counted;
 
@@ -70,12 +69,16 @@ struct Export<'a> {
     input: &'a Path,
     topic: String,
     labels: PathBuf,
+    /// A file for each cloud.
+    files: Vec<OutputFile>,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
-    let exports = exports(arguments)?;
-    for export in &exports {
-        refuse_existing_labels(export, arguments.force)?;
+    let mut exports = exports(arguments)?;
+    let inputs = arguments.inputs.iter().map(PathBuf::as_path);
+    let mut outputs = Outputs::new(inputs, arguments.force);
+    for export in &mut exports {
+        export.files = label_files(export, &mut outputs)?;
     }
     let mut outcome = Outcome::Done;
     for export in &exports {
@@ -114,7 +117,7 @@ fn exports(arguments: &Arguments) -> Result<Vec<Export<'_>>> {
             Some(topic) => topic.clone(),
             None => annotated(input)?.swap_remove(0),
         };
-        exports.push(Export { input, topic, labels });
+        exports.push(Export { input, topic, labels, files: Vec::new() });
     }
     Ok(exports)
 }
@@ -142,17 +145,16 @@ fn check_name(name: &str, input: &Path) -> Result<()> {
     }
 }
 
-/// Refuses existing label files; with `force`, only those that belong to no cloud.
-fn refuse_existing_labels(export: &Export, force: bool) -> Result<()> {
+/// The label file of each cloud. Files of that name that belong to no cloud are an error.
+fn label_files(export: &Export, outputs: &mut Outputs) -> Result<Vec<OutputFile>> {
     refuse_address(&export.labels)?;
     let clouds = EncodedClouds::open(export.input, Some(&export.topic), 0..=u64::MAX)?;
-    if !force {
-        for number in 0..clouds.message_count() {
-            refuse_existing(&label_file(&export.labels, number), force)?;
-        }
-    }
+    let name = |number| label_file(&export.labels, number);
+    let files =
+        (0..clouds.message_count()).map(|number| outputs.file_in_made_folder(&name(number)));
+    let files: Vec<OutputFile> = files.collect::<Result<_, _>>()?;
     if !export.labels.exists() {
-        return Ok(());
+        return Ok(files);
     }
     if let Some(stray) = stray_label_files(&export.labels, clouds.message_count())?.first() {
         bail!(
@@ -162,28 +164,30 @@ fn refuse_existing_labels(export: &Export, force: bool) -> Result<()> {
             export.input.display()
         );
     }
-    Ok(())
+    Ok(files)
 }
 
 fn write(export: &Export, arguments: &Arguments) -> Result<()> {
-    let Export { input, topic, labels } = export;
+    let Export { input, topic, labels, files } = export;
     let messages = EncodedClouds::open(input, Some(topic), 0..=u64::MAX)?;
     make_folder(labels)?;
-    let (bar, mut points, mut files) = (frame_bar("exporting", messages.message_count()), 0, 0);
+    let (bar, mut points, mut written) = (frame_bar("exporting", messages.message_count()), 0, 0);
     for message in messages {
         let message = message?;
         let words = words(&message, arguments).with_context(|| {
             format!("{}: frame {} of `{topic}`", input.display(), message.number)
         })?;
-        write_labels(&label_file(labels, message.number), &words)?;
+        // A file that grows may have more clouds than when it was opened.
+        let Some(file) = files.get(message.number as usize) else { break };
+        file.write_labels(&words)?;
         points += words.len() as u64;
-        files += 1;
+        written += 1;
         bar.inc(1);
     }
     bar.finish_and_clear();
     println!(
         "wrote {} with {} of `{topic}` to {}",
-        counted(files, "label file"),
+        counted(written, "label file"),
         counted(points, "point"),
         labels.display()
     );

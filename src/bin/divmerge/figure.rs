@@ -18,7 +18,7 @@ use divmerge::view::{
 use crate::arguments::method::MethodArguments;
 use crate::arguments::values::{NamedValue, one_of, range};
 use crate::exit::Outcome;
-use crate::output::{make_folder, picture, refuse_existing, write_picture};
+use crate::output::{OutputFile, Outputs, make_folder, picture};
 use crate::progress::frame_bar;
 use crate::text::counted;
 
@@ -114,6 +114,9 @@ const STEPS: &[NamedValue<Step>] = &[
 ];
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    let inputs = std::iter::once(arguments.input.as_path()).chain(arguments.method.files());
+    let mut outputs = Outputs::new(inputs, arguments.force);
+    let output = outputs.optional(arguments.output.as_deref())?;
     let method = arguments.method.config(&arguments.input)?;
     let panels = match (arguments.panels.as_slice(), &method.pipeline.other_method) {
         ([], None) => FigureOptions::default().panels,
@@ -128,10 +131,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         dpi: arguments.dpi,
     };
     if let Some(folder) = &arguments.video {
-        return video(arguments, &method, options, folder);
-    }
-    if let Some(output) = &arguments.output {
-        refuse_existing(output, arguments.force)?;
+        return video(arguments, &method, options, &mut outputs, folder);
     }
     if let Some(folder) = &arguments.steps {
         make_folder(folder)?;
@@ -146,25 +146,24 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let message = encoded_cloud_at(&arguments.input, arguments.topic.as_deref(), which)?;
     let clustered = clustered(&message, &method)?;
     let scene = clustered.scene(&method, start_ns, &mut ColourTracker::default());
-    if let Some(output) = &arguments.output {
-        let bytes =
-            write_picture(output, &view::figure(&scene, &options)?, options.dpi, arguments.force)?;
-        println!("wrote {} ({bytes} bytes, {})", output.display(), scene.heading);
+    if let Some(output) = &output {
+        let bytes = output.write_picture(&view::figure(&scene, &options)?, options.dpi)?;
+        println!("wrote {} ({bytes} bytes, {})", output.path().display(), scene.heading);
     }
     if let Some(folder) = &arguments.steps {
-        steps(&scene, &options, arguments, folder)?;
+        steps(&scene, &options, arguments.steps_by, &mut outputs, folder)?;
     }
     Ok(Outcome::Done)
 }
 
 /// Draws the figure of `demo`.
-pub fn draw(input: &Path, frame: u64, output: &Path, method: &AnnotateConfig) -> Result<()> {
+pub fn draw(input: &Path, frame: u64, output: &OutputFile, method: &AnnotateConfig) -> Result<()> {
     let start_ns = Overview::read(input)?.start_ns.unwrap_or(0);
     let message = encoded_cloud_at(input, None, CloudAt::Frame(frame))?;
     let clustered = clustered(&message, method)?;
     let scene = clustered.scene(method, start_ns, &mut ColourTracker::default());
     let options = FigureOptions::default();
-    write_picture(output, &view::figure(&scene, &options)?, options.dpi, true)?;
+    output.write_picture(&view::figure(&scene, &options)?, options.dpi)?;
     Ok(())
 }
 
@@ -185,6 +184,7 @@ fn video(
     arguments: &Arguments,
     method: &AnnotateConfig,
     mut options: FigureOptions,
+    outputs: &mut Outputs,
     folder: &Path,
 ) -> Result<Outcome> {
     let frames = arguments.frames.clone().unwrap_or(0..u64::MAX);
@@ -196,14 +196,18 @@ fn video(
         let problem = NoCloud::NoFrame { frame: frames.end - 1, counts };
         return Err(Error::NoCloud { path: arguments.input.clone(), problem }.into());
     }
+    let end = frames.end.min(count);
+    let name = |number: u64| folder.join(format!("frame_{number:06}.png"));
+    let pictures = (frames.start..end).map(|number| outputs.file_in_made_folder(&name(number)));
+    let pictures: Vec<OutputFile> = pictures.collect::<Result<_, _>>()?;
     make_folder(folder)?;
-    let bar = frame_bar("drawing", frames.end.min(count) - frames.start);
+    let bar = frame_bar("drawing", pictures.len() as u64);
     let mut colours = ColourTracker::default();
     let (mut drawn, mut unreadable) = (0_u64, 0_u64);
     for message in messages {
         let message = message?;
-        let output = folder.join(format!("frame_{:06}.png", message.number));
-        refuse_existing(&output, arguments.force)?;
+        // A file that grows may have more clouds than when it was opened.
+        let Some(output) = pictures.get((message.number - frames.start) as usize) else { break };
         let frame = match clustered(&message, method) {
             Ok(frame) => frame,
             Err(error) if is_of_one_cloud(&error) => {
@@ -220,7 +224,7 @@ fn video(
             let window = options.crop.within(image.rows(), image.columns())?;
             options.region = Some(PlaneRegion::of_objects(&scene, &window, options.crop.is_all()));
         }
-        write_picture(&output, &view::figure(&scene, &options)?, options.dpi, arguments.force)?;
+        output.write_picture(&view::figure(&scene, &options)?, options.dpi)?;
         drawn += 1;
         bar.inc(1);
     }
@@ -237,17 +241,19 @@ fn is_of_one_cloud(error: &anyhow::Error) -> bool {
 fn steps(
     scene: &FrameScene,
     options: &FigureOptions,
-    arguments: &Arguments,
+    by: Step,
+    outputs: &mut Outputs,
     folder: &Path,
 ) -> Result<()> {
-    let by_decision = arguments.steps_by == Step::Decision;
+    let by_decision = by == Step::Decision;
     let steps = view::steps(scene, options, by_decision)?;
+    let name = |number: usize| folder.join(format!("step_{number:05}.png"));
+    let pictures = (1..=steps.len()).map(|number| outputs.file(&name(number)));
+    let pictures: Vec<OutputFile> = pictures.collect::<Result<_, _>>()?;
     let bar = frame_bar("drawing", steps.len() as u64);
-    for (number, step) in (1..).zip(&steps) {
-        let output = folder.join(format!("step_{number:05}.png"));
-        refuse_existing(&output, arguments.force)?;
+    for ((number, step), picture) in (1..).zip(&steps).zip(&pictures) {
         let page = view::step_figure(scene, options, step, number, steps.len());
-        write_picture(&output, &page, options.dpi, arguments.force)?;
+        picture.write_picture(&page, options.dpi)?;
         bar.inc(1);
     }
     bar.finish_and_clear();

@@ -12,7 +12,7 @@ use divmerge::recording::STANDARD_STREAM;
 
 use crate::exit::Outcome;
 use crate::layout::Layout;
-use crate::output::{make_parent, refuse_existing, write_metadata};
+use crate::output::{OutputFile, Outputs, is_recording, make_parent, metadata_in};
 use crate::progress::RecordingProgress;
 use crate::{interrupt, report};
 
@@ -79,22 +79,25 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if output == STANDARD_STREAM {
         bail!("cannot join to standard output; name a file");
     }
-    let is_file = output.extension().is_some_and(|end| end == "mcap") && !output.is_dir();
-    let is_folder = recordings.len() > 1 || !is_file;
-    let (mut reports, mut made) = (Vec::new(), Vec::new());
-    for slices in &recordings {
-        let output = match is_folder {
-            true => arguments.output.join(&slices[0].slice.name),
-            false => arguments.output.clone(),
-        };
-        match arguments.resume && output.exists() {
-            true => println!("{} already exists", output.display()),
-            false => reports.push(one(arguments, slices, &output)?),
-        }
-        made.push((slices[0].slice.input.clone(), output));
+    let is_file = is_recording(output) && !output.is_dir();
+    if is_file && recordings.len() > 1 {
+        let (output, count) = (output.display(), recordings.len());
+        bail!("{output}: is one recording for the slices of {count}; name a folder");
     }
-    if is_folder {
-        for path in metadata_of_bags(&made)? {
+    let joins = joins(arguments, &recordings, !is_file)?;
+    let bags = if is_file { Vec::new() } else { bags(arguments, &recordings, &joins)? };
+    let mut reports = Vec::new();
+    for (join, slices) in joins.iter().zip(&recordings) {
+        match join {
+            Join { files: Some(files), .. } => {
+                reports.push(one(arguments, slices, files)?);
+            }
+            Join { output, files: None } => println!("{} already exists", output.display()),
+        }
+    }
+    let made: Vec<PathBuf> = joins.into_iter().map(|join| join.output).collect();
+    for (bag, file) in &bags {
+        if let Some(path) = file.write_metadata(bag, &made)? {
             println!("wrote {}", path.display());
         }
     }
@@ -104,16 +107,66 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     Ok(Outcome::of(reports.iter().all(AnnotationReport::is_complete)))
 }
 
-/// Writes a `metadata.yaml` beside outputs whose inputs are in a rosbag2 folder, and returns their
-/// names.
-fn metadata_of_bags(made: &[(PathBuf, PathBuf)]) -> Result<Vec<PathBuf>> {
-    let folders =
-        made.iter().filter_map(|(input, output)| Some((input.parent()?, output.parent()?)));
+/// A recording to write.
+struct Join {
+    output: PathBuf,
+    /// The recording and the layout beside it; `None` if it exists and is kept.
+    files: Option<(OutputFile, Layout)>,
+}
+
+/// The files that are read.
+fn inputs<'a>(
+    arguments: &'a Arguments,
+    recordings: &'a [Vec<SliceFile>],
+) -> impl Iterator<Item = &'a Path> {
+    let slices = recordings.iter().flatten();
+    let files = slices.flat_map(|file| [file.path.as_path(), file.slice.input.as_path()]);
+    files.chain(arguments.plan.as_deref()).chain(arguments.input.as_deref())
+}
+
+/// What is written for each recording.
+fn joins(
+    arguments: &Arguments,
+    recordings: &[Vec<SliceFile>],
+    is_folder: bool,
+) -> Result<Vec<Join>> {
+    let mut outputs = Outputs::new(inputs(arguments, recordings), arguments.force);
+    let mut joins = Vec::new();
+    for slices in recordings {
+        let output = match is_folder {
+            true => arguments.output.join(&slices[0].slice.name),
+            false => arguments.output.clone(),
+        };
+        let is_kept = arguments.resume && output.exists();
+        let files = match is_kept {
+            true => None,
+            false => Some((
+                outputs.file_in_made_folder(&output)?,
+                Layout::beside(&output, !arguments.no_layout, &mut outputs)?,
+            )),
+        };
+        joins.push(Join { output, files });
+    }
+    Ok(joins)
+}
+
+/// The rosbag2 folders that the recordings are from, each with its `metadata.yaml` beside the
+/// outputs.
+fn bags(
+    arguments: &Arguments,
+    recordings: &[Vec<SliceFile>],
+    joins: &[Join],
+) -> Result<Vec<(Bag, OutputFile)>> {
+    let mut outputs = Outputs::new(inputs(arguments, recordings), arguments.force);
+    let folders = recordings.iter().zip(joins).filter_map(|(slices, join)| {
+        Some((slices[0].slice.input.parent()?, join.output.parent()?))
+    });
     let folders: BTreeSet<(&Path, &Path)> = folders.collect();
-    let outputs: Vec<PathBuf> = made.iter().map(|(_, output)| output.clone()).collect();
     let bags = folders.into_iter().filter(|(input, _)| input.join(METADATA_FILE).is_file());
-    let written = bags.map(|(input, output)| write_metadata(&Bag::open(input)?, output, &outputs));
-    Ok(written.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())
+    let bag = |(input, output): (&Path, &Path)| {
+        Ok((Bag::open(input)?, outputs.file_again(&metadata_in(output))?))
+    };
+    bags.map(bag).collect()
 }
 
 /// The named slices, and those in named folders.
@@ -131,17 +184,19 @@ fn slices(paths: &[PathBuf]) -> Result<Vec<SliceFile>> {
     Ok(slices)
 }
 
-fn one(arguments: &Arguments, slices: &[SliceFile], output: &Path) -> Result<AnnotationReport> {
-    refuse_existing(output, arguments.force)?;
-    let layout = Layout::beside(output, !arguments.no_layout, arguments.force)?;
-    make_parent(output)?;
+fn one(
+    arguments: &Arguments,
+    slices: &[SliceFile],
+    (file, layout): &(OutputFile, Layout),
+) -> Result<AnnotationReport> {
+    make_parent(file.path())?;
     let options = JoinOptions {
         input: arguments.input.clone(),
-        force: arguments.force,
+        force: file.force(),
         threads: arguments.threads.map_or(0, usize::from),
     };
     let progress = RecordingProgress::new("joining", &slices[0].slice.input);
-    let report = join(slices, output, &options, &mut |event| {
+    let report = join(slices, file.path(), &options, &mut |event| {
         progress.show(&event);
         interrupt::check()
     })?;

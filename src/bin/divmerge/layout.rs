@@ -1,37 +1,39 @@
 //! The layout for viewers beside an annotated recording.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::Result;
 use divmerge::annotate::{AnnotationReport, Form, TopicReport};
 use divmerge::frames::{INSTANCES, OBJECTS};
-use divmerge::recording::{STANDARD_STREAM, write_file};
+use divmerge::recording::STANDARD_STREAM;
 use divmerge::view::{ShownTopic, viewer_layout};
 
-use crate::output::refuse_existing;
+use crate::exit::RefusedOutput;
+use crate::output::{OutputFile, Outputs};
 
 /// A layout file for Lichtblick and Foxglove.
 pub struct Layout {
-    /// Its name, if it is written.
-    path: Option<PathBuf>,
-    force: bool,
+    /// `None` if it is not written.
+    file: Option<OutputFile>,
 }
 
 impl Layout {
     /// The layout beside an output. It is not written beside a stream.
-    pub fn beside(output: &Path, is_written: bool, force: bool) -> Result<Self> {
+    pub fn beside(
+        output: &Path,
+        is_written: bool,
+        outputs: &mut Outputs,
+    ) -> Result<Self, RefusedOutput> {
         let is_written = is_written && output != STANDARD_STREAM;
         let path = is_written.then(|| output.with_extension("layout.json"));
-        if let Some(path) = &path {
-            refuse_existing(path, force)?;
-        }
-        Ok(Layout { path, force })
+        let file = path.map(|path| outputs.file_in_made_folder(&path)).transpose()?;
+        Ok(Layout { file })
     }
 
     /// Writes it for the annotated topics.
     pub fn write(&self, report: &AnnotationReport) -> Result<()> {
-        if let Some(path) = &self.path {
-            write_file(path, viewer_layout(&shown(report)).as_bytes(), self.force)?;
+        if let Some(file) = &self.file {
+            file.write(viewer_layout(&shown(report)).as_bytes())?;
         }
         Ok(())
     }

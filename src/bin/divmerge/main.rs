@@ -53,8 +53,9 @@ struct Cli {
 }
 
 const EXIT_CODES: &str = "\
-Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but some clouds could not be read or the \
-input is cut off (each named on stderr); 130 interrupted.
+Exit codes: 0 done; 1 failed; 2 wrong usage, such as an output that exists or a topic that is not \
+there; 3 done, but some clouds could not be read or the input is cut off (each named on stderr); \
+130 interrupted.
 
 Start with `divmerge demo`.";
 

@@ -5,11 +5,10 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use divmerge::annotate::slices::{Plan, Slice, plan, recordings};
-use divmerge::recording::write_file;
 
 use crate::arguments::values::at_least_one;
 use crate::exit::Outcome;
-use crate::output::refuse_existing;
+use crate::output::Outputs;
 use crate::table::Table;
 use crate::text::{counted, grouped};
 
@@ -48,15 +47,15 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
-    if let Some(output) = &arguments.output {
-        refuse_existing(output, arguments.force)?;
-    }
-    let slices = plan(&recordings(&arguments.inputs)?, arguments.shards, &arguments.topics)?;
+    let recordings = recordings(&arguments.inputs)?;
+    let inputs = recordings.iter().map(|planned| planned.input.as_path());
+    let output = Outputs::new(inputs, arguments.force).optional(arguments.output.as_deref())?;
+    let slices = plan(&recordings, arguments.shards, &arguments.topics)?;
     let made = Plan::new(slices);
-    match &arguments.output {
+    match output {
         None => print!("{}", made.to_json()),
         Some(output) => {
-            write_file(output, made.to_json().as_bytes(), arguments.force)?;
+            output.write(made.to_json().as_bytes())?;
             let head = ["recording", "slice", "clouds", "MB", "seconds"];
             print!("{}", Table::new(&head, made.slices.iter().enumerate().map(row)).markdown());
             let (all, requested) = (made.slices.len() as u64, arguments.shards);
@@ -64,7 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
                 let slices = counted(all, "slice");
                 println!("{slices} instead of {requested}: there are no more chunks with clouds");
             }
-            println!("wrote {}", output.display());
+            println!("wrote {}", output.path().display());
         }
     }
     Ok(Outcome::Done)

@@ -12,7 +12,7 @@ use divmerge::simulate::{Drive, Scene, Sensor};
 use crate::arguments::values::{COMPRESSIONS, NamedValue, one_of};
 use crate::exit::Outcome;
 use crate::interrupt;
-use crate::output::refuse_existing;
+use crate::output::Outputs;
 use crate::progress::frame_bar;
 use crate::text::{counted, grouped};
 
@@ -66,23 +66,23 @@ const ENCODINGS: &[NamedValue<CloudFormat>] = &[
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     interrupt::listen();
-    refuse_existing(&arguments.output, arguments.force)?;
+    let output = Outputs::new([], arguments.force).recording(&arguments.output)?;
     let drive = Drive::new(arguments.sensor, arguments.scene, arguments.seed);
     let options = WriteOptions {
         compression: arguments.compression,
-        force: arguments.force,
+        force: output.force(),
         ..WriteOptions::default()
     };
     let bar = frame_bar("simulating", arguments.frames as u64);
     let (format, frames) = (arguments.encoding, arguments.frames);
-    let bytes = write_drive_in(format, &drive, frames, &arguments.output, &options, |_| {
+    let bytes = write_drive_in(format, &drive, frames, output.path(), &options, |_| {
         bar.inc(1);
         interrupt::check()
     })?;
     bar.finish_and_clear();
     println!(
         "wrote {} ({} bytes, {} of {} in scene {} on {CLOUD_TOPIC})",
-        arguments.output.display(),
+        output.path().display(),
         grouped(bytes),
         counted(arguments.frames as u64, "cloud"),
         arguments.sensor,

@@ -11,10 +11,10 @@ use serde::Serialize;
 
 use crate::arguments::method::PRESETS;
 use crate::arguments::objects::ObjectArguments;
-use crate::arguments::truth::{TruthArguments, with_hint};
+use crate::arguments::truth::TruthArguments;
 use crate::arguments::values::{number, one_of};
 use crate::exit::Outcome;
-use crate::output::{chart_or_table, refuse_existing};
+use crate::output::{Outputs, chart_or_table};
 use crate::progress::frame_bar;
 use crate::table::{measurements, write_measurements};
 use crate::text::counted;
@@ -129,9 +129,8 @@ struct Row {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
-    for output in &arguments.output {
-        refuse_existing(output, arguments.force)?;
-    }
+    let inputs = arguments.truth.clouds.files().chain(arguments.objects.files());
+    let outputs = Outputs::new(inputs, arguments.force).files(&arguments.output)?;
     let values = match arguments.values.as_slice() {
         [] => arguments.over.usual().0,
         values => values,
@@ -153,7 +152,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         method.pipeline = config;
         let frames = arguments.truth.clouds.open(&method)?;
         let measured = measure(frames, &method, arguments.truth.min_points, || bar.inc(1));
-        let measured = measured.map_err(with_hint)?;
+        let measured = measured.map_err(|error| arguments.truth.clouds.with_hint(error))?;
         rows.push(Row { preset, value, measured });
     }
     bar.finish_and_clear();
@@ -162,7 +161,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let table = measurements(&head, cells.zip(rows.iter().map(|row| &row.measured)));
     print!("{}", table.markdown());
     let charts = || charts(arguments.over, &rows);
-    write_measurements(&arguments.output, &rows, &table, charts, arguments.force)?;
+    write_measurements(&outputs, &rows, &table, charts)?;
     Ok(Outcome::Done)
 }
 

@@ -1,14 +1,11 @@
 //! Tables: Markdown that is readable in a terminal, and CSV.
 
-use std::path::PathBuf;
-
 use anyhow::Result;
 use divmerge::comparison::MethodScores;
-use divmerge::recording::write_file;
 use divmerge::view::{LineChart, line_charts};
 use serde::Serialize;
 
-use crate::output::{extension, write_json, write_picture};
+use crate::output::{OutputFile, extension};
 
 /// Rows of cells; the first row is the head, the first column has words, which are aligned left.
 pub struct Table {
@@ -90,24 +87,23 @@ impl Table {
 /// Writes measurements by the extension of each output: all of `rows` as JSON, the table as CSV or
 /// Markdown, or charts.
 pub fn write_measurements(
-    outputs: &[PathBuf],
+    outputs: &[OutputFile],
     rows: &impl Serialize,
     table: &Table,
     charts: impl Fn() -> (String, Vec<LineChart>),
-    force: bool,
 ) -> Result<()> {
     const DPI: f64 = 192.0;
     for output in outputs {
-        match extension(output).as_str() {
-            "json" => write_json(output, rows, force)?,
-            "csv" => write_file(output, table.csv().as_bytes(), force)?,
-            "md" => write_file(output, table.markdown().as_bytes(), force)?,
+        match extension(output.path()).as_str() {
+            "json" => output.write_json(rows)?,
+            "csv" => output.write(table.csv().as_bytes())?,
+            "md" => output.write(table.markdown().as_bytes())?,
             _ => {
                 let (title, charts) = charts();
-                write_picture(output, &line_charts(&title, &charts), DPI, force)?;
+                output.write_picture(&line_charts(&title, &charts), DPI)?;
             }
         }
-        println!("wrote {}", output.display());
+        println!("wrote {}", output.path().display());
     }
     Ok(())
 }

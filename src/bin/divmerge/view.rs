@@ -11,7 +11,7 @@ use divmerge::view::Target;
 use crate::arguments::method::MethodArguments;
 use crate::arguments::selection::SelectionArguments;
 use crate::exit::Outcome;
-use crate::output::{refuse_existing, rrd};
+use crate::output::{Outputs, rrd};
 use crate::progress::RecordingProgress;
 use crate::text::counted;
 use crate::{interrupt, viewer};
@@ -56,7 +56,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     interrupt::listen();
     let target = target(arguments);
     if let Target::Save { path, force } = &target {
-        refuse_existing(path, *force)?;
+        let inputs = std::iter::once(arguments.input.as_path()).chain(arguments.method.files());
+        Outputs::new(inputs, *force).file(path)?;
     }
     let selection = arguments.selection.selection(&arguments.input)?;
     let method = arguments.method.config(&arguments.input)?;

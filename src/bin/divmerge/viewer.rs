@@ -58,12 +58,9 @@ pub fn require_built() -> Result<()> {
     Ok(())
 }
 
-/// Opens a stream with the name of the recording. The recording itself is never replaced.
+/// Opens a stream with the name of the recording.
 #[cfg(feature = "rerun")]
 pub fn open(target: &Target, input: &Path, method: &AnnotateConfig) -> Result<RerunStream> {
-    if let Target::Save { path, .. } = target {
-        refuse_same(path, input)?;
-    }
     let title = input.file_name().unwrap_or(input.as_os_str()).to_string_lossy();
     Ok(RerunStream::open(target, &title, method)?)
 }
@@ -72,17 +69,6 @@ pub fn open(target: &Target, input: &Path, method: &AnnotateConfig) -> Result<Re
 #[cfg(not(feature = "rerun"))]
 pub fn open(_: &Target, _: &Path, _: &AnnotateConfig) -> Result<RerunStream> {
     Err(NOT_BUILT.into())
-}
-
-/// Refuses to replace the recording by the stream.
-#[cfg(feature = "rerun")]
-fn refuse_same(rrd: &Path, recording: &Path) -> Result<()> {
-    let is_same = match (rrd.canonicalize(), recording.canonicalize()) {
-        (Ok(rrd), Ok(recording)) => rrd == recording,
-        _ => rrd == recording,
-    };
-    anyhow::ensure!(!is_same, "{}: is the recording; name another file", rrd.display());
-    Ok(())
 }
 
 /// Reads the target of `--rerun`.

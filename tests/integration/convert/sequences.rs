@@ -274,7 +274,7 @@ fn several_sequences_go_to_a_folder() {
     assert!(code == Some(0) && said.contains("out/11.mcap"), "{said}{errors}");
     assert!(!Path::new(&out).join("07.mcap").exists());
     let (code, _, errors) = kitti(&[path(&root), "-o", &out]);
-    assert!(code == Some(1) && errors.contains("00.mcap exists; use --force"), "{errors}");
+    assert!(code == Some(2) && errors.contains("00.mcap exists; use --force"), "{errors}");
     let (code, _, errors) = kitti(&[path(&root), "-o", &out, "--sequence", "05"]);
     assert!(
         code == Some(1) && errors.contains("no sequence 05 with scans; sequences: 00, 07, 11"),
@@ -337,7 +337,7 @@ fn labels_come_back_and_go_to_their_sequences() {
     same(&root, "labels");
     let again = [&both, &fields("predicted_label", "predicted_instance")[..]].concat();
     let (code, said) = export(&again);
-    assert!(code == Some(1) && said.contains("000000.label exists; use --force"), "{said}");
+    assert!(code == Some(2) && said.contains("000000.label exists; use --force"), "{said}");
     assert_eq!(export(&[&again, &["--force"][..]].concat()).0, Some(0));
     same(&network, "predictions");
     write(&mine.join("sequences/11/predictions/000003.label"), "");

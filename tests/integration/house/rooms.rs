@@ -178,18 +178,62 @@ fn records_are_read_in_their_rooms_only() {
     fail_on(&beyond(&[], &found, "reads records: use the walker of frames"));
 }
 
-/// The binary writes with `write_file`, which leaves no half-written file.
+/// The binary writes what `Outputs` has checked, so that no command writes over its input, through
+/// a link, or half a file.
 #[test]
-fn the_binary_writes_whole_files_only() {
-    const WRITES: &[&[&str]] = &[&["fs", "write"], &["File", "create"], &["OpenOptions", "new"]];
+fn the_binary_writes_checked_outputs_only() {
+    const OUTPUT: &str = "src/bin/divmerge/output.rs";
+    const WRITES: &[&[&str]] = &[
+        &["fs", "write"],
+        &["fs", "copy"],
+        &["fs", "rename"],
+        &["fs", "create_dir"],
+        &["fs", "create_dir_all"],
+        &["File", "create"],
+        &["File", "create_new"],
+        &["File", "options"],
+        &["OpenOptions", "new"],
+        &["PartialFile", "create"],
+        &["write_file"],
+        &["write_labels"],
+    ];
     let mut found = Vec::new();
     for module in &HOUSE.modules {
-        let mentions = module.mentions.iter().filter(|_| is_in(&module.file, "src/bin"));
+        let is_checked = module.file == OUTPUT || !is_in(&module.file, "src/bin");
+        let mentions = module.mentions.iter().filter(|_| !is_checked);
         let ends = |path: &[String]| WRITES.iter().any(|end| path.ends_with(&owned(end)));
         let writes = mentions.filter(|mention| ends(&mention.path));
         found.extend(writes.map(|mention| (module.file.clone(), mention.line)));
     }
-    fail_on(&beyond(&[], &found, "writes a file: use write_file"));
+    fail_on(&beyond(&[], &found, "writes a file: use Outputs and OutputFile"));
+}
+
+/// The library's functions that write to a path get it from a checked output.
+#[test]
+fn commands_check_what_the_library_writes() {
+    const WRITERS: &[&[&str]] = &[
+        &["annotate", "annotate"],
+        &["annotate", "join"],
+        &["drive", "write_drive"],
+        &["drive", "write_drive_in"],
+        &["recording", "triage_recording"],
+        &["scans", "ScanFolder"],
+        &["sequence", "Sequence"],
+        &["viewer", "open"],
+    ];
+    let mut found = Vec::new();
+    for module in HOUSE.modules.iter().filter(|module| is_in(&module.file, "src/bin")) {
+        let ends = |path: &[String]| WRITERS.iter().any(|end| path.ends_with(&owned(end)));
+        let checks = |path: &[String]| path.ends_with(&owned(&["output", "Outputs"]));
+        let imports = module.imports.iter().map(|import| (&import.path, import.line));
+        let mentions = module.mentions.iter().map(|mention| (&mention.path, mention.line));
+        let paths: Vec<(&Vec<String>, usize)> = imports.chain(mentions).collect();
+        if !paths.iter().any(|(path, _)| checks(path)) {
+            let writes = paths.iter().filter(|(path, _)| ends(path));
+            found.extend(writes.map(|(_, line)| (module.file.clone(), *line)));
+        }
+    }
+    fail_on(&beyond(&[], &found, "writes without Outputs, which checks the name"));
 }
 
 fn owned(words: &[&str]) -> Vec<String> {

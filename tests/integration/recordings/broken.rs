@@ -246,9 +246,8 @@ fn clouds_of_no_rows_or_no_columns() {
 fn a_missing_field_is_named_with_those_that_are_there() {
     let (_folder, input) = drive(1);
     let mut options = options(Semantics::Field("klass".into()));
-    let (_, report) = run(&input, &options).expect("passed through");
-    assert_eq!(report.topics[CLOUD_TOPIC].unreadable, 1);
-    assert!(report.warnings[0].contains("klass") && report.warnings[0].contains("label"));
+    let error = run(&input, &options).expect_err("no such field").to_string();
+    assert!(error.contains("`klass`") && error.contains("label"), "{error}");
     options.topics = vec!["/nothing".into()];
     options.force = true;
     let error = run(&input, &options).expect_err("no such topic").to_string();

@@ -23,12 +23,12 @@ use crate::arguments::selection::window;
 use crate::arguments::values::{COMPRESSIONS, NamedValue, one_of};
 use crate::exit::{Outcome, error_chain};
 use crate::layout::Layout;
-use crate::output::{make_parent, refuse_existing};
+use crate::output::{Outputs, make_parent};
 use crate::progress::RecordingProgress;
 use crate::text::counted;
 use crate::viewer::{self, Watcher};
 use crate::{interrupt, report};
-use tasks::{Task, Tasks};
+use tasks::{CheckedTask, CheckedTasks, Tasks};
 
 /// Write a recording again with object instances
 ///
@@ -186,7 +186,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     let mut tasks = Tasks::new(&arguments.inputs, &arguments.output)?;
     let done = if arguments.resume { tasks.skip_finished() } else { Vec::new() };
-    tasks.prepare(arguments.force)?;
+    let read = tasks.inputs();
+    let inputs = read.iter().map(PathBuf::as_path).chain(arguments.method.files());
+    let mut outputs = Outputs::new(inputs, arguments.force);
+    check_stream(arguments, &mut outputs)?;
+    let tasks = tasks.check(&mut outputs, !arguments.no_layout)?;
+    tasks.make_folders()?;
     match tasks.tasks.as_slice() {
         [task] if !tasks.has_folder => {
             let report = one(arguments, task, None)?;
@@ -211,19 +216,31 @@ fn one_slice(arguments: &Arguments, planned: &PlannedSlice) -> Result<Outcome> {
         _ => bail!("--slice takes one recording at most"),
     };
     let output = arguments.output.join(slice.file_name());
-    let task = Task { input, output };
-    if arguments.resume && task.output.exists() {
-        println!("{} already exists", task.output.display());
+    if arguments.resume && output.exists() {
+        println!("{} already exists", output.display());
         return Ok(Outcome::Done);
     }
-    refuse_existing(&task.output, arguments.force)?;
-    make_parent(&task.output)?;
+    let inputs = [input.as_path(), &planned.plan].into_iter().chain(arguments.method.files());
+    let mut outputs = Outputs::new(inputs, arguments.force);
+    check_stream(arguments, &mut outputs)?;
+    let file = outputs.file_in_made_folder(&output)?;
+    let layout = Layout::beside(&output, false, &mut outputs)?;
+    make_parent(&output)?;
+    let task = CheckedTask { input: input.clone(), output: file, layout };
     let report = one(arguments, &task, Some(slice))?;
     print_json(arguments, &task, &report)?;
     Ok(Outcome::of(report.is_complete()))
 }
 
-fn print_json(arguments: &Arguments, task: &Task, report: &AnnotationReport) -> Result<()> {
+/// Checks the file of `--rerun`, if it is one.
+fn check_stream(arguments: &Arguments, outputs: &mut Outputs) -> Result<()> {
+    if let Some(Target::Save { path, .. }) = &arguments.rerun {
+        outputs.file(path)?;
+    }
+    Ok(())
+}
+
+fn print_json(arguments: &Arguments, task: &CheckedTask, report: &AnnotationReport) -> Result<()> {
     match arguments.json {
         true => print(task, &(serde_json::to_string_pretty(report)? + "\n")),
         false => Ok(()),
@@ -231,13 +248,13 @@ fn print_json(arguments: &Arguments, task: &Task, report: &AnnotationReport) -> 
 }
 
 /// Annotates one recording after the other. If one fails, the others are annotated all the same.
-fn several(arguments: &Arguments, tasks: &Tasks, done: Vec<PathBuf>) -> Result<Outcome> {
+fn several(arguments: &Arguments, tasks: &CheckedTasks, done: Vec<PathBuf>) -> Result<Outcome> {
     let (mut reports, mut made, mut failed) = (Vec::new(), done, Vec::new());
     let all = made.len() + tasks.tasks.len();
     for task in &tasks.tasks {
         match one(arguments, task, None) {
             Ok(report) => {
-                made.push(task.output.clone());
+                made.push(task.output.path().to_owned());
                 reports.push(report);
             }
             Err(error) if interrupt::check().is_break() => return Err(error),
@@ -263,19 +280,21 @@ fn several(arguments: &Arguments, tasks: &Tasks, done: Vec<PathBuf>) -> Result<O
 }
 
 /// Annotates a recording and prints the report, unless it is printed as JSON later.
-fn one(arguments: &Arguments, task: &Task, slice: Option<Slice>) -> Result<AnnotationReport> {
-    let input = task.input.as_path();
-    let has_layout = !arguments.no_layout && slice.is_none();
+fn one(
+    arguments: &Arguments,
+    task: &CheckedTask,
+    slice: Option<Slice>,
+) -> Result<AnnotationReport> {
+    let (input, output) = (task.input.as_path(), task.output.path());
     let options = AnnotateOptions { slice, ..options(arguments, input)? };
-    let layout = Layout::beside(&task.output, has_layout, arguments.force)?;
     let target = arguments.rerun.clone().map(|target| match target {
         Target::Save { path, .. } => Target::Save { path, force: arguments.force },
         other => other,
     });
     let mut viewer = Watcher::open(target.as_ref(), input, &options.config)?;
     let progress = RecordingProgress::new("annotating", input);
-    interrupt::is_writing(&task.output);
-    let report = annotate(input, &task.output, &options, &mut |event| {
+    interrupt::is_writing(output);
+    let report = annotate(input, output, &options, &mut |event| {
         progress.show(&event);
         if let RunEvent::Frame(frame) = event {
             viewer.show(&frame);
@@ -283,7 +302,7 @@ fn one(arguments: &Arguments, task: &Task, slice: Option<Slice>) -> Result<Annot
         interrupt::check()
     })?;
     drop(progress);
-    layout.write(&report)?;
+    task.layout.write(&report)?;
     if !arguments.json {
         print(task, &report::text(&report))?;
         if arguments.profile {
@@ -320,8 +339,8 @@ fn options(arguments: &Arguments, input: &Path) -> Result<AnnotateOptions> {
 }
 
 /// Prints to standard output, or to stderr if the recording goes to standard output.
-fn print(task: &Task, text: &str) -> Result<()> {
-    match task.output.as_path() == STANDARD_STREAM {
+fn print(task: &CheckedTask, text: &str) -> Result<()> {
+    match task.output.path() == STANDARD_STREAM {
         true => eprint!("{text}"),
         false => print!("{text}"),
     }

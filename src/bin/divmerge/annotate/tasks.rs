@@ -8,7 +8,9 @@ use anyhow::{Context, Result, bail};
 use divmerge::datasets::bag::{Bag, METADATA_FILE};
 use divmerge::recording::{STANDARD_STREAM, is_stream};
 
-use crate::output::{make_folder, refuse_existing, write_metadata};
+use crate::exit::RefusedOutput;
+use crate::layout::Layout;
+use crate::output::{OutputFile, Outputs, is_recording, make_folder, metadata_in};
 
 /// A recording and its output.
 #[derive(Debug, PartialEq, Eq)]
@@ -33,11 +35,11 @@ impl Tasks {
         match inputs {
             [input] if is_stream(input) || !input.is_dir() => tasks.add_single(input, output)?,
             inputs => {
-                refuse_file(output)?;
                 tasks.has_folder = true;
                 for input in inputs {
                     tasks.add(input, output, inputs.len() == 1)?;
                 }
+                refuse_file(output)?;
             }
         }
         tasks.refuse_same_output()?;
@@ -84,19 +86,25 @@ impl Tasks {
         Ok(())
     }
 
-    fn refuse_same_output(&self) -> Result<()> {
+    fn refuse_same_output(&self) -> Result<(), RefusedOutput> {
         let mut inputs = BTreeMap::new();
         for Task { input, output } in &self.tasks {
             if let Some(other) = inputs.insert(output, input) {
-                bail!(
+                return Err(RefusedOutput(format!(
                     "{} and {} would both be written to {}; give them different folders",
                     other.display(),
                     input.display(),
                     output.display()
-                );
+                )));
             }
         }
         Ok(())
+    }
+
+    /// The files that are read.
+    pub fn inputs(&self) -> Vec<PathBuf> {
+        let recordings = self.tasks.iter().map(|task| task.input.clone());
+        recordings.chain(self.bags.iter().map(|(bag, _)| metadata_in(&bag.folder))).collect()
     }
 
     /// Leaves out recordings whose output exists, and returns those outputs.
@@ -111,20 +119,56 @@ impl Tasks {
         done.into_iter().map(|task| task.output).collect()
     }
 
-    /// Refuses to replace outputs without `force`, and makes the folders.
-    pub fn prepare(&self, force: bool) -> Result<()> {
-        let written = self.tasks.iter().filter(|task| task.output.as_path() != STANDARD_STREAM);
-        for task in written {
-            refuse_existing(&task.output, force)?;
+    /// Checks the outputs. Nothing is written yet.
+    pub fn check(
+        self,
+        outputs: &mut Outputs,
+        has_layout: bool,
+    ) -> Result<CheckedTasks, RefusedOutput> {
+        let mut tasks = Vec::new();
+        for Task { input, output } in self.tasks {
+            let output = match self.has_folder {
+                true => outputs.file_in_made_folder(&output)?,
+                false => outputs.recording(&output)?,
+            };
+            let layout = Layout::beside(output.path(), has_layout, outputs)?;
+            tasks.push(CheckedTask { input, output, layout });
         }
-        for (bag, folder) in &self.bags {
+        let mut bags = Vec::new();
+        for (bag, folder) in self.bags {
             // An interrupted run may have left it beside its recordings.
             let is_made = |file: &String| folder.join(Bag::unpacked_name(file)).exists();
-            let is_resumed = bag.files.iter().any(is_made);
-            refuse_existing(&folder.join(METADATA_FILE), force || is_resumed)?;
+            let file = match bag.files.iter().any(is_made) {
+                true => outputs.file_again(&metadata_in(&folder))?,
+                false => outputs.file_in_made_folder(&metadata_in(&folder))?,
+            };
+            bags.push((bag, file));
         }
+        Ok(CheckedTasks { tasks, bags, has_folder: self.has_folder })
+    }
+}
+
+/// A recording and its output, which was checked.
+pub struct CheckedTask {
+    pub input: PathBuf,
+    pub output: OutputFile,
+    pub layout: Layout,
+}
+
+/// All recordings of one run, whose outputs were checked.
+pub struct CheckedTasks {
+    pub tasks: Vec<CheckedTask>,
+    /// rosbag2 folders and the `metadata.yaml` of their outputs.
+    bags: Vec<(Bag, OutputFile)>,
+    /// Whether the output is a folder.
+    pub has_folder: bool,
+}
+
+impl CheckedTasks {
+    /// Makes the folders of the outputs.
+    pub fn make_folders(&self) -> Result<()> {
         if self.has_folder {
-            for folder in self.tasks.iter().filter_map(|task| task.output.parent()) {
+            for folder in self.tasks.iter().filter_map(|task| task.output.path().parent()) {
                 make_folder(folder)?;
             }
         }
@@ -135,8 +179,8 @@ impl Tasks {
     /// names.
     pub fn finish(&self, made: &[PathBuf]) -> Result<Vec<PathBuf>> {
         let mut written = Vec::new();
-        for (bag, folder) in &self.bags {
-            written.extend(write_metadata(bag, folder, made)?);
+        for (bag, file) in &self.bags {
+            written.extend(file.write_metadata(bag, made)?);
         }
         Ok(written)
     }
@@ -149,12 +193,13 @@ fn name(path: &Path) -> Result<&OsStr> {
     Ok(name.to_str().map_or(name, |name| OsStr::new(Bag::unpacked_name(name))))
 }
 
-fn refuse_file(output: &Path) -> Result<()> {
-    if output == STANDARD_STREAM || output.is_file() {
-        bail!(
+fn refuse_file(output: &Path) -> Result<(), RefusedOutput> {
+    let is_folder = output.is_dir();
+    if output == STANDARD_STREAM || !is_folder && (output.exists() || is_recording(output)) {
+        return Err(RefusedOutput(format!(
             "{}: several recordings, or those of a rosbag2 folder, need a folder as output",
             output.display()
-        );
+        )));
     }
     Ok(())
 }

@@ -49,6 +49,15 @@ pub enum BoxesFrom {
 }
 
 impl BoxArguments {
+    /// The files and folders that are read.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        let labels = match &self.boxes {
+            Some(BoxesFrom::Kitti(labels)) => Some(labels),
+            _ => None,
+        };
+        labels.into_iter().chain(&self.boxes_calibration).map(PathBuf::as_path)
+    }
+
     /// Where the boxes are. `needs_boxes`: whether method `boxes` runs.
     pub fn source(&self, needs_boxes: bool) -> Result<Option<BoxSource>, WrongUsage> {
         let wrong = |kind, problem: &str| Err(WrongUsage(kind, problem.to_owned()));

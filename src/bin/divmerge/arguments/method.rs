@@ -124,6 +124,11 @@ const BIRDS_EYE_MERGES: &[NamedValue<BirdsEyeMerge>] = &[
 ];
 
 impl MethodArguments {
+    /// The files and folders that are read.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        self.objects.files().chain(self.boxes.files())
+    }
+
     /// The method for the clouds of a recording.
     pub fn config(&self, recording: &Path) -> Result<AnnotateConfig> {
         let box_source = self.boxes.source(self.method == BOXES)?;

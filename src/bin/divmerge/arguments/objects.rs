@@ -118,6 +118,17 @@ const DEVICES: &[NamedValue<Device>] = &[
 ];
 
 impl ObjectArguments {
+    /// The files and folders that are read.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        let source = match &self.semantics {
+            ObjectSource::Onnx(path) | ObjectSource::Labels(path) => Some(path),
+            _ => None,
+        };
+        let NetworkArguments { model_config, onnxruntime, .. } = &self.network;
+        let files = source.into_iter().chain(&self.taxonomy).chain(model_config).chain(onnxruntime);
+        files.map(PathBuf::as_path)
+    }
+
     /// Preset `best` on these objects, for the clouds of a recording or a folder.
     pub fn config(&self, recording: &Path) -> Result<AnnotateConfig> {
         let objects = ObjectOptions {

@@ -1,8 +1,8 @@
 //! Clouds with truth, for the commands that score something.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use clap::Args;
 use divmerge::annotate::{AnnotateConfig, Semantics};
 use divmerge::error::{Error, FrameError};
@@ -11,6 +11,7 @@ use divmerge::frames::{LabelledFrames, LabelledOptions, SeenClasses, TruthSource
 use divmerge::recording::MessageRange;
 
 use super::values::frames;
+use crate::exit::NotThere;
 
 /// Clouds with truth, and the minimum size of objects that count.
 #[derive(Args)]
@@ -47,6 +48,22 @@ pub struct CloudArguments {
 }
 
 impl CloudArguments {
+    /// The files and folders that are read.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        std::iter::once(self.input.as_path()).chain(self.truth.labels.as_deref())
+    }
+
+    /// Adds where truth can be to an error about missing truth.
+    pub fn with_hint(&self, error: Error) -> anyhow::Error {
+        match &error {
+            Error::Unreadable { problem: FrameError::MissingField { name, .. }, .. } => {
+                let hint = if self.truth.names(name) { TRUTH_HINT } else { "" };
+                NotThere(format!("{error}{hint}")).into()
+            }
+            _ => error.into(),
+        }
+    }
+
     /// Opens the clouds, with the columns that the method needs.
     pub fn open(&self, method: &AnnotateConfig) -> Result<LabelledFrames> {
         let options = LabelledOptions {
@@ -71,16 +88,9 @@ impl CloudArguments {
     }
 }
 
-/// Adds where truth can be to an error about missing truth.
-pub fn with_hint(error: Error) -> anyhow::Error {
-    match error {
-        Error::Unreadable { problem: FrameError::MissingField { .. }, .. } => anyhow!(
-            "{error}\n  name the fields with --true-class-field and --true-instance-field, or a \
-             folder of label files with --labels"
-        ),
-        error => error.into(),
-    }
-}
+/// Where truth can be.
+pub const TRUTH_HINT: &str = "\n  name the fields with --true-class-field and \
+                              --true-instance-field, or a folder of label files with --labels";
 
 /// Where the truth of a recording is.
 #[derive(Args)]
@@ -97,4 +107,11 @@ pub struct SourceArguments {
     #[arg(long, value_name = "DIR")]
     #[arg(conflicts_with_all = ["true_class_field", "true_instance_field"])]
     pub labels: Option<PathBuf>,
+}
+
+impl SourceArguments {
+    /// Whether a field is one of the truth.
+    pub fn names(&self, field: &str) -> bool {
+        field == self.true_class_field || field == self.true_instance_field
+    }
 }

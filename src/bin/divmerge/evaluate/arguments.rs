@@ -1,6 +1,6 @@
 //! The arguments of `divmerge evaluate`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use divmerge::evaluate::panoptic::MIN_POINTS;
@@ -80,4 +80,17 @@ pub struct Arguments {
     /// Write the scores to this JSON file, in full precision
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<PathBuf>,
+
+    /// Replace an existing file
+    #[arg(long, requires = "json")]
+    pub(super) force: bool,
+}
+
+impl Arguments {
+    /// The files and folders that are read.
+    pub(super) fn files(&self) -> impl Iterator<Item = &Path> {
+        let Arguments { input, truth, predictions, taxonomy, of_recording, .. } = self;
+        let files = [input, truth, predictions, taxonomy, &of_recording.labels];
+        files.into_iter().flatten().map(PathBuf::as_path)
+    }
 }

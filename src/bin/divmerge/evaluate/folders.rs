@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::arguments::Arguments;
 use super::scores::{print, refuse};
-use crate::output::write_json;
+use crate::output::OutputFile;
 use crate::progress::frame_bar;
 
 /// The JSON file.
@@ -24,7 +24,12 @@ struct FolderScores<'a> {
     figures: &'a Scores,
 }
 
-pub fn run(arguments: &Arguments, roots: [&Path; 2], metrics: &MetricSet) -> Result<()> {
+pub fn run(
+    arguments: &Arguments,
+    roots: [&Path; 2],
+    metrics: &MetricSet,
+    json: Option<&OutputFile>,
+) -> Result<()> {
     let [truth, predictions] = roots;
     let (pairs, problems) = label_pairs(roots, &arguments.sequences, arguments.entropy)?;
     refuse(problems)?;
@@ -40,11 +45,11 @@ pub fn run(arguments: &Arguments, roots: [&Path; 2], metrics: &MetricSet) -> Res
     bar.finish_and_clear();
     let figures = sums.scores();
     print(&figures);
-    if let Some(path) = &arguments.json {
+    if let Some(json) = json {
         let (taxonomy, min_points) = (metrics.taxonomy.name.as_str(), metrics.min_points);
         let figures = &figures;
         let value = FolderScores { truth, predictions, taxonomy, min_points, figures };
-        write_json(path, &value, true)?;
+        json.write_json(&value)?;
     }
     Ok(())
 }

@@ -12,10 +12,11 @@ pub use arguments::Arguments;
 
 use crate::arguments::objects::taxonomy;
 use crate::exit::Outcome;
-use crate::output::refuse_address;
+use crate::output::Outputs;
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
-    arguments.json.as_deref().map_or(Ok(()), refuse_address)?;
+    let mut outputs = Outputs::new(arguments.files(), arguments.force);
+    let json = outputs.optional(arguments.json.as_deref())?;
     let taxonomy = taxonomy(arguments.taxonomy.as_deref())?;
     let metrics = MetricSet {
         taxonomy: &taxonomy,
@@ -24,9 +25,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         over_time: arguments.over_time,
     };
     match (&arguments.input, &arguments.truth, &arguments.predictions) {
-        (Some(input), ..) => recording::run(arguments, input, &metrics)?,
+        (Some(input), ..) => recording::run(arguments, input, &metrics, json.as_ref())?,
         (None, Some(truth), Some(predictions)) => {
-            folders::run(arguments, [truth, predictions], &metrics)?;
+            folders::run(arguments, [truth, predictions], &metrics, json.as_ref())?;
         }
         _ => unreachable!("clap requires one of the two"),
     }

@@ -1,10 +1,12 @@
 //! Scores of an annotated recording, by fields of truth or label files.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use divmerge::datasets::semantic_kitti::label_pairs::{label_file, stray_label_files};
 use divmerge::datasets::semantic_kitti::read_labels;
+use divmerge::error::FrameError;
 use divmerge::evaluate::{Evaluation, MetricSet, ScanLabels, Scores};
 use divmerge::frames::{EncodedCloud, EncodedClouds};
 use serde::Serialize;
@@ -12,8 +14,9 @@ use serde::Serialize;
 use super::arguments::Arguments;
 use super::scores::{print, refuse};
 use crate::annotated::{annotated, find_annotated};
-use crate::exit::error_chain;
-use crate::output::write_json;
+use crate::arguments::truth::TRUTH_HINT;
+use crate::exit::{NotThere, error_chain};
+use crate::output::OutputFile;
 use crate::progress::frame_bar;
 use crate::text::counted;
 
@@ -35,7 +38,12 @@ struct TopicScores {
     figures: Scores,
 }
 
-pub fn run(arguments: &Arguments, input: &Path, metrics: &MetricSet) -> Result<()> {
+pub fn run(
+    arguments: &Arguments,
+    input: &Path,
+    metrics: &MetricSet,
+    json: Option<&OutputFile>,
+) -> Result<()> {
     let topics = topics(arguments, input)?;
     let (mut scored, mut problems) = (Vec::new(), Vec::new());
     for topic in topics {
@@ -48,7 +56,7 @@ pub fn run(arguments: &Arguments, input: &Path, metrics: &MetricSet) -> Result<(
         print!("{blank}{topic}: ");
         print(figures);
     }
-    if let Some(path) = &arguments.json {
+    if let Some(json) = json {
         let value = RecordingScores {
             input,
             labels: arguments.of_recording.labels.as_ref(),
@@ -56,7 +64,7 @@ pub fn run(arguments: &Arguments, input: &Path, metrics: &MetricSet) -> Result<(
             min_points: metrics.min_points,
             topics: scored,
         };
-        write_json(path, &value, true)?;
+        json.write_json(&value)?;
     }
     Ok(())
 }
@@ -68,7 +76,9 @@ fn topics(arguments: &Arguments, input: &Path) -> Result<Vec<String>> {
     for topic in &arguments.topic {
         let Some(found) = find_annotated(&annotated, topic) else {
             let (input, topics) = (input.display(), annotated.join(", "));
-            bail!("{input}: no annotated topic `{topic}`; annotated topics: {topics}");
+            let problem =
+                format!("{input}: no annotated topic `{topic}`; annotated topics: {topics}");
+            return Err(NotThere(problem).into());
         };
         chosen.push(found.clone());
     }
@@ -96,17 +106,33 @@ fn score(
     }
     let bar = frame_bar("scoring", count);
     let mut sums = Evaluation::new(*metrics);
+    let mut lacking = BTreeMap::new();
     let mut seen = 0;
     for message in messages {
         let place = format!("{}: cloud {seen} of {topic}", input.display());
         let added = message
             .map_err(anyhow::Error::from)
             .and_then(|message| add(arguments, &message, &place, metrics, &mut sums));
-        problems.extend(added.err().map(|error| error_chain(&error)));
+        if let Err(error) = added {
+            match error.downcast_ref() {
+                Some(FrameError::MissingField { name, .. }) => {
+                    lacking.entry(name.clone()).or_insert((0, error_chain(&error))).0 += 1;
+                }
+                _ => problems.push(error_chain(&error)),
+            }
+        }
         seen += 1;
         bar.inc(1);
     }
     bar.finish_and_clear();
+    for (field, (clouds, first)) in lacking {
+        if clouds == seen {
+            let hint = if arguments.of_recording.names(&field) { TRUTH_HINT } else { "" };
+            return Err(NotThere(format!("{first}{hint}")).into());
+        }
+        let all = counted(seen, "cloud");
+        problems.push(format!("{clouds} of {all} of {topic} lack the field `{field}`: {first}"));
+    }
     if seen < count {
         problems.push(format!(
             "{}: {topic} has {count} clouds, of which {seen} can be read",

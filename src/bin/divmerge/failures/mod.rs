@@ -14,13 +14,12 @@ use divmerge::diagnose::triage::ranking::recorded_positions;
 use divmerge::evaluate::panoptic::MIN_POINTS;
 use divmerge::frames::LabelledFrame;
 use divmerge::pipeline;
-use divmerge::recording::write_file;
 use serde::Serialize;
 
 use crate::arguments::method::MethodArguments;
-use crate::arguments::truth::{CloudArguments, with_hint};
+use crate::arguments::truth::CloudArguments;
 use crate::exit::Outcome;
-use crate::output::{refuse_address, write_json};
+use crate::output::Outputs;
 use crate::progress::frame_bar;
 use row::{Commands, Row};
 
@@ -61,6 +60,10 @@ pub struct Arguments {
     /// Write counts and all failures with every number to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+
+    /// Replace existing files
+    #[arg(long)]
+    force: bool,
 }
 
 /// The JSON file.
@@ -77,16 +80,17 @@ struct FailuresJson<'a> {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
-    for output in [&arguments.csv, &arguments.json].into_iter().flatten() {
-        refuse_address(output)?;
-    }
+    let inputs = arguments.clouds.files().chain(arguments.method.files());
+    let mut outputs = Outputs::new(inputs, arguments.force);
+    let csv = outputs.optional(arguments.csv.as_deref())?;
+    let json = outputs.optional(arguments.json.as_deref())?;
     let method = arguments.method.config(&arguments.clouds.input)?;
     let frames = arguments.clouds.open(&method)?;
     let bar = frame_bar("searching", frames.remaining());
     let (mut summary, mut rows) = (FailureSummary::default(), Vec::new());
-    let keeps_all = arguments.csv.is_some() || arguments.json.is_some();
+    let keeps_all = csv.is_some() || json.is_some();
     for frame in frames {
-        let frame = frame.map_err(with_hint)?;
+        let frame = frame.map_err(|error| arguments.clouds.with_hint(error))?;
         rows.extend(of_frame(arguments, &method, frame, &mut summary)?);
         rows.sort_by_key(|row: &Row| std::cmp::Reverse(row.failure.judged.points));
         if !keeps_all {
@@ -97,10 +101,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     bar.finish_and_clear();
     let (limit, small) = (arguments.limit, arguments.small);
     text::print(&summary, &rows, &arguments.clouds.input, limit, small);
-    if let Some(path) = &arguments.csv {
-        write_file(path, row::csv(&rows).as_bytes(), true)?;
+    if let Some(csv) = csv {
+        csv.write(row::csv(&rows).as_bytes())?;
     }
-    if let Some(path) = &arguments.json {
+    if let Some(json) = json {
         let value = FailuresJson {
             input: &arguments.clouds.input,
             method: method.pipeline.method_name(),
@@ -110,7 +114,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             summary: &summary,
             failures: &rows,
         };
-        write_json(path, &value, true)?;
+        json.write_json(&value)?;
     }
     Ok(Outcome::Done)
 }

@@ -5,7 +5,7 @@ mod table;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use clap::Args;
 use divmerge::annotate::{AnnotateConfig, RunEvent};
 use divmerge::diagnose::triage::TriageParams;
@@ -17,9 +17,9 @@ use divmerge::recording::{Compression, Overview};
 use crate::arguments::method::MethodArguments;
 use crate::arguments::selection::SelectionArguments;
 use crate::arguments::values::{COMPRESSIONS, one_of};
-use crate::exit::Outcome;
+use crate::exit::{Outcome, RefusedOutput};
 use crate::interrupt;
-use crate::output::refuse_existing;
+use crate::output::{OutputFile, Outputs};
 use crate::progress::RecordingProgress;
 use crate::shell::command_line;
 use crate::text::{counted, grouped};
@@ -78,58 +78,61 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     interrupt::listen();
-    refuse(arguments)?;
+    let inputs = std::iter::once(arguments.input.as_path()).chain(arguments.method.files());
+    let mut outputs = Outputs::new(inputs, arguments.force);
+    let files = OutputFiles::new(arguments, &mut outputs)?;
     let selection = arguments.selection.selection(&arguments.input)?;
     selection.check(&arguments.input)?;
     let method = arguments.method.config(&arguments.input)?;
     let start_ns = Overview::read(&arguments.input)?.start_ns.unwrap_or(0);
     let mut ranking = Ranking::new(arguments.limit, start_ns);
-    let triaged = triage(arguments, &selection, &method, &mut ranking)?;
+    let triaged = triage(arguments, &files, (&selection, &method), &mut ranking)?;
     print(arguments, &ranking, &triaged);
-    if let Some(path) = &arguments.report {
+    if let (Some(path), Some(entry)) = (&arguments.report, &files.report) {
         let commands = ranking.cases.iter().map(|case| explain_command(arguments, case)).collect();
-        let (input, force) = (&arguments.input, arguments.force);
+        let input = &arguments.input;
         let report = Report { input, summary: summary(&ranking), cases: &ranking.cases, commands };
-        report.write(path, &method, force)?;
-        println!("wrote {}", report::entry(path).display());
+        report.write(path, entry, &mut outputs, &method)?;
+        println!("wrote {}", entry.path().display());
     }
     let replayed = &triaged.visited;
     Ok(Outcome::of(replayed.unreadable == 0 && !replayed.is_cut_off))
 }
 
-/// Refuses outputs that exist, or that are the input or one another.
-fn refuse(arguments: &Arguments) -> Result<()> {
-    let outputs = [&arguments.output, &arguments.csv, &arguments.report];
-    let outputs: Vec<&PathBuf> = outputs.into_iter().flatten().collect();
-    let input = arguments.input.canonicalize().ok();
-    for (number, output) in outputs.iter().enumerate() {
-        if outputs[..number].contains(output) {
-            bail!("{} is the name of two outputs; give each its own", output.display());
-        }
-        if input.is_some() && output.canonicalize().ok() == input {
-            bail!("{} is the input; name another output", output.display());
-        }
-        let is_report = arguments.report.as_ref() == Some(output);
-        let file = if is_report { report::entry(output) } else { output.to_path_buf() };
-        refuse_existing(&file, arguments.force)?;
+/// The outputs that were asked for.
+struct OutputFiles {
+    recording: Option<OutputFile>,
+    csv: Option<OutputFile>,
+    /// The file of the report to open.
+    report: Option<OutputFile>,
+}
+
+impl OutputFiles {
+    fn new(arguments: &Arguments, outputs: &mut Outputs) -> Result<Self, RefusedOutput> {
+        let Arguments { output, csv, report, .. } = arguments;
+        let recording = output.as_deref().map(|path| outputs.recording(path)).transpose()?;
+        let csv = outputs.optional(csv.as_deref())?;
+        let report = report.as_deref().map(|path| match report::is_one_file(path) {
+            true => outputs.file(path),
+            false => outputs.file_in_made_folder(&report::entry(path)),
+        });
+        Ok(OutputFiles { recording, csv, report: report.transpose()? })
     }
-    Ok(())
 }
 
 /// Triages the recording and writes its outputs but for the report.
 fn triage(
     arguments: &Arguments,
-    selection: &Selection,
-    method: &AnnotateConfig,
+    files: &OutputFiles,
+    (selection, method): (&Selection, &AnnotateConfig),
     ranking: &mut Ranking,
 ) -> Result<Triaged> {
-    let output = arguments.output.as_deref().map(|path| TriageOutput {
-        path,
+    let output = files.recording.as_ref().map(|file| TriageOutput {
+        path: file.path(),
         compression: arguments.compression,
-        force: arguments.force,
+        force: file.force(),
     });
-    let table = arguments.csv.as_deref().map(|path| SuspectTable::create(path, arguments.force));
-    let mut table = table.transpose()?;
+    let mut table = files.csv.as_ref().map(SuspectTable::create).transpose()?;
     let params = TriageParams { min_points: arguments.weigh_points };
     let progress = RecordingProgress::new("triaging", &arguments.input);
     let target = arguments.output.as_deref().unwrap_or(Path::new("the output"));

@@ -9,11 +9,10 @@ use divmerge::diagnose::explain::{ClusteredCloud, ExplanationReport, Explanation
 use divmerge::diagnose::triage::ranking::RankedCase;
 use divmerge::frames::{CloudAt, encoded_cloud_at};
 use divmerge::pipeline;
-use divmerge::recording::write_file;
 use divmerge::view::triage_report::{CasePage, Head, folder, one_file};
 use divmerge::view::{self, explained_scene, explanation_report};
 
-use crate::output::{extension, make_folder};
+use crate::output::{OutputFile, Outputs, extension, make_folder};
 use crate::progress::frame_bar;
 
 /// What the pages show.
@@ -26,7 +25,8 @@ pub struct Report<'a> {
     pub commands: Vec<String>,
 }
 
-fn is_one_file(report: &Path) -> bool {
+/// Whether a report is one file, not a folder.
+pub fn is_one_file(report: &Path) -> bool {
     extension(report) == "html"
 }
 
@@ -36,20 +36,30 @@ pub fn entry(report: &Path) -> PathBuf {
 }
 
 impl Report<'_> {
-    /// Draws and explains the cases and writes their pages.
-    pub fn write(&self, path: &Path, method: &AnnotateConfig, force: bool) -> Result<()> {
+    /// Draws and explains the cases and writes their pages; `entry` is the file to open.
+    pub fn write(
+        &self,
+        path: &Path,
+        entry: &OutputFile,
+        outputs: &mut Outputs,
+        method: &AnnotateConfig,
+    ) -> Result<()> {
         let name = self.input.file_name().unwrap_or(self.input.as_os_str());
         let recording = name.to_string_lossy().into_owned();
         let head = Head { recording, summary: self.summary.clone() };
         let cases = self.pages(method)?;
         if is_one_file(path) {
-            write_file(path, one_file(&head, &cases).as_bytes(), force)?;
-            return Ok(());
+            return entry.write(one_file(&head, &cases).as_bytes());
+        }
+        let pages = folder(&head, &cases);
+        let mut files = vec![entry.clone()];
+        for (name, _) in &pages[1..] {
+            files.push(outputs.file_in_made_folder(&path.join(name))?);
         }
         make_folder(path)?;
         // The index last: if it exists, the rest does.
-        for (name, page) in folder(&head, &cases).into_iter().rev() {
-            write_file(&path.join(name), page.as_bytes(), force)?;
+        for (file, (_, page)) in files.iter().zip(&pages).rev() {
+            file.write(page.as_bytes())?;
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use divmerge::annotate::ClusteredFrame;
@@ -10,6 +10,7 @@ use divmerge::diagnose::triage::ranking::recorded_positions;
 use divmerge::diagnose::triage::{Suspect, Triage};
 use divmerge::recording::PartialFile;
 
+use crate::output::OutputFile;
 use crate::table::csv_line;
 
 /// A CSV file of suspects. The first write error is kept and returned at the end.
@@ -24,11 +25,11 @@ const COLUMNS: &str = "topic,frame,log_time_ns,seconds,score,kind,evidence,insta
                        other_instance,x,y,z,measured,bound,unit,frame_score,sentence,command";
 
 impl SuspectTable {
-    pub fn create(path: &Path, force: bool) -> Result<Self> {
-        let (file, partial) = PartialFile::create(path, force)?;
+    pub fn create(output: &OutputFile) -> Result<Self> {
+        let (file, partial) = output.create()?;
         let mut file = BufWriter::new(file);
         let written = writeln!(file, "{COLUMNS}");
-        Ok(SuspectTable { file, partial, written, path: path.to_owned() })
+        Ok(SuspectTable { file, partial, written, path: output.path().to_owned() })
     }
 
     /// Adds the suspects of a frame. `command` explains the points at some positions.
