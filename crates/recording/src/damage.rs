@@ -47,6 +47,13 @@ pub enum Damage {
     )]
     UndefinedChannel { channel: u16, sequence: u32, log_time: u64 },
 
+    /// A channel that the summary does not list, from which everything else was planned.
+    #[error(
+        "channel {channel} (`{topic}`) is defined here and missing in the summary at the end of the \
+         file, which is wrong: write the summary anew, as with `mcap recover`"
+    )]
+    UnlistedChannel { channel: u16, topic: String },
+
     /// A channel has a schema that was not defined before it.
     #[error("channel {channel} (`{topic}`) has schema {schema}, which has not been defined")]
     UndefinedSchema { channel: u16, topic: String, schema: u16 },

@@ -76,6 +76,7 @@
 
 pub mod address;
 mod chunk;
+mod chunk_check;
 mod compression;
 mod damage;
 mod encode;

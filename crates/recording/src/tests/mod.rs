@@ -5,3 +5,4 @@ mod damaged;
 mod filter;
 mod fixtures;
 mod large;
+mod lies;
