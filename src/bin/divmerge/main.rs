@@ -1,5 +1,9 @@
 //! The command line: arguments, exit codes, and one file a command.
 
+// First: its macros print for all others.
+#[macro_use]
+mod terminal;
+
 mod annotate;
 mod annotated;
 mod arguments;
@@ -81,11 +85,16 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    exit::end_quietly_on_a_closed_pipe();
-    let matches = Cli::command().get_matches_from(arguments());
+    exit::report_panics();
+    let matches =
+        Cli::command().try_get_matches_from(arguments()).unwrap_or_else(exit::end_with_usage);
     let name = matches.subcommand_name().unwrap_or_default();
-    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
-    exit::exit_code(run(cli.command), || command(name))
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(exit::end_with_usage);
+    let Some(result) = exit::catch_panic(|| run(cli.command)) else {
+        return exit::FAILED.into();
+    };
+    terminal::flush();
+    exit::exit_code(result, || command(name))
 }
 
 fn run(command: Command) -> Result<Outcome> {
