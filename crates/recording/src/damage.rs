@@ -80,6 +80,13 @@ pub enum Damage {
     )]
     ChunkTooLarge { claimed: u64, compressed: u64, most: u64 },
 
+    /// A recording unpacks to more than is read.
+    #[error(
+        "up to here the recording unpacks to more than {most} bytes, far more than recordings do \
+         for their size; if you trust it, allow more (`--max-unpacked`)"
+    )]
+    UnpacksToTooMuch { most: u64 },
+
     /// The records of a chunk end within one.
     #[error("the chunk ends in the middle of {record}")]
     ChunkEnds { record: &'static str },
