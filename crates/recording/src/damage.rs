@@ -49,8 +49,8 @@ pub enum Damage {
 
     /// A channel that the summary does not list, from which everything else was planned.
     #[error(
-        "channel {channel} (`{topic}`) is defined here and missing in the summary at the end of the \
-         file, which is wrong: write the summary anew, as with `mcap recover`"
+        "channel {channel} (`{topic}`) is defined here and missing in the summary at the end of \
+         the file, which is wrong: write the summary anew, as with `mcap recover`"
     )]
     UnlistedChannel { channel: u16, topic: String },
 

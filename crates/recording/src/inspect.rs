@@ -237,8 +237,8 @@ impl ListedChunks {
     }
 
     /// Whether the statistics count no fewer messages of any channel, and their times hold those of
-    /// the chunks: nothing more if they count no more messages. Chunks may lack message indexes, and
-    /// messages may lie outside of chunks.
+    /// the chunks: nothing more if they count no more messages. Chunks may lack message indexes,
+    /// and messages may lie outside of chunks.
     fn agree_with(&self, statistics: &records::Statistics) -> bool {
         let count = |channel| statistics.channel_message_counts.get(channel).copied();
         let are_counted =

@@ -123,8 +123,8 @@ pub fn csv_line(cells: &[String]) -> String {
 }
 
 /// Text with an apostrophe before it if a spreadsheet would take it for a formula: it begins with
-/// `=`, `+`, `-`, `@` or an invisible character before those, and is neither a number nor the `-` of
-/// an empty cell.
+/// `=`, `+`, `-`, `@` or an invisible character before those, and is neither a number nor the `-`
+/// of an empty cell.
 fn without_formula(text: &str) -> String {
     let is_risky = text.starts_with(['=', '+', '-', '@', '\t', '\r', '\n']);
     match is_risky && text != "-" && text.parse::<f64>().is_err() {

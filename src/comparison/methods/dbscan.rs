@@ -154,8 +154,8 @@ impl<'a> Cells<'a> {
         others.copied().filter(move |&other| other != cell)
     }
 
-    /// Whether a point of one cell is near one of another. Only those are compared that are near the
-    /// bounds of the other cell, so that two heaps of points cost no more than their number.
+    /// Whether a point of one cell is near one of another. Only those are compared that are near
+    /// the bounds of the other cell, so that two heaps of points cost no more than their number.
     fn are_near(&self, (a, of_a): (usize, &[u32]), (b, of_b): (usize, &[u32])) -> bool {
         let reaching = |points: &[u32], cell: usize| -> Vec<u32> {
             points.iter().copied().filter(|&point| self.may_reach(point, cell)).collect()

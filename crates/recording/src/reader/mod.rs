@@ -68,8 +68,8 @@ impl RecordingReader {
     /// Opens a recording to read only some of it. Where its index is sound, chunks in which nothing
     /// passes the filter are skipped ([`Record::Skipped`]), all definitions of the summary come
     /// first, and private records in chunks that are skipped are not given. Whatever is outside of
-    /// those chunks is read as ever. A channel that the overview lacks, if that is from the summary,
-    /// is damage.
+    /// those chunks is read as ever. A channel that the overview lacks, if that is from the
+    /// summary, is damage.
     ///
     /// # Errors
     /// Those of [`RecordingReader::open`].
