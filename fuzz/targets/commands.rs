@@ -146,8 +146,9 @@ pub(super) fn scores(bytes: &[u8]) -> Ended {
     let class: Vec<u32> = stages.labels.semantic.iter().map(|&class| class.into()).collect();
     let found = ScanLabels::of_columns(&class, stages.labels.instance.clone());
     let (mut other, mut instance) = (class, stages.labels.instance.clone());
-    other.rotate_right(1.min(instance.len()));
-    instance.rotate_right(1.min(instance.len()));
+    let by = other.len().min(1);
+    other.rotate_right(by);
+    instance.rotate_right(by);
     let truth = ScanLabels::of_columns(&other, instance);
     let metrics = MetricSet { taxonomy: taxonomy(), min_points: 2, entropy: true, over_time: true };
     let mut sums = Evaluation::new(metrics);
