@@ -1,6 +1,7 @@
 //! What is fuzzed. A further decoder is one entry of [`TARGETS`]: where its mutation starts, what
 //! it is fed, and how much it may allocate.
 
+mod commands;
 mod runs;
 
 use divmerge::datasets::scans::ScanFormat;
@@ -54,7 +55,7 @@ const READING: Bound = Bound { times: 256, plus: 4 << 20 };
 const ANNOTATING: Bound = Bound { times: 4096, plus: 104 << 20 };
 
 /// Every target.
-pub const TARGETS: [Target; 20] = [
+pub const TARGETS: [Target; 27] = [
     Target {
         name: "point-cloud2",
         what: "`CloudFormat::decode` of ROS 2, all its columns, `to_cloud`, and writing it again",
@@ -276,7 +277,82 @@ pub const TARGETS: [Target; 20] = [
         run: annotate,
         bound: ANNOTATING,
     },
+    Target {
+        name: "method",
+        what: "every other method on wild clouds",
+        share: 20,
+        seeds: clouds::seeds,
+        words: &[],
+        make: None,
+        run: commands::method,
+        bound: CLUSTERING,
+    },
+    Target {
+        name: "figure",
+        what: "`figure` of wild clouds with all panels, as PNG and SVG",
+        share: 10,
+        seeds: clouds::seeds,
+        words: &[],
+        make: None,
+        run: commands::figure,
+        bound: ANNOTATING,
+    },
+    Target {
+        name: "explain",
+        what: "`explain` of two points of wild clouds, and its figure",
+        share: 10,
+        seeds: clouds::seeds,
+        words: &[],
+        make: None,
+        run: commands::explanation,
+        bound: ANNOTATING,
+    },
+    Target {
+        name: "triage",
+        what: "`triage` of wild clouds",
+        share: 20,
+        seeds: clouds::seeds,
+        words: &[],
+        make: None,
+        run: commands::suspects,
+        bound: CLUSTERING,
+    },
+    Target {
+        name: "evaluate",
+        what: "all scores of wild clouds",
+        share: 20,
+        seeds: clouds::seeds,
+        words: &[],
+        make: None,
+        run: commands::scores,
+        bound: CLUSTERING,
+    },
+    Target {
+        name: "export",
+        what: "the label files of a recording's clouds",
+        share: 20,
+        seeds: Vec::new,
+        words: &[],
+        make: Some(recording),
+        run: commands::labels,
+        bound: READING,
+    },
+    Target {
+        name: "convert",
+        what: "a folder of one scan as a recording",
+        share: 20,
+        seeds: all_scans,
+        words: &[],
+        make: None,
+        run: commands::scans,
+        bound: ANNOTATING,
+    },
 ];
 
 const FIELD_NAMES: &[&[u8]] =
     &[b"x\0", b"y\0", b"z\0", b"ring\0", b"label\0", b"channel\0", b"instance\0", b"ground\0"];
+
+/// Scans in files of every format.
+fn all_scans() -> Vec<Vec<u8>> {
+    [seeds::pcd_files(), seeds::npy_files(), clouds::seeds()].concat()
+}

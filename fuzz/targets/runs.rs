@@ -325,7 +325,7 @@ pub(super) fn annotate(bytes: &[u8]) -> Ended {
 
 /// This process's own folder, in memory where the system has such a place. The one that started it
 /// removes it.
-fn folder() -> &'static Path {
+pub(super) fn folder() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {
         let folder = crate::scratch(std::process::id());

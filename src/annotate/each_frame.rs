@@ -75,7 +75,7 @@ pub fn for_each_frame(
     refuse_unsatisfiable(&overview, &clouds, selection, config)?;
     let topics = clouds.iter().map(|(&id, cloud)| (id, Arc::clone(&cloud.topic))).collect();
     let mut walk = match visitor.wants_records() {
-        true => Walk::over_everything(input, topics, selection)?,
+        true => Walk::over_everything(&overview, topics, selection)?,
         false => Walk::open(&overview, topics, selection)?,
     };
     let mut visited = VisitedFrames::default();

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::key::CloudKey;
+use super::last_decoded;
 use super::selection::Selection;
 use super::topics::{CloudTopic, message_count, single_topic};
 use super::walk::{Walk, WalkStep, describe_position};
@@ -61,6 +62,7 @@ impl EncodedCloud {
     /// # Errors
     /// Those of [`CloudFormat::decode`].
     pub fn decode(&self) -> frame::Result<CloudMessage<'_>> {
+        last_decoded::note(&self.topic, self.number, self.position);
         self.format.decode(&self.data)
     }
 

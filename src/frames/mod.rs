@@ -11,6 +11,7 @@ mod counter;
 mod encoded;
 mod key;
 mod labelled;
+mod last_decoded;
 mod metadata;
 mod selection;
 mod static_transforms;
@@ -27,6 +28,7 @@ pub use key::CloudKey;
 pub use labelled::{
     LabelledFrame, LabelledFrames, LabelledOptions, SeenClasses, Truth, TruthSource,
 };
+pub use last_decoded::last_decoded_cloud;
 pub use metadata::find_metadata;
 pub use selection::Selection;
 pub use static_transforms::{recorded_transforms, static_transforms};

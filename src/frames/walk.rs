@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::ops::RangeBounds;
-use std::path::Path;
 use std::sync::Arc;
 
 use super::counter::CloudCounter;
@@ -58,9 +57,9 @@ impl Walk {
     /// Opens a recording whose records are all given, selected or not.
     ///
     /// # Errors
-    /// Those of [`RecordingReader::open`].
+    /// Those of [`RecordingReader::open_filtered`].
     pub(crate) fn over_everything(
-        input: &Path,
+        overview: &Overview,
         topics: BTreeMap<u16, Arc<str>>,
         selection: &Selection,
     ) -> Result<Self> {
@@ -70,7 +69,8 @@ impl Walk {
             numbers: selection.frames,
             ..ReadFilter::default()
         };
-        let mut reader = RecordingReader::open(input)?;
+        let everything = ReadFilter::default();
+        let mut reader = RecordingReader::open_filtered(overview, &everything, &Workers::none())?;
         reader.unpack_messages();
         Ok(Walk { reader, filter, topics, counter: CloudCounter::default(), ends_early: false })
     }

@@ -3,6 +3,7 @@
 //! Lengths are page units, 96 to the inch; x to the right, y down, the origin at the upper left.
 
 use super::font::Weight;
+use super::visible::Visible;
 
 /// sRGB with opacity.
 pub type Colour = [u8; 4];
@@ -108,8 +109,8 @@ impl Raster {
 
     /// Fills a square from its upper left pixel on, as far as it lies within.
     pub fn fill_square(&mut self, [left, top]: [usize; 2], side: usize, colour: [u8; 3]) {
-        for y in top..(top + side).min(self.height) {
-            for x in left..(left + side).min(self.width) {
+        for y in top..top.saturating_add(side).min(self.height) {
+            for x in left..left.saturating_add(side).min(self.width) {
                 self.pixels[y * self.width + x] = colour;
             }
         }
@@ -163,6 +164,11 @@ impl Canvas {
     /// An empty page.
     pub(super) fn new(width: f64, height: f64, background: Colour) -> Self {
         Canvas { width, height, background, shapes: Vec::new() }
+    }
+
+    /// What of its shapes is seen.
+    pub(super) fn visible(&self) -> Visible {
+        Visible::of_page(self.width, self.height)
     }
 
     pub(super) fn rect(&mut self, area: Area, fill: Option<Colour>, stroke: Option<Stroke>) {

@@ -32,6 +32,7 @@ mod target;
 mod theme;
 pub mod triage_report;
 mod viewer_layout;
+mod visible;
 mod vote_graph;
 
 pub use canvas::Canvas;

@@ -7,6 +7,7 @@ use tiny_skia::{
 
 use super::canvas::{Anchor, Area, Canvas, Colour, Drawing, Raster, Stroke, TextStyle};
 use super::font;
+use super::visible::{Polyline, Visible};
 
 /// Page units to the inch.
 const UNITS_PER_INCH: f64 = 96.0;
@@ -25,7 +26,8 @@ pub fn png(canvas: &Canvas, dpi: f64) -> Option<Vec<u8>> {
     let [r, g, b, _] = canvas.background;
     pixmap.fill(tiny_skia::Color::from_rgba8(r, g, b, 255));
     let scale = (dpi / UNITS_PER_INCH) as f32;
-    let mut brush = Brush { pixmap, transform: Transform::from_scale(scale, scale), mask: None };
+    let transform = Transform::from_scale(scale, scale);
+    let mut brush = Brush { pixmap, transform, mask: None, visible: canvas.visible() };
     brush.shapes(&canvas.shapes);
     let rgb: Vec<u8> =
         brush.pixmap.pixels().iter().flat_map(|p| [p.red(), p.green(), p.blue()]).collect();
@@ -62,6 +64,7 @@ struct Brush {
     pixmap: Pixmap,
     transform: Transform,
     mask: Option<Mask>,
+    visible: Visible,
 }
 
 impl Brush {
@@ -69,16 +72,19 @@ impl Brush {
         for shape in shapes {
             match shape {
                 Drawing::Path { points, closed, fill, stroke } => {
-                    if let Some(path) = polyline(points, *closed) {
-                        self.path(&path, *fill, *stroke);
-                    }
+                    self.polylines(&self.visible.path(points, *closed), *fill, *stroke);
                 }
                 Drawing::Circle { centre, radius, fill, stroke } => {
+                    if let Some(parts) = self.visible.circle(*centre, *radius) {
+                        self.polylines(&parts, *fill, *stroke);
+                        continue;
+                    }
                     let [x, y] = centre.map(|c| c as f32);
                     if let Some(path) = PathBuilder::from_circle(x, y, *radius as f32) {
                         self.path(&path, *fill, *stroke);
                     }
                 }
+                Drawing::Text { at, .. } if !self.visible.holds(*at) => {}
                 Drawing::Text { at, text, style } => self.text(*at, text, style),
                 Drawing::Picture { area, raster } => self.picture(area, raster),
                 Drawing::Clip { area, shapes } => {
@@ -96,6 +102,14 @@ impl Brush {
         let path = PathBuilder::from_rect(rect(area)?);
         mask.fill_path(&path, FillRule::Winding, false, self.transform);
         Some(mask)
+    }
+
+    fn polylines(&mut self, parts: &[Polyline], fill: Option<Colour>, stroke: Option<Stroke>) {
+        for part in parts {
+            if let Some(path) = polyline(&part.points, part.closed) {
+                self.path(&path, fill, stroke);
+            }
+        }
     }
 
     fn path(&mut self, path: &Path, fill: Option<Colour>, stroke: Option<Stroke>) {

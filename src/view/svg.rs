@@ -8,6 +8,7 @@ use base64::engine::general_purpose::STANDARD;
 use super::canvas::{Anchor, Area, Canvas, Colour, Drawing, Stroke, TextStyle};
 use super::font::{self, Weight};
 use super::png::raster_png;
+use super::visible::{Polyline, Visible};
 
 /// Draws a page.
 pub fn svg(canvas: &Canvas) -> String {
@@ -49,25 +50,26 @@ fn content(out: &mut String, canvas: &Canvas) {
     let (width, height) = (number(canvas.width), number(canvas.height));
     let fill = paint("fill", Some(canvas.background));
     let _ = writeln!(out, "<rect width=\"{width}\" height=\"{height}\"{fill}/>");
-    shapes(out, &canvas.shapes);
+    shapes(out, &canvas.shapes, &canvas.visible());
     *out += "</svg>\n";
 }
 
-fn shapes(out: &mut String, all: &[Drawing]) {
+fn shapes(out: &mut String, all: &[Drawing], visible: &Visible) {
     for shape in all {
         let _ = match shape {
             Drawing::Path { points, closed, fill, stroke } => {
-                let name = if *closed { "polygon" } else { "polyline" };
-                let points: Vec<String> =
-                    points.iter().map(|&[x, y]| format!("{},{}", number(x), number(y))).collect();
-                let (points, fill, line) = (points.join(" "), paint("fill", *fill), line(*stroke));
-                writeln!(out, "<{name} points=\"{points}\"{fill}{line}/>")
+                polylines(out, &visible.path(points, *closed), *fill, *stroke)
             }
             Drawing::Circle { centre, radius, fill, stroke } => {
+                if let Some(parts) = visible.circle(*centre, *radius) {
+                    let _ = polylines(out, &parts, *fill, *stroke);
+                    continue;
+                }
                 let [cx, cy, r] = [centre[0], centre[1], *radius].map(number);
                 let (fill, line) = (paint("fill", *fill), line(*stroke));
                 writeln!(out, "<circle cx=\"{cx}\" cy=\"{cy}\" r=\"{r}\"{fill}{line}/>")
             }
+            Drawing::Text { at, .. } if !visible.holds(*at) => continue,
             Drawing::Text { at, text, style } => self::text(out, *at, text, style),
             Drawing::Picture { area, raster } => {
                 let png = STANDARD.encode(raster_png(raster).unwrap_or_default());
@@ -84,11 +86,27 @@ fn shapes(out: &mut String, all: &[Drawing]) {
                 let [x, y, width, height] = [area.x, area.y, area.width, area.height].map(number);
                 let view = format!("viewBox=\"{x} {y} {width} {height}\"");
                 let _ = writeln!(out, "<svg {} {view}>", place(area));
-                self::shapes(out, shapes);
+                self::shapes(out, shapes, visible);
                 writeln!(out, "</svg>")
             }
         };
     }
+}
+
+fn polylines(
+    out: &mut String,
+    parts: &[Polyline],
+    fill: Option<Colour>,
+    stroke: Option<Stroke>,
+) -> std::fmt::Result {
+    for Polyline { points, closed } in parts {
+        let name = if *closed { "polygon" } else { "polyline" };
+        let points: Vec<String> =
+            points.iter().map(|&[x, y]| format!("{},{}", number(x), number(y))).collect();
+        let (points, fill, line) = (points.join(" "), paint("fill", fill), line(stroke));
+        writeln!(out, "<{name} points=\"{points}\"{fill}{line}/>")?;
+    }
+    Ok(())
 }
 
 fn text(out: &mut String, at: [f64; 2], text: &str, style: &TextStyle) -> std::fmt::Result {

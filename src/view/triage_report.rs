@@ -216,8 +216,9 @@ fn document(title: &str, content: &str) -> String {
     )
 }
 
-/// Text as HTML shows it, in content and in attributes.
+/// Text as HTML shows it, in content and in attributes; what HTML cannot hold is replaced.
 fn escaped(text: &str) -> String {
+    let text = text.replace(|c: char| c.is_control() && !"\n\t".contains(c), "\u{fffd}");
     let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
     text.replace('"', "&quot;").replace('\'', "&#39;")
 }

@@ -17,6 +17,7 @@ mod explain;
 mod failures;
 mod figure;
 mod forms;
+mod hostile;
 mod house;
 mod inputs;
 mod lookup;

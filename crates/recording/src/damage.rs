@@ -47,6 +47,13 @@ pub enum Damage {
     )]
     UndefinedChannel { channel: u16, sequence: u32, log_time: u64 },
 
+    /// A channel that the summary does not list, from which everything else was planned.
+    #[error(
+        "channel {channel} (`{topic}`) is defined here and missing in the summary at the end of \
+         the file, which is wrong: write the summary anew, as with `mcap recover`"
+    )]
+    UnlistedChannel { channel: u16, topic: String },
+
     /// A channel has a schema that was not defined before it.
     #[error("channel {channel} (`{topic}`) has schema {schema}, which has not been defined")]
     UndefinedSchema { channel: u16, topic: String, schema: u16 },
@@ -72,6 +79,13 @@ pub enum Damage {
          that are believed"
     )]
     ChunkTooLarge { claimed: u64, compressed: u64, most: u64 },
+
+    /// A recording unpacks to more than is read.
+    #[error(
+        "up to here the recording unpacks to more than {most} bytes, far more than recordings do \
+         for their size; if you trust it, allow more (`--max-unpacked`)"
+    )]
+    UnpacksToTooMuch { most: u64 },
 
     /// The records of a chunk end within one.
     #[error("the chunk ends in the middle of {record}")]

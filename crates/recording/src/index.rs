@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use mcap::records;
 
+use crate::chunk_check::ChunkCheck;
 use crate::fields::HEAD_LEN;
 use crate::overview::Overview;
 use crate::summary::visit_summary;
@@ -38,16 +39,20 @@ pub(crate) struct IndexedChunk {
 impl Index {
     /// Reads the index with the message counts of some channels. `None` if it is unsound: there is
     /// no summary or no checksum over it, it does not list as many chunks as it counts, chunks
-    /// overlap in the file, or message indexes cannot lie where it says.
+    /// overlap in the file, message indexes cannot lie where it says, or a chunk says otherwise
+    /// itself (its header or its message indexes; those of a remote object are not asked).
     pub(crate) fn read(path: &Path, size: u64, keep: &dyn Fn(u16) -> bool) -> Option<Self> {
         let (mut chunks, mut counted) = (Some(Vec::new()), None);
         let mut names = BTreeSet::new();
+        let mut check = ChunkCheck::open(path)?;
         let seen = visit_summary(path, size, |record| match record {
             records::Record::ChunkIndex(chunk) => {
                 let name = shared(&mut names, &chunk.compression);
-                match IndexedChunk::new(chunk, name, keep).zip(chunks.as_mut()) {
-                    Some((chunk, chunks)) => chunks.push(chunk),
-                    None => chunks = None,
+                if let Some(found) = &mut chunks {
+                    match IndexedChunk::checked(&chunk, name, keep, &mut check) {
+                        Some(chunk) => found.push(chunk),
+                        None => chunks = None,
+                    }
                 }
             }
             records::Record::Statistics(statistics) => counted = Some(statistics.chunk_count),
@@ -61,7 +66,7 @@ impl Index {
             && counted.map(u64::from) == Some(chunks.len() as u64)
             && is_ordered
             && is_inside;
-        let bytes_read = size.saturating_sub(seen.start);
+        let bytes_read = size.saturating_sub(seen.start) + check.bytes_read;
         is_sound.then_some(Index { chunks, bytes_read })
     }
 }
@@ -77,17 +82,20 @@ fn shared(names: &mut BTreeSet<Arc<str>>, name: &str) -> Arc<str> {
 }
 
 impl IndexedChunk {
-    fn new(
-        chunk: records::ChunkIndex,
+    /// `None` if the chunk cannot be as the index says, or is not.
+    fn checked(
+        chunk: &records::ChunkIndex,
         compression: Arc<str>,
         keep: &dyn Fn(u16) -> bool,
+        check: &mut ChunkCheck,
     ) -> Option<Self> {
         let start = chunk.chunk_start_offset;
         let end = start.checked_add(chunk.chunk_length)?.checked_add(chunk.message_index_length)?;
         let times = (chunk.message_start_time, chunk.message_end_time);
         let channels = chunk.message_index_offsets.len();
         let counts = message_counts(&chunk.message_index_offsets, end)?;
-        (times.0 <= times.1 && start < end).then_some(IndexedChunk {
+        let is_sound = times.0 <= times.1 && start < end && check.agrees(chunk, &counts);
+        is_sound.then_some(IndexedChunk {
             start,
             end,
             times,
@@ -134,7 +142,7 @@ impl ChunkPlace {
 /// Messages of each channel, from the lengths of its message indexes. These begin at the offsets,
 /// one behind the other, and the last ends at `end`. `None` if a message index cannot have that
 /// length.
-fn message_counts(offsets: &BTreeMap<u16, u64>, end: u64) -> Option<Vec<(u16, u64)>> {
+pub(crate) fn message_counts(offsets: &BTreeMap<u16, u64>, end: u64) -> Option<Vec<(u16, u64)>> {
     /// Log time and offset of a message.
     const ENTRY_LEN: u64 = 8 + 8;
     /// Head, channel and length of the entries.

@@ -1,6 +1,6 @@
 //! What is in a recording, from its summary or by reading it through.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -9,6 +9,7 @@ use mcap::records;
 use crate::address::is_stream;
 use crate::damage::Damage;
 use crate::error::{Error, Result};
+use crate::index::message_counts;
 use crate::overview::Overview;
 use crate::part::{Item, Part, SourceChunk};
 use crate::reader::RecordingReader;
@@ -28,8 +29,8 @@ const MAX_KEPT: usize = 8;
 
 impl Overview {
     /// What is in a recording, from the summary at its end. The file is read through where there is
-    /// no summary or it cannot be trusted: its checksum and its counts of schemas, channels and
-    /// messages must all agree with what it lists.
+    /// no summary or it cannot be trusted: its checksum, its counts of schemas, channels and
+    /// messages, and its times must all agree with what it lists, chunks included.
     ///
     /// # Errors
     /// [`Error::Io`]; [`Error::Damaged`] if the file is no MCAP, or had to be read through and is
@@ -151,7 +152,7 @@ impl Overview {
     /// The same overview filled from the index, or `None` if that cannot be trusted.
     fn indexed(&self) -> Option<Self> {
         let mut indexed = self.clone();
-        let mut statistics = None;
+        let (mut statistics, mut chunks) = (None, Some(ListedChunks::default()));
         visit_summary(&self.path, self.file_size, |record| match record {
             records::Record::Schema { header, data } => {
                 let schema = Schema::new(header, &data);
@@ -161,12 +162,18 @@ impl Overview {
                 indexed.channels.insert(channel.id, channel);
             }
             records::Record::ChunkIndex(chunk) => {
+                if let Some(mut listed) = chunks.take()
+                    && listed.take(&chunk).is_some()
+                {
+                    chunks = Some(listed);
+                }
                 *indexed.compression.entry(chunk.compression).or_default() += 1;
             }
             records::Record::Statistics(found) => statistics = Some(found),
             _ => {}
         })?;
-        indexed.with_statistics(statistics?)
+        let statistics = statistics?;
+        chunks?.agree_with(&statistics).then(|| indexed.with_statistics(statistics))?
     }
 
     /// Takes the counts over if they agree with what the index lists.
@@ -198,6 +205,51 @@ impl Overview {
         self.channels
             .values()
             .all(|channel| channel.schema_id == 0 || self.schemas.contains_key(&channel.schema_id))
+    }
+}
+
+/// What the summary lists of all chunks.
+#[derive(Default)]
+struct ListedChunks {
+    /// Messages by channel.
+    counts: BTreeMap<u16, u64>,
+    /// Earliest and latest log time.
+    times: Option<(u64, u64)>,
+}
+
+impl ListedChunks {
+    /// Takes a chunk; `None` if it cannot be as the summary says.
+    fn take(&mut self, chunk: &records::ChunkIndex) -> Option<()> {
+        let end = chunk.chunk_start_offset.checked_add(chunk.chunk_length)?;
+        let end = end.checked_add(chunk.message_index_length)?;
+        let counts = message_counts(&chunk.message_index_offsets, end)?;
+        let mut has_messages = false;
+        for (channel, count) in counts {
+            *self.counts.entry(channel).or_default() += count;
+            has_messages |= count > 0;
+        }
+        if has_messages {
+            let (start, end) = (chunk.message_start_time, chunk.message_end_time);
+            let (first, last) = self.times.unwrap_or((start, end));
+            self.times = Some((start.min(first), end.max(last)));
+        }
+        Some(())
+    }
+
+    /// Whether the statistics count no fewer messages of any channel, and their times hold those of
+    /// the chunks: nothing more if they count no more messages. Chunks may lack message indexes,
+    /// and messages may lie outside of chunks.
+    fn agree_with(&self, statistics: &records::Statistics) -> bool {
+        let count = |channel| statistics.channel_message_counts.get(channel).copied();
+        let are_counted =
+            self.counts.iter().all(|(channel, &n)| count(channel).unwrap_or_default() >= n);
+        let (start, end) = (statistics.message_start_time, statistics.message_end_time);
+        let are_all = self.counts.values().sum::<u64>() == statistics.message_count;
+        let agree = |(first, last)| match are_all {
+            true => (start, end) == (first, last),
+            false => start <= first && end >= last,
+        };
+        are_counted && self.times.is_none_or(agree)
     }
 }
 

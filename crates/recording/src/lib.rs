@@ -76,6 +76,7 @@
 
 pub mod address;
 mod chunk;
+mod chunk_check;
 mod compression;
 mod damage;
 mod encode;
@@ -103,6 +104,7 @@ mod shared_bytes;
 mod source;
 pub mod stopwatch;
 mod summary;
+mod unpacked;
 pub mod workers;
 mod writer;
 mod zstd_file;
@@ -130,4 +132,5 @@ pub use partial::{
 pub use reader::{ReadTimes, RecordingReader};
 pub use record::{Position, Record, Schema};
 pub use shared_bytes::SharedBytes;
+pub use unpacked::limit_unpacked;
 pub use writer::{RecordingWriter, WriteOptions, WriteTimes};

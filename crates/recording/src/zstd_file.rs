@@ -5,7 +5,9 @@ use std::path::Path;
 
 use zstd::stream::read::Decoder;
 
+use crate::damage::Damage;
 use crate::input::{Fetched, Input};
+use crate::unpacked::UnpackedBytes;
 
 /// Whether a path names such a file.
 pub(crate) fn is_named(path: &Path) -> bool {
@@ -14,20 +16,31 @@ pub(crate) fn is_named(path: &Path) -> bool {
 }
 
 /// The bytes of a file, unpacked as they are read. They can be read from front to back alone.
-pub(crate) struct ZstdFile(Decoder<'static, BufReader<Box<dyn Input>>>);
+pub(crate) struct ZstdFile {
+    decoder: Decoder<'static, BufReader<Box<dyn Input>>>,
+    unpacked: UnpackedBytes,
+}
 
 impl ZstdFile {
     pub(crate) fn new(file: Box<dyn Input>) -> io::Result<Self> {
-        Ok(ZstdFile(Decoder::new(file)?))
+        let unpacked = UnpackedBytes::of_file(file.size().unwrap_or(0));
+        Ok(ZstdFile { decoder: Decoder::new(file)?, unpacked })
     }
 }
 
 impl Read for ZstdFile {
     /// A file that is cut off ends there, so that what was recorded before is read.
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
-        match self.0.read(into) {
-            Err(error) if error.kind() == ErrorKind::UnexpectedEof => Ok(0),
-            read => read,
+        let read = match self.decoder.read(into) {
+            Err(error) if error.kind() == ErrorKind::UnexpectedEof => 0,
+            read => read?,
+        };
+        match self.unpacked.take(read as u64) {
+            true => Ok(read),
+            false => {
+                let damage = Damage::UnpacksToTooMuch { most: self.unpacked.most };
+                Err(io::Error::new(ErrorKind::InvalidData, damage))
+            }
         }
     }
 }
@@ -44,7 +57,7 @@ impl Input for ZstdFile {
     }
 
     fn is_folder(&self) -> io::Result<bool> {
-        self.0.get_ref().get_ref().is_folder()
+        self.decoder.get_ref().get_ref().is_folder()
     }
 
     fn is_sequential(&self) -> bool {
@@ -52,10 +65,10 @@ impl Input for ZstdFile {
     }
 
     fn object_id(&self) -> Option<u64> {
-        self.0.get_ref().get_ref().object_id()
+        self.decoder.get_ref().get_ref().object_id()
     }
 
     fn fetched(&self) -> Option<Fetched> {
-        self.0.get_ref().get_ref().fetched()
+        self.decoder.get_ref().get_ref().fetched()
     }
 }

@@ -1,14 +1,19 @@
 //! How a command ends: its outcome, its errors, and their exit codes.
 
+use std::panic::AssertUnwindSafe;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Command;
 use clap::error::ErrorKind;
+use divmerge::frames::last_decoded_cloud;
 use divmerge::recording;
+use divmerge::recording::abandon_partial_files;
 
 /// A process that Ctrl-C ended.
 pub const INTERRUPTED: u8 = 130;
-const FAILED: u8 = 1;
+/// A command that failed.
+pub const FAILED: u8 = 1;
 /// Arguments that cannot be.
 pub const WRONG_USAGE: u8 = 2;
 const INCOMPLETE: u8 = 3;
@@ -63,7 +68,7 @@ pub fn exit_code(result: anyhow::Result<Outcome>, command: impl FnOnce() -> Comm
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Incomplete) => INCOMPLETE.into(),
         Err(error) => match error.downcast::<WrongUsage>() {
-            Ok(WrongUsage(kind, problem)) => command().error(kind, problem).exit(),
+            Ok(WrongUsage(kind, problem)) => end_with_usage(command().error(kind, problem)),
             Err(error) => {
                 eprintln!("error: {}", error_chain(&error));
                 code_of(&error).into()
@@ -103,17 +108,43 @@ pub fn error_chain(error: &anyhow::Error) -> String {
     text
 }
 
-/// Ends the process when the reader of its output has gone, as in `divmerge info F | head`.
-/// Printing panics then, which is not a failure to report.
-pub fn end_quietly_on_a_closed_pipe() {
-    /// What a shell shows for a process ended by SIGPIPE.
-    const CLOSED_PIPE: i32 = 141;
-    let report = std::panic::take_hook();
+/// Ends the process with the help that was asked for, or with an error in the arguments. Colours of
+/// an error are left out: it may quote anything.
+pub fn end_with_usage<T>(error: clap::Error) -> T {
+    if !error.use_stderr() {
+        error.exit();
+    }
+    eprint!("{}", error.render());
+    std::process::exit(error.exit_code());
+}
+
+/// Says of the first panic of this process, on any thread, where it came from and which cloud was
+/// worked on, and asks to report it. With `RUST_BACKTRACE` the backtrace comes before.
+pub fn report_panics() {
+    static IS_REPORTED: AtomicBool = AtomicBool::new(false);
+    let backtrace = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
-        let message = panic.payload().downcast_ref::<String>();
-        if message.is_some_and(|text| text.starts_with("failed printing to stdout")) {
-            std::process::exit(CLOSED_PIPE);
+        if IS_REPORTED.swap(true, Ordering::Relaxed) {
+            return;
         }
-        report(panic);
+        if std::env::var_os("RUST_BACKTRACE").is_some_and(|value| value != "0") {
+            backtrace(panic);
+        }
+        let problem = panic.payload_as_str().unwrap_or("no message");
+        let place = panic.location().map(|place| format!(" ({place})")).unwrap_or_default();
+        let cloud = last_decoded_cloud().map(|cloud| format!(" The last cloud read: {cloud}."));
+        eprintln!(
+            "error: a bug in divmerge {}: {problem}{place}.{} No unfinished output is kept. Please \
+             report it with this message and, if you can, that cloud (docs/security.md)",
+            env!("CARGO_PKG_VERSION"),
+            cloud.unwrap_or_default(),
+        );
     }));
+}
+
+/// What a command returns; `None` if it panicked, on whichever thread. Its unfinished outputs are
+/// removed then.
+pub fn catch_panic<T>(command: impl FnOnce() -> T) -> Option<T> {
+    let result = std::panic::catch_unwind(AssertUnwindSafe(command));
+    result.inspect_err(|_| abandon_partial_files(&[])).ok()
 }

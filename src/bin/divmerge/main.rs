@@ -1,5 +1,9 @@
 //! The command line: arguments, exit codes, and one file a command.
 
+// First: its macros print for all others.
+#[macro_use]
+mod terminal;
+
 mod annotate;
 mod annotated;
 mod arguments;
@@ -37,7 +41,9 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use divmerge::recording::address::put_secrets_aside;
+use divmerge::recording::limit_unpacked;
 
+use arguments::values::bytes;
 use exit::Outcome;
 
 /// Cluster the LiDAR clouds of a recording into object instances
@@ -50,6 +56,11 @@ use exit::Outcome;
 struct Cli {
     #[command(subcommand)]
     command: Command,
+
+    /// Bytes to which a recording may unpack, as 500M or 16G; the default is 64 times the size of
+    /// its file, or 4G if that is more: points compress to a half, images to a tenth
+    #[arg(long, global = true, value_name = "SIZE", value_parser = bytes, help_heading = "Limits")]
+    max_unpacked: Option<u64>,
 }
 
 const EXIT_CODES: &str = "\
@@ -82,11 +93,17 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    exit::end_quietly_on_a_closed_pipe();
-    let matches = Cli::command().get_matches_from(arguments());
+    exit::report_panics();
+    let matches =
+        Cli::command().try_get_matches_from(arguments()).unwrap_or_else(exit::end_with_usage);
     let name = matches.subcommand_name().unwrap_or_default();
-    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
-    exit::exit_code(run(cli.command), || command(name))
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(exit::end_with_usage);
+    cli.max_unpacked.into_iter().for_each(limit_unpacked);
+    let Some(result) = exit::catch_panic(|| run(cli.command)) else {
+        return exit::FAILED.into();
+    };
+    terminal::flush();
+    exit::exit_code(result, || command(name))
 }
 
 fn run(command: Command) -> Result<Outcome> {

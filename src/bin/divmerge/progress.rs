@@ -7,6 +7,8 @@ use std::time::Duration;
 use divmerge::annotate::RunEvent;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::terminal::escaped;
+
 /// A bar over frames.
 pub fn frame_bar(task: &str, frames: u64) -> ProgressBar {
     let bar = bar(task, "{msg} [{bar:30}] {pos}/{len} frames, {eta} left");
@@ -52,7 +54,7 @@ fn bar(task: &str, template: &str) -> ProgressBar {
         return ProgressBar::hidden();
     }
     let style = ProgressStyle::with_template(template).expect("a valid template");
-    let bar = ProgressBar::no_length().with_style(style).with_message(task.to_owned());
+    let bar = ProgressBar::no_length().with_style(style).with_message(escaped(task));
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
 }

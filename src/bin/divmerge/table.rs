@@ -108,13 +108,25 @@ pub fn write_measurements(
     Ok(())
 }
 
-/// A line of a CSV file (RFC 4180).
+/// A line of a CSV file (RFC 4180), in which no cell is a formula.
 pub fn csv_line(cells: &[String]) -> String {
-    let cell = |text: &String| match text.contains([',', '"', '\n', '\r']) {
+    let quoted = |text: String| match text.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_owned(),
+        false => text,
     };
+    let cell = |text: &String| quoted(without_formula(text));
     cells.iter().map(cell).collect::<Vec<_>>().join(",") + "\n"
+}
+
+/// Text with an apostrophe before it if a spreadsheet would take it for a formula: it begins with
+/// `=`, `+`, `-`, `@` or an invisible character before those, and is neither a number nor the `-`
+/// of an empty cell.
+fn without_formula(text: &str) -> String {
+    let is_risky = text.starts_with(['=', '+', '-', '@', '\t', '\r', '\n']);
+    match is_risky && text != "-" && text.parse::<f64>().is_err() {
+        true => format!("'{text}"),
+        false => text.to_owned(),
+    }
 }
 
 #[cfg(test)]
@@ -129,6 +141,9 @@ mod tests {
         let expected = "| name |  n | m |\n| ---- | -: | : |\n| a, b | 12 | 7 |\n";
         assert_eq!(table.markdown(), expected);
         assert_eq!(table.csv(), "name,n,m\n\"a, b\",12,7\n");
+        let cells =
+            ["=1+1", "@a", "-x", "+y", "\t=1", "-1.5", "+2e3", "-", "a=b"].map(String::from);
+        assert_eq!(csv_line(&cells), "'=1+1,'@a,'-x,'+y,'\t=1,-1.5,+2e3,-,a=b\n");
         assert_eq!(csv_line(&["a,\"b\"\n".to_owned()]), "\"a,\"\"b\"\"\n\"\n");
     }
 }

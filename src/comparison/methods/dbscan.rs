@@ -4,7 +4,7 @@ use divmerge_core::cluster::{Method, MethodInput, Segmentation};
 use divmerge_core::geometry::disjoint_sets::DisjointSets;
 use rustc_hash::FxHashMap;
 
-use super::shared::per_class;
+use super::shared::{Cell, cell_of, key_of, per_class, stepped};
 
 /// DBSCAN in space, class by class.
 ///
@@ -57,11 +57,11 @@ pub(super) fn dbscan(points: &[[f64; 3]], params: Dbscan) -> Vec<u32> {
         for other in cells.around(number).filter(|&other| other < number) {
             let others = cells.points[other].iter().copied().filter(|&p| is_core[p as usize]);
             let others: Vec<u32> = others.collect();
-            let Some(&other) = others.first() else { continue };
-            if sets.root(first as usize) != sets.root(other as usize)
-                && core.iter().any(|&a| others.iter().any(|&b| cells.is_near(a, b)))
+            let Some(&first_other) = others.first() else { continue };
+            if sets.root(first as usize) != sets.root(first_other as usize)
+                && cells.are_near((number, &core), (other, &others))
             {
-                sets.join(first as usize, other as usize);
+                sets.join(first as usize, first_other as usize);
             }
         }
     }
@@ -109,8 +109,10 @@ struct Cells<'a> {
     squared_reach: f64,
     /// By cell, in the order of first points.
     points: Vec<Vec<u32>>,
-    place: Vec<[i32; 3]>,
-    number: FxHashMap<[i32; 3], usize>,
+    /// Around the points of each cell: the lowest and the highest corner.
+    bounds: Vec<[[f64; 3]; 2]>,
+    place: Vec<Cell>,
+    number: FxHashMap<[u64; 3], usize>,
 }
 
 impl<'a> Cells<'a> {
@@ -119,29 +121,54 @@ impl<'a> Cells<'a> {
             position,
             squared_reach: reach * reach,
             points: Vec::new(),
+            bounds: Vec::new(),
             place: Vec::new(),
             number: FxHashMap::default(),
         };
         let side = reach / 3_f64.sqrt();
-        for (point, position) in (0_u32..).zip(position) {
-            let place = position.map(|along| (along / side).floor() as i32);
-            let number = *cells.number.entry(place).or_insert(cells.points.len());
+        for (point, &position) in (0_u32..).zip(position) {
+            let place = cell_of(position, side);
+            let number = *cells.number.entry(key_of(place)).or_insert(cells.points.len());
             if number == cells.points.len() {
                 cells.points.push(Vec::new());
+                cells.bounds.push([position; 2]);
                 cells.place.push(place);
             }
             cells.points[number].push(point);
+            let [low, high] = &mut cells.bounds[number];
+            for axis in 0..3 {
+                low[axis] = low[axis].min(position[axis]);
+                high[axis] = high[axis].max(position[axis]);
+            }
         }
         cells
     }
 
     /// The other cells in which a point within reach of one of a cell's can lie.
     fn around(&self, cell: usize) -> impl Iterator<Item = usize> {
-        let [x, y, z] = self.place[cell];
-        let offsets =
+        let place = self.place[cell];
+        let steps =
             (-2..=2).flat_map(|i| (-2..=2).flat_map(move |j| (-2..=2).map(move |k| [i, j, k])));
-        let others = offsets.filter(|offset| *offset != [0; 3]);
-        others.filter_map(move |[i, j, k]| self.number.get(&[x + i, y + j, z + k]).copied())
+        let others = steps.filter_map(move |by| self.number.get(&key_of(stepped(place, by))));
+        // Where numbers are so large that a step is lost, it leads back.
+        others.copied().filter(move |&other| other != cell)
+    }
+
+    /// Whether a point of one cell is near one of another. Only those are compared that are near
+    /// the bounds of the other cell, so that two heaps of points cost no more than their number.
+    fn are_near(&self, (a, of_a): (usize, &[u32]), (b, of_b): (usize, &[u32])) -> bool {
+        let reaching = |points: &[u32], cell: usize| -> Vec<u32> {
+            points.iter().copied().filter(|&point| self.may_reach(point, cell)).collect()
+        };
+        let (of_a, of_b) = (reaching(of_a, b), reaching(of_b, a));
+        of_a.iter().any(|&a| of_b.iter().any(|&b| self.is_near(a, b)))
+    }
+
+    fn may_reach(&self, point: u32, cell: usize) -> bool {
+        let (position, [low, high]) = (self.position[point as usize], self.bounds[cell]);
+        let away =
+            |axis: usize| (low[axis] - position[axis]).max(position[axis] - high[axis]).max(0.0);
+        (0..3).map(|axis| away(axis) * away(axis)).sum::<f64>() <= self.squared_reach
     }
 
     fn squared(&self, a: u32, b: u32) -> f64 {

@@ -46,6 +46,18 @@ pub use one_per_class::OnePerClass;
 pub use scan_line_run::ScanLineRun;
 pub use supervoxel::Supervoxel;
 
+/// The names of all methods.
+pub const NAMES: [&str; 8] = [
+    "alpine",
+    "boxes",
+    "dbscan",
+    "depth-clustering",
+    "euclidean",
+    "one-per-class",
+    "scan-line-run",
+    "supervoxel",
+];
+
 /// The method of a name with its usual parameters; `None` for other names.
 pub fn named(name: &str, taxonomy: &Taxonomy) -> Option<Arc<dyn Method>> {
     Some(match name {

@@ -25,6 +25,24 @@ pub(super) fn per_class(
     Segmentation::of_points(instance, input)
 }
 
+/// A cell of a grid in space: whole numbers, however far away.
+pub(super) type Cell = [f64; 3];
+
+/// The cell of cubes with a side that a position is in.
+pub(super) fn cell_of(position: [f64; 3], side: f64) -> Cell {
+    position.map(|along| (along / side).floor())
+}
+
+/// A cell some steps away.
+pub(super) fn stepped(cell: Cell, steps: [i8; 3]) -> Cell {
+    [0, 1, 2].map(|axis| cell[axis] + f64::from(steps[axis]))
+}
+
+/// A cell as the key of a table; both zeros are one.
+pub(super) fn key_of(cell: Cell) -> [u64; 3] {
+    cell.map(|along| (along + 0.0).to_bits())
+}
+
 /// The object pixels of a range image, their neighbours of the same class, and the angle condition
 /// of the paper between them, for an angle in radians.
 pub(super) fn object_pixels(input: &MethodInput, angle: f64) -> ObjectPixels {

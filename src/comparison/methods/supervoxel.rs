@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 
-use super::shared::per_class;
+use super::shared::{Cell, cell_of, key_of, per_class, stepped};
 
 /// Seeds on a coarse grid of voxels grow over occupied neighbours, ring by ring; a voxel belongs to
 /// the supervoxel that is nearest by position and normal. Class by class.
@@ -65,9 +65,9 @@ impl Supervoxel {
             let at = &voxels.centroid[voxel];
             (at - corner - (cell(at).add_scalar(0.5) * self.seeds)).norm_squared()
         };
-        let mut nearest: FxHashMap<[i32; 3], usize> = FxHashMap::default();
+        let mut nearest: FxHashMap<[u64; 3], usize> = FxHashMap::default();
         for voxel in 0..voxels.centroid.len() {
-            let key = cell(&voxels.centroid[voxel]).map(|along| along as i32).into();
+            let key = key_of(cell(&voxels.centroid[voxel]).into());
             let best = nearest.entry(key).or_insert(voxel);
             if off_centre(voxel) < off_centre(*best) {
                 *best = voxel;
@@ -169,15 +169,15 @@ struct Voxels {
 
 impl Voxels {
     fn new(points: &[[f64; 3]], side: f64) -> Self {
-        let mut number: FxHashMap<[i32; 3], u32> = FxHashMap::default();
-        let mut place: Vec<[i32; 3]> = Vec::new();
+        let mut number: FxHashMap<[u64; 3], u32> = FxHashMap::default();
+        let mut place: Vec<Cell> = Vec::new();
         let mut sums: Vec<(Vector3<f64>, f64)> = Vec::new();
         let mut of_point = Vec::with_capacity(points.len());
         for point in points {
-            let key = point.map(|along| (along / side).floor() as i32);
-            let voxel = *number.entry(key).or_insert(place.len() as u32);
+            let cell = cell_of(*point, side);
+            let voxel = *number.entry(key_of(cell)).or_insert(place.len() as u32);
             if voxel as usize == place.len() {
-                place.push(key);
+                place.push(cell);
                 sums.push((Vector3::zeros(), 0.0));
             }
             sums[voxel as usize].0 += Vector3::from(*point);
@@ -186,15 +186,17 @@ impl Voxels {
         }
         let centroid: Vec<Vector3<f64>> = sums.into_iter().map(|(sum, n)| sum / n).collect();
         let number = &number;
-        let around = |[x, y, z]: [i32; 3]| {
-            let offsets =
+        let around = |(own, cell): (usize, &Cell)| {
+            let cell = *cell;
+            let steps =
                 (-1..=1).flat_map(|i| (-1..=1).flat_map(move |j| (-1..=1).map(move |k| [i, j, k])));
-            let others = offsets.filter(|offset| *offset != [0; 3]);
-            others
-                .filter_map(move |[i, j, k]| number.get(&[x + i, y + j, z + k]))
+            steps
+                .filter_map(move |by| number.get(&key_of(stepped(cell, by))))
                 .map(|&n| n as usize)
+                .filter(move |&n| n != own)
         };
-        let neighbours: Vec<Vec<usize>> = place.iter().map(|&at| around(at).collect()).collect();
+        let neighbours: Vec<Vec<usize>> =
+            place.iter().enumerate().map(|at| around(at).collect()).collect();
         let normal = (0..centroid.len()).map(|voxel| normal(&centroid, &neighbours[voxel], voxel));
         Voxels { of_point, normal: normal.collect(), centroid, neighbours }
     }

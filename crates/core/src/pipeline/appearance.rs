@@ -16,10 +16,10 @@ pub(super) struct Appearance {
 }
 
 impl Appearance {
-    /// Of a cloud of N points with a reason each, and M object pixels with an instance each.
-    pub fn new(input: &MethodInput, reason: &[Reason], instance: &[u32]) -> Self {
+    /// Of a cloud of N points with a reason each, and M object pixels with one of `count` instances
+    /// each. An instance need not have a pixel: all its points may be shadowed.
+    pub fn new(input: &MethodInput, reason: &[Reason], (instance, count): (&[u32], usize)) -> Self {
         let MethodInput { cloud, image, objects, .. } = *input;
-        let count = instance.iter().copied().max().unwrap_or(0) as usize;
         let mut departures = vec![Vec::new(); count];
         for (object, &own) in instance.iter().enumerate().filter(|&(_, &own)| own != 0) {
             departures[own as usize - 1].extend(departure(image, objects, instance, object));

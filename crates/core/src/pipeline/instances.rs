@@ -47,7 +47,8 @@ pub(super) fn describe(
         });
     }
     if !mask.has_classes() {
-        let mut appearance = Appearance::new(input, &labels.reason, &pixels.instance);
+        let of_pixels = (&*pixels.instance, pixels.pixels.len());
+        let mut appearance = Appearance::new(input, &labels.reason, of_pixels);
         for instance in &mut instances {
             let (id, points) = (instance.id, members.of(instance.id));
             instance.shape = Some(appearance.shape(cloud, id, points, &instance.bounds));

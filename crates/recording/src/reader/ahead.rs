@@ -18,6 +18,7 @@ use crate::part::SourceChunk;
 use crate::plan::{Gap, Plan, UnopenedChunk};
 use crate::source::Source;
 use crate::stopwatch::{Steps, ms_since};
+use crate::unpacked::UnpackedBytes;
 use crate::workers::{Ticket, Workers};
 
 /// Bytes read ahead for each thread, unpacked chunks included: a few chunks of usual size. A larger
@@ -123,6 +124,8 @@ pub(super) struct Ahead {
     /// Where the attachment begins and ends that is being read.
     attachment: Option<Range<u64>>,
     queue: VecDeque<Result<Next>>,
+    /// Of compressed chunks and messages.
+    unpacked: UnpackedBytes,
     size: u64,
     /// Whether nothing is left to be read: behind the footer, a cut or an error.
     is_over: bool,
@@ -137,6 +140,7 @@ impl Ahead {
             source.expect(between(&gaps, &source));
         }
         Ahead {
+            unpacked: UnpackedBytes::of_file(source.size.unwrap_or(0)),
             source,
             workers,
             gaps,
@@ -192,10 +196,31 @@ impl Ahead {
         if let Next::Record(raw) = &mut next
             && raw.opcode == op::CHUNK
         {
+            self.take_chunk(raw.offset, &Arc::clone(&raw.record))?;
             let (record, kept) = (Arc::clone(&raw.record), self.kept.clone());
             raw.unpacked = Some(self.workers.run(move || unpack(&record, kept)));
         }
         Ok(next)
+    }
+
+    /// Counts what a chunk unpacks to, before it is unpacked.
+    pub(super) fn take_chunk(&mut self, offset: u64, record: &[u8]) -> Result<()> {
+        let body = &record[HEAD_LEN..];
+        match chunk::compression(body).is_none_or(str::is_empty) {
+            true => Ok(()),
+            false => self.take_unpacked(offset, chunk_size(op::CHUNK, body)),
+        }
+    }
+
+    /// Counts bytes that were compressed in the file.
+    pub(super) fn take_unpacked(&mut self, offset: u64, bytes: u64) -> Result<()> {
+        match self.unpacked.take(bytes) {
+            true => Ok(()),
+            false => {
+                let most = self.unpacked.most;
+                Err(self.source.damage(offset, Damage::UnpacksToTooMuch { most }))
+            }
+        }
     }
 
     fn read_unopened(&mut self, unopened: UnopenedChunk) -> Result<Next> {

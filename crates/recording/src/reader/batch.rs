@@ -37,6 +37,8 @@ pub(super) struct Batch {
     pub(super) unpacks_messages: bool,
     /// Whether there was one.
     pub(super) has_unpacked: bool,
+    /// Bytes of those that were unpacked last.
+    pub(super) unpacked: u64,
 }
 
 impl Batch {
@@ -120,7 +122,8 @@ impl Batch {
         if self.unpacks_messages
             && let Some(unpacked) = chunk::unpack_message(&data)
         {
-            (self.has_unpacked, data) = (true, unpacked.into());
+            (self.has_unpacked, self.unpacked) = (true, unpacked.len() as u64);
+            data = unpacked.into();
         }
         Ok(Some(Item::Message { header, data, position }))
     }

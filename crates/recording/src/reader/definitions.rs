@@ -1,6 +1,6 @@
 //! Schemas and channels that have been read, and whether another one agrees with them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use mcap::records::Channel;
 
@@ -12,6 +12,8 @@ use crate::record::Schema;
 pub(super) struct Definitions {
     pub(super) schemas: BTreeMap<u16, Schema>,
     pub(super) channels: BTreeMap<u16, Channel>,
+    /// Channels that the summary lists, where it was believed: there must be no other.
+    pub(super) listed: Option<BTreeSet<u16>>,
 }
 
 impl Definitions {
@@ -35,6 +37,10 @@ impl Definitions {
     /// Whether a channel is not known yet; fails if it contradicts one that is.
     pub(super) fn is_new_channel(&self, channel: &Channel) -> Result<bool, Damage> {
         match self.channels.get(&channel.id) {
+            None if self.listed.as_ref().is_some_and(|ids| !ids.contains(&channel.id)) => {
+                let (channel, topic) = (channel.id, channel.topic.clone());
+                Err(Damage::UnlistedChannel { channel, topic })
+            }
             None => Ok(true),
             Some(known) if known == channel => Ok(false),
             Some(known) => Err(Damage::DefinedTwice {

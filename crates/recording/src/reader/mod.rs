@@ -68,7 +68,8 @@ impl RecordingReader {
     /// Opens a recording to read only some of it. Where its index is sound, chunks in which nothing
     /// passes the filter are skipped ([`Record::Skipped`]), all definitions of the summary come
     /// first, and private records in chunks that are skipped are not given. Whatever is outside of
-    /// those chunks is read as ever.
+    /// those chunks is read as ever. A channel that the overview lacks, if that is from the
+    /// summary, is damage.
     ///
     /// # Errors
     /// Those of [`RecordingReader::open`].
@@ -78,12 +79,15 @@ impl RecordingReader {
         workers: &Workers,
     ) -> Result<Self> {
         let plan = Plan::new(overview, filter);
+        let listed = overview.from_summary.then(|| overview.channels.keys().copied().collect());
         let known = (!plan.is_empty()).then(|| Definitions {
             schemas: overview.schemas.clone(),
             channels: overview.channels.clone(),
+            listed: listed.clone(),
         });
         let mut reader = Self::open_with(&overview.path, true, workers.clone(), plan)?;
         reader.sections.known = known;
+        reader.sections.definitions.listed = listed;
         let numbered: BTreeSet<u16> = filter.numbered.keys().copied().collect();
         if filter.skims_large_chunks {
             reader.sections.source.kept = Some(Arc::new(numbered.clone()));

@@ -110,6 +110,7 @@ impl Sections {
         self.batch.unpacks_messages = self.unpacks_messages;
         let found = self.batch.take_next(&mut self.definitions, &mut self.counts);
         self.has_unpacked |= self.batch.has_unpacked;
+        self.source.take_unpacked(self.batch.offset, std::mem::take(&mut self.batch.unpacked))?;
         found.map_err(|damage| self.damage(self.batch.offset, damage))
     }
 
@@ -176,6 +177,7 @@ impl Sections {
 
     /// Opens a chunk that could have stayed unopened.
     pub(super) fn open_chunk(&mut self, offset: u64, record: &Arc<Vec<u8>>) -> Result<()> {
+        self.source.take_chunk(offset, record)?;
         self.record = Arc::clone(record);
         self.open_batch(offset, Records::unpacked(record))
     }

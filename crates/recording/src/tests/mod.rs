@@ -5,4 +5,5 @@ mod damaged;
 mod filter;
 mod fixtures;
 mod large;
+mod lies;
 mod outputs;

@@ -3,7 +3,6 @@
 mod profile;
 mod tasks;
 
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -27,7 +26,7 @@ use crate::output::{Outputs, make_parent};
 use crate::progress::RecordingProgress;
 use crate::text::counted;
 use crate::viewer::{self, Watcher};
-use crate::{interrupt, report};
+use crate::{interrupt, report, terminal};
 use tasks::{CheckedTask, CheckedTasks, Tasks};
 
 /// Write a recording again with object instances
@@ -344,5 +343,6 @@ fn print(task: &CheckedTask, text: &str) -> Result<()> {
         true => eprint!("{text}"),
         false => print!("{text}"),
     }
-    Ok(io::stdout().flush()?)
+    terminal::flush();
+    Ok(())
 }

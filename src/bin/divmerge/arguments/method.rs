@@ -14,6 +14,7 @@ use super::boxes::BoxArguments;
 use super::geometry::GeometryArguments;
 use super::objects::ObjectArguments;
 use super::values::{NamedValue, angle, at_least_one, one_of, positive};
+use crate::shell::option_words;
 
 /// How clouds are clustered.
 #[derive(Args)]
@@ -184,8 +185,8 @@ impl FromArgMatches for GivenOptions {
                 continue;
             }
             for value in matches.get_raw(id).into_iter().flatten() {
-                words.push(format!("--{}", option.get_long().unwrap_or(id)));
-                words.push(value.to_string_lossy().into_owned());
+                let option = format!("--{}", option.get_long().unwrap_or(id));
+                words.extend(option_words(&option, &value.to_string_lossy()));
             }
         }
         Ok(GivenOptions(words))

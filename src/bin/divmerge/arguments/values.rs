@@ -111,9 +111,35 @@ pub fn range<T: FromStr + PartialOrd>(text: &str) -> Result<Range<T>, String> {
     }
 }
 
+/// Reads a number of bytes: `1000`, or with K, M, G or T for powers of 1024, as in `16G`.
+pub fn bytes(text: &str) -> Result<u64, String> {
+    let (number, unit) = match text.find(|c: char| !c.is_ascii_digit()) {
+        Some(at) => text.split_at(at),
+        None => (text, ""),
+    };
+    let shift = match unit.to_ascii_uppercase().trim_end_matches('B').trim_end_matches('I') {
+        "" => Some(0),
+        unit => "KMGT".find(unit).filter(|_| unit.len() == 1).map(|place| 10 * (place + 1)),
+    };
+    let number = number.parse::<u64>().ok().filter(|&number| number > 0);
+    let bytes = number.zip(shift).and_then(|(number, shift)| number.checked_mul(1 << shift));
+    bytes.ok_or_else(|| "must be a number of bytes, as 500M or 16G".to_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sizes_have_units_of_1024() {
+        assert_eq!(
+            ["7", "1k", "16G", "3GiB", "2MB"].map(|text| bytes(text).unwrap()),
+            [7, 1 << 10, 16 << 30, 3 << 30, 2 << 20]
+        );
+        for wrong in ["", "G", "0", "-1", "1.5G", "1X", "1KM", "99999999999T"] {
+            assert!(bytes(wrong).is_err(), "{wrong}");
+        }
+    }
 
     #[test]
     fn frame_ranges() {

@@ -5,7 +5,7 @@ use std::path::Path;
 use divmerge::diagnose::failures::{Failure, ObjectOrigin, PixelBounds};
 use serde::Serialize;
 
-use crate::shell::command_line;
+use crate::shell::{command_line, option_words, path_word};
 use crate::table::csv_line;
 
 /// A failure and where it is.
@@ -60,13 +60,13 @@ impl Commands<'_> {
     fn command(&self, name: &str, options: impl IntoIterator<Item = String>) -> String {
         // Of a folder the recording that `convert` writes for a sequence.
         let input = match self.input.is_dir() {
-            true => format!("{}.mcap", self.source),
-            false => self.input.display().to_string(),
+            true => path_word(Path::new(&format!("{}.mcap", self.source))),
+            false => path_word(self.input),
         };
         let mut words = vec!["divmerge".to_owned(), name.into(), input];
         words.extend(["--frame".into(), self.number.to_string()]);
         if let Some(topic) = self.topic {
-            words.extend(["--topic".into(), topic.to_owned()]);
+            words.extend(option_words("--topic", topic));
         }
         words.extend_from_slice(self.method);
         words.extend(options);

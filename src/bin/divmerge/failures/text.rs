@@ -6,7 +6,7 @@ use divmerge::diagnose::failures::{Cause, Failure, FailureSummary, ObjectOrigin,
 use divmerge::evaluate::{JudgedObject, Verdict};
 
 use super::row::{Row, side_name};
-use crate::shell::quoted;
+use crate::shell::{path_word, quoted};
 use crate::table::Table;
 use crate::text::{counted, grouped, listed, seconds};
 
@@ -36,7 +36,7 @@ pub fn print(summary: &FailureSummary, rows: &[Row], input: &Path, limit: usize,
         println!("\nThe commands read recordings. To convert a sequence:");
         println!(
             "  divmerge convert semantickitti {} --sequence NN --labels -o NN.mcap",
-            quoted(&input.display().to_string())
+            quoted(&path_word(input))
         );
     }
 }

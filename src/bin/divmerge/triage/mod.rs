@@ -21,7 +21,7 @@ use crate::exit::{Outcome, RefusedOutput};
 use crate::interrupt;
 use crate::output::{OutputFile, Outputs};
 use crate::progress::RecordingProgress;
-use crate::shell::command_line;
+use crate::shell::{command_line, option_words, path_word};
 use crate::text::{counted, grouped};
 use report::Report;
 use table::SuspectTable;
@@ -161,9 +161,10 @@ fn explain_command(arguments: &Arguments, case: &RankedCase) -> String {
 }
 
 fn command(arguments: &Arguments, topic: &str, frame: u64, at: &[[f64; 3]]) -> String {
-    let input = arguments.input.display().to_string();
+    let input = path_word(&arguments.input);
     let mut words = vec!["divmerge".to_owned(), "explain".into(), input];
-    words.extend(["--topic".into(), topic.to_owned(), "--frame".into(), frame.to_string()]);
+    words.extend(option_words("--topic", topic));
+    words.extend(["--frame".into(), frame.to_string()]);
     for [x, y, z] in at {
         words.extend(["--at".into(), format!("{x:.3},{y:.3},{z:.3}")]);
     }

@@ -1,0 +1,111 @@
+//! What is printed. Names out of recordings (topics, frames, fields, schemas, paths) may hold
+//! anything, also sequences that command a terminal, so that all text is escaped on its way out.
+//!
+//! The macros here stand in front of those of the standard library: no file of the binary prints
+//! otherwise.
+
+use std::fmt::{Arguments, Write as _};
+use std::io::{self, ErrorKind, Write};
+
+use divmerge::recording::abandon_partial_files;
+
+use crate::exit;
+
+macro_rules! print {
+    ($($text:tt)*) => { $crate::terminal::to_stdout(format_args!($($text)*), "") };
+}
+
+macro_rules! println {
+    () => { $crate::terminal::to_stdout(format_args!(""), "\n") };
+    ($($text:tt)*) => { $crate::terminal::to_stdout(format_args!($($text)*), "\n") };
+}
+
+macro_rules! eprint {
+    ($($text:tt)*) => { $crate::terminal::to_stderr(format_args!($($text)*), "") };
+}
+
+macro_rules! eprintln {
+    ($($text:tt)*) => { $crate::terminal::to_stderr(format_args!($($text)*), "\n") };
+}
+
+/// Prints text and what ends it, escaped. A standard output that takes nothing more ends the
+/// process ([`flush`]).
+pub fn to_stdout(text: Arguments, end: &str) {
+    let text = escaped(&format!("{text}{end}"));
+    end_unless_written(io::stdout().write_all(text.as_bytes()));
+}
+
+/// Prints text and what ends it on stderr, escaped. Whether it is read is not known.
+pub fn to_stderr(text: Arguments, end: &str) {
+    let text = escaped(&format!("{text}{end}"));
+    let _ = io::stderr().write_all(text.as_bytes());
+}
+
+/// Prints what is still to be printed. Where the reader has gone, as in `divmerge info F | head`,
+/// the process ends as quietly as one that SIGPIPE ends; where the output is full, with an error.
+pub fn flush() {
+    end_unless_written(io::stdout().flush());
+}
+
+fn end_unless_written(written: io::Result<()>) {
+    /// What a shell shows for a process ended by SIGPIPE.
+    const CLOSED_PIPE: i32 = 141;
+    let Err(error) = written else { return };
+    // Nothing that is half written may get its name.
+    abandon_partial_files(&[]);
+    if error.kind() == ErrorKind::BrokenPipe {
+        std::process::exit(CLOSED_PIPE);
+    }
+    eprintln!("error: writing to standard output: {error}");
+    std::process::exit(exit::FAILED.into());
+}
+
+/// Text in which characters that a terminal obeys, or that turn the order of others around, are
+/// written as `\u001b`. Line ends and tabs stay. JSON stays the same JSON.
+pub fn escaped(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match is_hidden(letter) && !matches!(letter, '\n' | '\t') {
+            true => {
+                let _ = write!(shown, "\\u{:04x}", u32::from(letter));
+            }
+            false => shown.push(letter),
+        }
+    }
+    shown
+}
+
+/// Whether a character is a control character, or one that changes how others are laid out.
+pub fn is_hidden(letter: char) -> bool {
+    let is_of_layout = matches!(
+        letter,
+        '\u{61c}'
+            | '\u{200b}'..='\u{200f}'
+            | '\u{2028}'..='\u{202e}'
+            | '\u{2060}'..='\u{206f}'
+            | '\u{feff}'
+    );
+    letter.is_control() || is_of_layout
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_terminal_obeys_is_shown_as_text() {
+        assert_eq!(
+            escaped("/p\u{1b}[2J\u{7}\r\u{9b}\u{7f}"),
+            r"/p\u001b[2J\u0007\u000d\u009b\u007f"
+        );
+        assert_eq!(escaped("a\u{202e}b\u{2066}"), r"a\u202eb\u2066");
+        assert_eq!(escaped("größer\n\tals 點"), "größer\n\tals 點");
+    }
+
+    #[test]
+    fn json_keeps_its_meaning() {
+        let value = "a\u{1b}\u{9b}\u{202e}\"";
+        let text = escaped(&serde_json::json!(value).to_string());
+        assert_eq!(serde_json::from_str::<String>(&text).unwrap(), value);
+    }
+}
