@@ -196,12 +196,12 @@ pub fn true_objects(
 /// reach. Time O(N) for bounded density.
 pub fn euclidean_clusters(cloud: &PointCloud, group: &[Option<u32>], tolerance: f64) -> Vec<u32> {
     let side = tolerance / 3_f64.sqrt();
-    let mut cells: FxHashMap<(u32, [i64; 3]), Vec<u32>> = FxHashMap::default();
+    let mut cells: FxHashMap<(u32, [u64; 3]), Vec<u32>> = FxHashMap::default();
     let mut cell_of = Vec::with_capacity(cloud.len());
     for point in 0..cloud.len() {
         let key = group[point].filter(|_| cloud.is_return(point)).map(|group| {
             let position = cloud.position(point).map(f64::from);
-            (group, position.map(|x| (x / side).floor() as i64))
+            (group, position.map(|x| cell_bits((x / side).floor())))
         });
         if let Some(key) = key {
             cells.entry(key).or_default().push(point as u32);
@@ -214,7 +214,9 @@ pub fn euclidean_clusters(cloud: &PointCloud, group: &[Option<u32>], tolerance: 
             sets.join(points[0] as usize, other as usize);
         }
         for [i, j, k] in half_of_reach() {
-            let Some(others) = cells.get(&(group, [x + i, y + j, z + k])) else { continue };
+            let other = [(x, i), (y, j), (z, k)];
+            let other = other.map(|(bits, by)| cell_bits(f64::from_bits(bits) + f64::from(by)));
+            let Some(others) = cells.get(&(group, other)) else { continue };
             if sets.root(points[0] as usize) != sets.root(others[0] as usize)
                 && are_near(cloud, points, others, tolerance)
             {
@@ -235,8 +237,14 @@ pub fn euclidean_clusters(cloud: &PointCloud, group: &[Option<u32>], tolerance: 
     (0..cloud.len()).map(|point| cell_of[point].map_or(0, |_| cluster(point))).collect()
 }
 
+/// The whole number of a cell along an axis, however large it is, as a key; both zeros are one.
+/// Where numbers are so large that a step is lost, it leads to the cell itself.
+fn cell_bits(along: f64) -> u64 {
+    (along + 0.0).to_bits()
+}
+
 /// The cells within two of a cell on each axis, each pair once.
-fn half_of_reach() -> impl Iterator<Item = [i64; 3]> {
+fn half_of_reach() -> impl Iterator<Item = [i8; 3]> {
     let steps = (-2..=2).flat_map(|i| (-2..=2).flat_map(move |j| (-2..=2).map(move |k| [i, j, k])));
     steps.filter(|step| *step > [0, 0, 0])
 }
@@ -255,6 +263,14 @@ fn are_near(cloud: &PointCloud, points: &[u32], others: &[u32], tolerance: f64) 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn clusters_are_found_however_far_away() {
+        let x = vec![1e12, 1e12, 3e25, 3.4e38, -3.4e38, -0.1, 0.1];
+        let cloud = PointCloud::new(x, vec![0.0; 7], vec![0.0; 7]).unwrap();
+        let found = euclidean_clusters(&cloud, &[Some(1); 7], 0.5);
+        assert_eq!(found, [1, 1, 2, 3, 4, 5, 5]);
+    }
 
     #[test]
     fn an_object_in_one_piece_has_no_entropy() {
