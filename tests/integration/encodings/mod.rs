@@ -279,7 +279,7 @@ fn the_commands_work_on_every_encoding() {
         run(&[&start[..], &simulate].concat());
         run(&["annotate", &input, "-o", &output, "--force"]);
         let info = run(&["info", &input]);
-        assert!(info.contains("the full circle") && !info.contains("not read"), "{info}");
+        assert!(info.contains("all round") && !info.contains("not read"), "{info}");
         scores.push(run(&["evaluate", &output]));
         run(&["explain", &input, "--frame", "0", "--instance", "1", "--instance", "2"]);
         run(&["figure", &input, "--frame", "0", "-o", &at("x.png"), "--force"]);

@@ -199,8 +199,9 @@ impl PointCloud {
         self.columns.turned = by * self.turned;
     }
 
-    /// Sets what is known of the cloud's frame: whether z is up for certain, where the recording has
-    /// sensors, metres in the recording's frame, and whether its name is a vehicle's or a map's.
+    /// Sets what is known of the cloud's frame: whether z is up for certain, where the recording
+    /// has sensors, metres in the recording's frame, and whether its name is a vehicle's or a
+    /// map's.
     pub(crate) fn set_frame(
         &mut self,
         is_z_up: bool,

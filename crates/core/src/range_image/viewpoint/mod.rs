@@ -111,8 +111,8 @@ impl Elsewhere {
         /// since the best place is then amid the points.
         const UNEVEN: f32 = 0.35;
         const UNEVEN_SECTOR: f32 = 1.7;
-        /// Where returns fall on pixels by chance, a fifth share one; more share one where walls stand
-        /// behind walls.
+        /// Where returns fall on pixels by chance, a fifth share one; more share one where walls
+        /// stand behind walls.
         const STACKED: f64 = 0.3;
         if positions.len() < FEWEST {
             return None;
