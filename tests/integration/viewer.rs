@@ -96,6 +96,6 @@ fn the_recording_is_never_replaced() {
     std::fs::copy(&input, &rrd).expect("copied");
     let before = std::fs::read(&rrd).expect("bytes");
     let failed = divmerge(&["view", path(&rrd), "--save", path(&rrd), "--force"]);
-    assert_eq!(failed.status.code(), Some(1), "{}", text(&failed.stdout));
+    assert_eq!(failed.status.code(), Some(2), "{}", text(&failed.stdout));
     assert!(std::fs::read(&rrd).expect("bytes") == before);
 }
