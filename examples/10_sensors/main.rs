@@ -57,9 +57,7 @@ fn row(case: &Case, seeds: &[u64]) {
 
 fn describe(stages: &Stages) -> String {
     let image = &stages.image;
-    let placed =
-        image.pixel_of_point.iter().filter(|&&pixel| pixel != divmerge::range_image::NOWHERE);
-    let shadowed = 100.0 * image.shadowed_count() as f64 / placed.count().max(1) as f64;
+    let shadowed = 100.0 * image.shadowed_count() as f64 / image.return_count().max(1) as f64;
     format!(
         "{} | {} x {} | {} | {shadowed:.1} %",
         image.projection.describe(),

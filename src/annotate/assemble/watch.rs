@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::part::{Part, step};
 use divmerge_core::cloud::PointCloud;
+use divmerge_core::geometry::statistics;
 
 /// Messages of a topic that are looked at.
 const MOST: usize = 64;
@@ -75,9 +76,7 @@ fn goes_around(parts: &[Part], width: f64) -> bool {
 }
 
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
+    statistics::median(&mut values.collect::<Vec<f64>>())
 }
 
 #[cfg(test)]

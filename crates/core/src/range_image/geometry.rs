@@ -70,7 +70,7 @@ pub struct BandGeometry {
 impl Geometry {
     /// The geometry of a cloud and its image.
     pub fn new(cloud: &PointCloud, image: &RangeImage) -> Self {
-        let returns = image.pixel_of_point.iter().filter(|&&pixel| pixel != NOWHERE).count();
+        let returns = image.return_count();
         Geometry {
             projection: image.projection,
             ring_flaw: ring_flaw(cloud, image),

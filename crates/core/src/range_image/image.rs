@@ -64,11 +64,15 @@ impl RangeImage {
             .is_some_and(|pixel| self.point_of_pixel.values()[pixel] != point as u32)
     }
 
+    /// How many points have a pixel: those that are returns.
+    pub fn return_count(&self) -> usize {
+        self.pixel_of_point.iter().filter(|&&pixel| pixel != NOWHERE).count()
+    }
+
     /// How many points have a pixel but are not seen in it.
     pub fn shadowed_count(&self) -> usize {
-        let placed = self.pixel_of_point.iter().filter(|&&pixel| pixel != NOWHERE);
         let seen = self.point_of_pixel.values().iter().filter(|&&point| point != NOWHERE);
-        placed.count() - seen.count()
+        self.return_count() - seen.count()
     }
 
     /// For each row the angle to the farther of the two rows next to it, radians, by the mean

@@ -55,27 +55,34 @@ pub(super) fn is_origin(cloud: &PointCloud, image: &RangeImage) -> bool {
 pub(super) fn find(cloud: &PointCloud, image: &RangeImage) -> Option<Viewpoint> {
     const RETURNS: usize = 3000;
     const POSITIONS: usize = 6000;
-    let has_rows = image.projection != Projection::UniformElevation;
-    let by_rows = match has_rows {
-        true => returns_by_row(cloud, image, RETURNS),
-        false => returns_by_ring(cloud, RETURNS),
-    };
     let of_beams = |view: View| Viewpoint { sensor: view.pose(), evidence: Evidence::Beams };
     let usual = [0.0, 1.0, 2.0].map(|height| Vector3::z() * height);
     let usual = || cloud.recorded_sensors.iter().chain(&usual).copied();
-    if has_rows && let Some(view) = beams_from(usual(), &by_rows) {
-        return Some(of_beams(view));
+    let has_rows = image.projection != Projection::UniformElevation;
+    let mut by_rows = Vec::new();
+    if has_rows {
+        by_rows = returns_by_row(cloud, image, RETURNS);
+        if let Some(view) = beams_from(usual(), &by_rows) {
+            return Some(of_beams(view));
+        }
     }
-    let positions = positions(cloud, POSITIONS);
+    let sample = Sweep::new(cloud).sample;
+    let positions = positions(cloud, &sample, POSITIONS);
     let elsewhere = Elsewhere::of(cloud, image, &positions)?;
+    let mut nearby = None;
+    if !has_rows {
+        by_rows = returns_by_ring(cloud, &sample, RETURNS);
+        nearby = beams_from(usual(), &by_rows);
+    }
     let searched = || {
-        search::search(&positions).find_map(|place| {
+        let start = elsewhere.place().or_else(|| search::start(&positions))?;
+        search::search(&positions, start).find_map(|place| {
             let view = View::upright(place.cast());
             let lines = || lines::returns_by_line(&positions, &place);
             checked(view, &by_rows, BEAMS).or_else(|| checked(view, &lines(), CLEARLY_BEAMS))
         })
     };
-    beams_from(usual(), &by_rows)
+    nearby
         .or_else(|| beams_from(elsewhere.starts(), &by_rows))
         .or_else(searched)
         .map(of_beams)
@@ -130,10 +137,8 @@ impl Elsewhere {
         if is_far || looks_round {
             let place = search::start(positions)?;
             let unevenness = search::unevenness(positions, &place);
-            let is_stacked = || {
-                let returns = (0..cloud.len()).filter(|&point| cloud.is_return(point)).count();
-                image.shadowed_count() as f64 > STACKED * returns as f64
-            };
+            let is_stacked =
+                || image.shadowed_count() as f64 > STACKED * image.return_count() as f64;
             if looks_round && (unevenness > UNEVEN || is_stacked()) {
                 return Some(Elsewhere::Uneven(place));
             }
@@ -144,15 +149,19 @@ impl Elsewhere {
         (cloud.is_named_elsewhere || cloud.recorded_sensors.len() == 1).then_some(Elsewhere::Named)
     }
 
+    /// The place from which the returns are most even, where it was looked for.
+    fn place(&self) -> Option<Vector3<f32>> {
+        match self {
+            Elsewhere::Far(place) | Elsewhere::Uneven(place) => Some(*place),
+            Elsewhere::OverGround | Elsewhere::Named => None,
+        }
+    }
+
     /// Places where the sensor may stand, for rows to be fitted from. The directions say little of
     /// the height.
     fn starts(&self) -> impl Iterator<Item = Vector3<f64>> {
-        let place = match self {
-            Elsewhere::Far(place) | Elsewhere::Uneven(place) => Some(*place),
-            Elsewhere::OverGround | Elsewhere::Named => None,
-        };
         let heights = (-8..=2).map(f64::from);
-        place.into_iter().flat_map(move |place| {
+        self.place().into_iter().flat_map(move |place| {
             heights.clone().map(move |height| place.cast() + Vector3::z() * height)
         })
     }
@@ -199,8 +208,8 @@ fn returns_by_row(cloud: &PointCloud, image: &RangeImage, count: usize) -> Vec<R
     (0..image.rows()).flat_map(of_row).collect()
 }
 
-/// About so many returns with the rings that the cloud gives them.
-fn returns_by_ring(cloud: &PointCloud, count: usize) -> Vec<RingReturn> {
+/// About so many of some returns with the rings that the cloud gives them.
+fn returns_by_ring(cloud: &PointCloud, returns: &[u32], count: usize) -> Vec<RingReturn> {
     let Some(ring) = &cloud.ring else {
         return Vec::new();
     };
@@ -208,20 +217,18 @@ fn returns_by_ring(cloud: &PointCloud, count: usize) -> Vec<RingReturn> {
         position: position(cloud, point),
         ring: usize::from(ring[point]),
     };
-    sample(cloud, count).map(of).collect()
+    thinned(returns, count).map(of).collect()
 }
 
-/// About so many returns.
-fn positions(cloud: &PointCloud, count: usize) -> Vec<Vector3<f32>> {
-    sample(cloud, count).map(|point| Vector3::from(cloud.position(point))).collect()
+/// The positions of about so many of some returns.
+fn positions(cloud: &PointCloud, returns: &[u32], count: usize) -> Vec<Vector3<f32>> {
+    thinned(returns, count).map(|point| Vector3::from(cloud.position(point))).collect()
 }
 
-/// About so many returns, the same ones whatever the order of the points.
-fn sample(cloud: &PointCloud, count: usize) -> impl Iterator<Item = usize> {
-    let sweep = Sweep::new(cloud);
-    let all = sweep.sample;
-    let every = all.len().div_ceil(count).max(1);
-    all.into_iter().step_by(every).map(|point| point as usize)
+/// About so many of some points, evenly spread over them.
+fn thinned(points: &[u32], count: usize) -> impl Iterator<Item = usize> {
+    let every = points.len().div_ceil(count).max(1);
+    points.iter().step_by(every).map(|&point| point as usize)
 }
 
 fn position(cloud: &PointCloud, point: usize) -> Vector3<f64> {

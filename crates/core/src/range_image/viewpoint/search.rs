@@ -11,6 +11,7 @@
 
 use nalgebra::Vector3;
 
+use crate::geometry::statistics::median_by;
 use crate::range_image::azimuth::azimuth;
 
 /// Cells of directions in which evenness is measured, radians: two degrees.
@@ -24,15 +25,18 @@ const COARSE: f32 = std::f32::consts::PI / 180.0;
 const SOME: usize = 3000;
 const FEW: usize = 1000;
 
-/// Where the sensor of a sweep may stand, given some of its returns in metres: first if its beams
-/// are a degree or two apart, then if they are closer. Whether it does is for others to check.
-pub(super) fn search(returns: &[Vector3<f32>]) -> impl Iterator<Item = Vector3<f32>> {
-    let start = start(returns);
+/// Where the sensor of a sweep may stand, given some of its returns in metres and a place within
+/// 2 m or so ([`start`]): first if its beams are a degree or two apart, then if they are closer.
+/// Whether it does is for others to check.
+pub(super) fn search(
+    returns: &[Vector3<f32>],
+    start: Vector3<f32>,
+) -> impl Iterator<Item = Vector3<f32>> {
     let [ground, standing] = layers(returns);
     let [some, ground] = [returns, &ground].map(|all| thinned(all, SOME));
     let standing = thinned(&standing, FEW);
     [&WIDE, &NARROW].into_iter().filter_map(move |grids| {
-        let place = upwards(&standing, across(&ground, start?, grids))?;
+        let place = upwards(&standing, across(&ground, start, grids))?;
         // At the right height all returns tell where the middle is.
         let place = upwards(&standing, across(&some, place, grids))?;
         Some(climb(&|place| -fuzziness(returns, place, FINEST), place, 0.02, 4))
@@ -129,15 +133,11 @@ fn upwards(standing: &[Vector3<f32>], place: Vector3<f32>) -> Option<Vector3<f32
 
 /// The median of each coordinate.
 fn middle(returns: &[Vector3<f32>]) -> Option<Vector3<f32>> {
-    if returns.is_empty() {
-        return None;
-    }
-    let median = |axis: usize| {
+    let along = |axis: usize| {
         let mut along: Vec<f32> = returns.iter().map(|at| at[axis]).collect();
-        let half = along.len() / 2;
-        *along.select_nth_unstable_by(half, f32::total_cmp).1
+        median_by(&mut along, f32::total_cmp)
     };
-    Some(Vector3::new(median(0), median(1), median(2)))
+    Some(Vector3::new(along(0)?, along(1)?, along(2)?))
 }
 
 /// Uphill along the axes until no step of the given size in metres leads higher, then with half of
