@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use divmerge_core::cloud::PointCloud;
+use divmerge_core::geometry::circle::longest_gap;
 
 /// Bins of azimuth in which returns are counted, ten for each degree.
 const BINS: usize = 3600;
@@ -41,13 +42,7 @@ impl Part {
 
 /// The whole circle but for the longest run of empty bins; radians.
 fn width(bins: &[bool; BINS]) -> f64 {
-    let Some(first) = bins.iter().position(|&is_hit| is_hit) else { return 0.0 };
-    let (mut longest, mut run) = (0, 0);
-    for bin in 1..=BINS {
-        run = if bins[(first + bin) % BINS] { 0 } else { run + 1 };
-        longest = longest.max(run);
-    }
-    (BINS - longest) as f64 * TAU / BINS as f64
+    longest_gap(bins).map_or(0.0, |gap| (BINS - gap.len()) as f64 * TAU / BINS as f64)
 }
 
 /// From one direction to another by the shorter way, -pi to pi.

@@ -59,30 +59,46 @@ impl Axis {
     }
 }
 
+/// The lowest return of each square metre around the origin that has one, if up is the given
+/// direction: its two coordinates across that direction and its height, metres. `reach` is how far
+/// the square goes to each side, in whole metres; what is not farther than `nearest` is left out.
+pub fn lowest_returns(
+    cloud: &PointCloud,
+    up: Axis,
+    reach: usize,
+    nearest: Option<f32>,
+) -> Vec<[f32; 3]> {
+    let ([one, other], axis, is_against) = up.parts();
+    let (side, reach) = (2 * reach, reach as f32);
+    let mut lowest: Vec<Option<[f32; 3]>> = vec![None; side * side];
+    for point in (0..cloud.len()).filter(|&point| cloud.is_return(point)) {
+        let position = cloud.position(point);
+        let (a, b) = (position[one], position[other]);
+        let height = if is_against { -position[axis] } else { position[axis] };
+        let is_far = nearest.is_none_or(|nearest| a.hypot(b) > nearest);
+        if a.abs() < reach && b.abs() < reach && is_far {
+            let [row, column] = [a, b].map(|along| ((along + reach) as usize).min(side - 1));
+            let lowest = &mut lowest[row * side + column];
+            if lowest.is_none_or(|lowest| height < lowest[2]) {
+                *lowest = Some([a, b, height]);
+            }
+        }
+    }
+    lowest.into_iter().flatten().collect()
+}
+
 /// Square metres of a level surface that has nothing beneath it, if up is the given direction:
 /// cells of a metre around the sensor whose lowest return lies at the height that most do, less
 /// those with a return beneath.
 pub fn ground_area(cloud: &PointCloud, up: Axis) -> f32 {
     /// Metres around the sensor, and what is too near to count: a mount, a desk.
-    const REACH: f32 = 20.0;
+    const REACH: usize = 20;
     const MOUNT: f32 = 1.5;
-    const SIDE: usize = 2 * REACH as usize;
     /// Thickness of a surface, metres, and how far beneath it a return speaks against it.
     const LAYER: f32 = 0.3;
     const BENEATH: f32 = 1.5 * LAYER;
-    let ([one, other], axis, is_against) = up.parts();
-    let mut lowest = [f32::INFINITY; SIDE * SIDE];
-    for point in (0..cloud.len()).filter(|&point| cloud.is_return(point)) {
-        let position = cloud.position(point);
-        let (a, b) = (position[one], position[other]);
-        let height = if is_against { -position[axis] } else { position[axis] };
-        if a.abs() < REACH && b.abs() < REACH && a.hypot(b) > MOUNT {
-            let [row, column] = [a, b].map(|along| ((along + REACH) as usize).min(SIDE - 1));
-            let lowest = &mut lowest[row * SIDE + column];
-            *lowest = lowest.min(height);
-        }
-    }
-    let mut heights: Vec<f32> = lowest.into_iter().filter(|h| h.is_finite()).collect();
+    let lowest = lowest_returns(cloud, up, REACH, Some(MOUNT));
+    let mut heights: Vec<f32> = lowest.into_iter().map(|[.., height]| height).collect();
     heights.sort_unstable_by(f32::total_cmp);
     let within = |from: f32, to: f32| {
         heights.partition_point(|&h| h <= to) - heights.partition_point(|&h| h < from)

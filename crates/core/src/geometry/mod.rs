@@ -1,8 +1,10 @@
-//! Plane and space geometry without a word of this domain: grids, nearest points, plane figures,
-//! disjoint sets.
+//! Plane and space geometry without a word of this domain: grids, circles, nearest points, plane
+//! figures, fitted planes, disjoint sets.
 
+pub mod circle;
 pub mod disjoint_sets;
 pub mod footprint;
 pub mod grid;
 pub mod kd_tree;
+pub mod plane_fit;
 pub mod statistics;

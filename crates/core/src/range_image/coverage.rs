@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
 use super::sweep::Sweep;
+use crate::geometry::circle::longest_gap;
 
 /// A scan with a larger gap does not close, radians.
 const LEAST_GAP: f64 = 20.0 * PI / 180.0;
@@ -47,18 +48,7 @@ fn occupied(azimuths: impl Iterator<Item = f32>) -> Vec<bool> {
 /// The largest gap in bins, which may run beyond the last one; `None` where the scan closes, and of
 /// no return.
 fn largest_gap(occupied: &[bool]) -> Option<Range<usize>> {
-    let first = occupied.iter().position(|&is_occupied| is_occupied)?;
-    let mut largest = 0..0;
-    let mut start = first + 1;
-    for bin in first + 1..=first + BINS {
-        if occupied[bin % BINS] {
-            if bin - start > largest.len() {
-                largest = start..bin;
-            }
-            start = bin + 1;
-        }
-    }
-    (largest.len() as f64 * TAU / BINS as f64 > LEAST_GAP).then_some(largest)
+    longest_gap(occupied).filter(|gap| gap.len() as f64 * TAU / BINS as f64 > LEAST_GAP)
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ mod cones;
 mod lines;
 mod search;
 
-use nalgebra::{Isometry3, Matrix3, Vector3};
+use nalgebra::{Isometry3, Vector3};
 
 use super::coverage;
 use super::evidence::Evidence;
@@ -19,6 +19,8 @@ use super::image::{NOWHERE, RangeImage};
 use super::projection::Projection;
 use super::sweep::Sweep;
 use crate::cloud::point_cloud::{PointCloud, wide};
+use crate::cloud::up::{Axis, lowest_returns};
+use crate::geometry::plane_fit::plane_through;
 use crate::geometry::statistics::median;
 use cones::{RingReturn, View, disagreement, refined};
 
@@ -239,47 +241,25 @@ fn position(cloud: &PointCloud, point: usize) -> Vector3<f64> {
 /// through the lowest returns of most square metres around it passes through it, where no sensor
 /// could see it.
 fn is_on_ground(cloud: &PointCloud) -> bool {
+    /// Metres around it.
+    const AROUND: usize = 16;
     const FEWEST_CELLS: usize = 32;
     const ON_GROUND: f64 = 0.3;
     /// Fits, each to what lies within a band of the one before, metres; most cells must be left.
     const BANDS: [f64; 3] = [1.0, 0.5, 0.3];
-    let mut cells = lowest(cloud);
+    let lowest = lowest_returns(cloud, Axis::Z, AROUND, None);
+    let mut cells: Vec<[f64; 3]> = lowest.into_iter().map(wide).collect();
     let count = cells.len();
     if count < FEWEST_CELLS {
         return false;
     }
-    let heights = &mut cells.iter().map(|at| at.z).collect::<Vec<f64>>();
+    let heights = &mut cells.iter().map(|&[.., height]| height).collect::<Vec<f64>>();
     let mut plane = Vector3::new(median(heights).unwrap_or(0.0), 0.0, 0.0);
     for band in BANDS {
-        let over = |at: &Vector3<f64>| at.z - plane.dot(&Vector3::new(1.0, at.x, at.y));
-        cells.retain(|at| over(at).abs() < band);
-        let (mut normal, mut right) = (Matrix3::identity() * 1e-6, Vector3::zeros());
-        for at in &cells {
-            let row = Vector3::new(1.0, at.x, at.y);
-            normal += row * row.transpose();
-            right += row * at.z;
-        }
-        plane = normal.cholesky().map_or(plane, |solve| solve.solve(&right));
+        cells.retain(|&[x, y, z]| (z - plane.dot(&Vector3::new(1.0, x, y))).abs() < band);
+        plane = plane_through(cells.iter().copied(), [1e-6; 3]).unwrap_or(plane);
     }
     2 * cells.len() > count && plane.x.abs() < ON_GROUND
-}
-
-/// The lowest return of each square metre around the origin that has one.
-fn lowest(cloud: &PointCloud) -> Vec<Vector3<f64>> {
-    const AROUND: f32 = 16.0;
-    const SIDE: usize = 32;
-    let mut lowest: [Option<Vector3<f64>>; SIDE * SIDE] = [None; SIDE * SIDE];
-    for point in (0..cloud.len()).filter(|&point| cloud.is_return(point)) {
-        let [x, y, z] = cloud.position(point);
-        if x.abs() < AROUND && y.abs() < AROUND {
-            let [row, column] = [x, y].map(|along| ((along + AROUND) as usize).min(SIDE - 1));
-            let lowest = &mut lowest[row * SIDE + column];
-            if lowest.is_none_or(|lowest| f64::from(z) < lowest.z) {
-                *lowest = Some(Vector3::new(x, y, z).cast());
-            }
-        }
-    }
-    lowest.into_iter().flatten().collect()
 }
 
 #[cfg(test)]

@@ -1,11 +1,9 @@
 //! The plane that the ground near the sensor lies on.
 
-use nalgebra::{Matrix3, Vector3};
-
 use super::climb::{Limits, climb};
 use super::params::{CLEARANCE, GroundParams};
 use super::profile::{Profile, Return};
-
+use crate::geometry::plane_fit::plane_through;
 use crate::range_image::NOWHERE;
 
 /// Height over the level frame's horizontal plane: `[z at the origin, dz/dx, dz/dy]`.
@@ -138,17 +136,8 @@ impl Cells {
     }
 }
 
-/// Least squares with a weak pull to the horizontal, which settles what a single ring or line
-/// leaves open.
+/// Least squares with a weak pull to the horizontal.
 fn fit<'a>(positions: impl Iterator<Item = &'a [f32; 3]>) -> Option<Plane> {
-    let mut normal = Matrix3::from_diagonal(&Vector3::new(1e-6, 1.0, 1.0));
-    let mut right = Vector3::zeros();
-    for position in positions {
-        let [x, y, z] = position.map(f64::from);
-        let row = Vector3::new(1.0, x, y);
-        normal += row * row.transpose();
-        right += row * z;
-    }
-    let plane = normal.cholesky()?.solve(&right);
-    Some(Plane([plane[0] as f32, plane[1] as f32, plane[2] as f32]))
+    let plane = plane_through(positions.map(|at| at.map(f64::from)), [1e-6, 1.0, 1.0])?;
+    Some(Plane(plane.map(|along| along as f32).into()))
 }
