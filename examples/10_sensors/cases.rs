@@ -1,6 +1,5 @@
 //! The clouds of the table: every simulated sensor, and what drivers and rigs make of some of them.
 
-use divmerge::PointColumns;
 use divmerge::simulate::{Drive, Rig, Scene, Sensor, SimulatedFrame};
 
 /// A kind of cloud.
@@ -91,22 +90,5 @@ fn halves(frame: SimulatedFrame) -> SimulatedFrame {
     };
     let (farther, nearer): (Vec<usize>, Vec<usize>) = (0..count).partition(|&p| is_farther(p));
     let order: Vec<usize> = nearer.into_iter().chain(farther).collect();
-    let floats = |column: &[f32]| order.iter().map(|&p| column[p]).collect::<Vec<f32>>();
-    let words = |column: &[u16]| order.iter().map(|&p| column[p]).collect::<Vec<u16>>();
-    let cloud = &frame.cloud;
-    let columns = PointColumns {
-        x: floats(&cloud.x),
-        y: floats(&cloud.y),
-        z: floats(&cloud.z),
-        ring: cloud.ring.as_deref().map(words),
-        class: cloud.class.as_deref().map(words),
-        ..cloud.clone().into_columns()
-    };
-    SimulatedFrame {
-        cloud: columns.checked().expect("as many of each"),
-        intensity: floats(&frame.intensity),
-        true_instance: words(&frame.true_instance),
-        time_offset_ns: order.iter().map(|&p| frame.time_offset_ns[p]).collect(),
-        ..frame
-    }
+    frame.reordered(&order)
 }

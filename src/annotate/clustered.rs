@@ -69,7 +69,10 @@ pub(super) fn cluster_decoded(
     let FrameDetections { detections, missing: missing_boxes } = method.boxes.of(key)?;
     let decode_ms = decode_ms + ms_since(started);
     let stages = pipeline::run_with(&cloud, mask, &detections, &method.pipeline);
-    let immense_extent = cloud.immense_extent().filter(|_| method.unit.is_none());
+    let immense_extent = match method.unit {
+        None => cloud.immense_extent(),
+        Some(_) => None,
+    };
     let repeated_field = wire.repeated_field().map(str::to_owned);
     let lacks_remission =
         method.wants_remission() && cloud.remission.is_none() && !cloud.is_empty();
@@ -172,7 +175,7 @@ fn ground_remark(cloud: &PointCloud, stages: &Stages) -> Option<(&'static str, S
     const LEAST_GROUND: f64 = 0.1;
     let mask = &stages.mask;
     mask.ground.as_ref()?;
-    let ground = mask.reason.iter().filter(|&&reason| reason == Reason::Ground).count();
+    let ground = stages.labels.counts()[Reason::Ground as usize];
     let has_little = (ground as f64) < LEAST_GROUND * mask.reason.len() as f64;
     if (mask.ground_is_overhead || has_little)
         && !cloud.is_z_up

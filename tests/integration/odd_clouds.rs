@@ -14,7 +14,7 @@ use divmerge::datasets::drive::cloud_message;
 use divmerge::messages::clouds::CloudFormat;
 use divmerge::nalgebra::{self, Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 use divmerge::simulate::{Drive, Scene, Sensor, SimulatedFrame};
-use divmerge::{AnnotateConfig, CloudKey, PointColumns, Semantics, SensorOrigin};
+use divmerge::{AnnotateConfig, CloudKey, Semantics, SensorOrigin};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -153,24 +153,7 @@ impl Trial {
                 order.sort_by_key(|&point| keys[point]);
             }
         }
-        let floats = |column: &[f32]| order.iter().map(|&p| column[p]).collect::<Vec<f32>>();
-        let words = |column: &[u16]| order.iter().map(|&p| column[p]).collect::<Vec<u16>>();
-        let cloud = &frame.cloud;
-        let columns = PointColumns {
-            x: floats(&cloud.x),
-            y: floats(&cloud.y),
-            z: floats(&cloud.z),
-            ring: cloud.ring.as_deref().map(words),
-            class: cloud.class.as_deref().map(words),
-            ..cloud.clone().into_columns()
-        };
-        SimulatedFrame {
-            cloud: columns.checked().expect("as many of each"),
-            intensity: floats(&frame.intensity),
-            true_instance: words(&frame.true_instance),
-            time_offset_ns: order.iter().map(|&p| frame.time_offset_ns[p]).collect(),
-            ..frame
-        }
+        frame.reordered(&order)
     }
 
     fn run(&self) -> Outcome {

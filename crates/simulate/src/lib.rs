@@ -158,6 +158,33 @@ fn store(
 }
 
 impl SimulatedFrame {
+    /// The same sweep as an unorganised cloud whose points are stored in another order: `order`
+    /// has the number of each of them.
+    ///
+    /// # Panics
+    /// If it names a point that there is not.
+    pub fn reordered(self, order: &[usize]) -> SimulatedFrame {
+        let floats = |column: &[f32]| order.iter().map(|&p| column[p]).collect::<Vec<f32>>();
+        let words = |column: &[u16]| order.iter().map(|&p| column[p]).collect::<Vec<u16>>();
+        let columns = PointColumns {
+            x: floats(&self.cloud.x),
+            y: floats(&self.cloud.y),
+            z: floats(&self.cloud.z),
+            ring: self.cloud.ring.as_deref().map(words),
+            class: self.cloud.class.as_deref().map(words),
+            height: 1,
+            width: order.len(),
+            ..PointColumns::default()
+        };
+        SimulatedFrame {
+            cloud: columns.checked().expect("as many of each"),
+            intensity: floats(&self.intensity),
+            true_instance: words(&self.true_instance),
+            time_offset_ns: order.iter().map(|&p| self.time_offset_ns[p]).collect(),
+            ..self
+        }
+    }
+
     fn empty(stamp_ns: u64, pose: Isometry3<f64>) -> Self {
         SimulatedFrame {
             cloud: PointCloud::default(),

@@ -39,7 +39,6 @@ pub(in crate::annotate) fn annotate_turn(
     let clustered = cluster_decoded(&whole, &key, method, decoded)?;
 
     let started = Instant::now();
-    let labels = Labels::of(&clustered);
     let (mut annotated, mut column) = (Vec::with_capacity(parts.len()), 0);
     for message in &messages {
         let written = message.reformatted(types.format(message.format))?;
@@ -51,7 +50,7 @@ pub(in crate::annotate) fn annotate_turn(
             semantics: clustered.semantics.clone(),
             ..Annotated::default()
         };
-        labels.at(&points).write(&written, &mut made.cloud)?;
+        Labels::at(&points, &clustered).write(&written, &mut made.cloud)?;
         annotated.push(made);
     }
     if let Some(made) = annotated.last_mut() {
@@ -97,8 +96,7 @@ fn places(message: &CloudMessage, column: usize, width: usize) -> Vec<usize> {
     (0..height).flat_map(|row| (0..own).map(move |at| row * width + column + at)).collect()
 }
 
-/// Labels of every point.
-#[derive(Clone)]
+/// Labels of some points of a clustered cloud.
 struct Labels {
     instance: Vec<u32>,
     component: Vec<u32>,
@@ -109,34 +107,20 @@ struct Labels {
 }
 
 impl Labels {
-    fn of(clustered: &Clustered) -> Self {
-        let (labels, cloud) = (&clustered.stages.labels, &clustered.cloud);
-        let certain = cloud.confidence.as_deref().zip(cloud.entropy.as_deref());
-        Labels {
-            instance: labels.instance.clone(),
-            component: labels.component.clone(),
-            semantic: labels.semantic.clone(),
-            reason: labels.reason.iter().map(|&reason| reason as u8).collect(),
-            ground: clustered.stages.mask.ground.as_deref().map(bytes),
-            certainty: certain.map(|(confidence, entropy)| (bytes(confidence), bytes(entropy))),
-        }
-    }
-
-    /// Those of some points.
-    fn at(&self, points: &[usize]) -> Self {
+    fn at(points: &[usize], clustered: &Clustered) -> Self {
         fn pick<T: Copy>(column: &[T], points: &[usize]) -> Vec<T> {
             points.iter().map(|&point| column[point]).collect()
         }
+        let (labels, cloud) = (&clustered.stages.labels, &clustered.cloud);
+        let shares = |column: &[f32]| bytes(&pick(column, points));
+        let certain = cloud.confidence.as_deref().zip(cloud.entropy.as_deref());
         Labels {
-            instance: pick(&self.instance, points),
-            component: pick(&self.component, points),
-            semantic: pick(&self.semantic, points),
-            reason: pick(&self.reason, points),
-            ground: self.ground.as_ref().map(|ground| pick(ground, points)),
-            certainty: self
-                .certainty
-                .as_ref()
-                .map(|(confidence, entropy)| (pick(confidence, points), pick(entropy, points))),
+            instance: pick(&labels.instance, points),
+            component: pick(&labels.component, points),
+            semantic: pick(&labels.semantic, points),
+            reason: points.iter().map(|&point| labels.reason[point] as u8).collect(),
+            ground: clustered.stages.mask.ground.as_deref().map(shares),
+            certainty: certain.map(|(confidence, entropy)| (shares(confidence), shares(entropy))),
         }
     }
 

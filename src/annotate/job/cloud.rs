@@ -46,7 +46,7 @@ impl Job<'_> {
     }
 
     /// Whether annotated clouds stand in the place of the clouds.
-    fn is_in_place(&self) -> bool {
+    pub(super) fn is_in_place(&self) -> bool {
         self.options.form == Form::InPlace && self.copies()
     }
 
@@ -62,8 +62,21 @@ impl Job<'_> {
         }
         let messages = [(&*annotated.cloud, None), (&*annotated.objects, None)];
         self.add(encoded, messages, &report, Some(annotated.times))?;
-        let remarks: Vec<String> =
-            report.remarks.iter().map(|(_, problem)| problem.clone()).collect();
+        self.announce(encoded, clustered, annotated, report, encoded.data.len());
+        Ok(())
+    }
+
+    /// Counts and announces a clustered cloud that came in so many bytes of messages, of which
+    /// `encoded` is the last.
+    pub(super) fn announce(
+        &mut self,
+        encoded: &EncodedCloud,
+        clustered: &Clustered,
+        annotated: &Annotated,
+        report: FrameReport,
+        bytes: usize,
+    ) {
+        let remarks: Vec<String> = report.remarks.into_iter().map(|(_, problem)| problem).collect();
         let frame = ClusteredFrame {
             key: CloudKey {
                 topic: &encoded.topic,
@@ -76,9 +89,21 @@ impl Job<'_> {
             stages: &clustered.stages,
             remarks: &remarks,
         };
-        self.report.profile.take(&frame, encoded.data.len(), annotated);
+        self.report.profile.take(&frame, bytes, annotated);
         let _ = (self.on_event)(RunEvent::Frame(frame));
-        Ok(())
+    }
+
+    /// Counts what a report says of a cloud, and what it took unless that was done before.
+    pub(super) fn count(
+        &mut self,
+        encoded: &EncodedCloud,
+        report: &FrameReport,
+        times: Option<FrameTimes>,
+    ) {
+        self.report.topics.entry(encoded.topic.to_string()).or_default().take(report, times);
+        for (kind, problem) in &report.remarks {
+            self.odd_clouds.take(encoded, kind, problem);
+        }
     }
 
     /// Writes the messages that annotate a cloud, and their checkpoint.
@@ -102,10 +127,7 @@ impl Job<'_> {
             let report = report.clone();
             self.checkpoint(encoded, CloudOutcome::Annotated { instances, objects, report })?;
         }
-        self.report.topics.entry(encoded.topic.to_string()).or_default().take(report, times);
-        for (kind, problem) in &report.remarks {
-            self.odd_clouds.take(encoded, kind, problem);
-        }
+        self.count(encoded, report, times);
         Ok(())
     }
 

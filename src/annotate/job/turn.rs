@@ -8,11 +8,9 @@ use super::pending::{CloudResult, PendingCloud, PendingItem, PendingTurn};
 use super::state::Job;
 use crate::annotate::assemble::{AnnotatedTurn, annotate_turn};
 use crate::annotate::checkpoint::CompletedCloud;
-use crate::annotate::event::{ClusteredFrame, RunEvent};
-use crate::annotate::form::Form;
 use crate::annotate::report::FrameReport;
 use crate::error::{Error, Result};
-use crate::frames::{CloudKey, EncodedCloud};
+use crate::frames::EncodedCloud;
 use divmerge_recording::MessageHeader;
 use divmerge_recording::workers::Workers;
 
@@ -49,7 +47,7 @@ impl Job<'_> {
     /// Waits for what is made of a turn, and writes it.
     pub(super) fn turn(&mut self, turn: PendingTurn) -> Result<()> {
         let PendingTurn { parts, result } = turn;
-        if self.options.form == Form::InPlace && self.copies() {
+        if self.is_in_place() {
             self.report.messages += parts.len() as u64;
         }
         let started = Instant::now();
@@ -83,27 +81,9 @@ impl Job<'_> {
             }
         }
         let report = FrameReport::new(clustered, &last.frame_id);
-        let topic = self.report.topics.entry(encoded.topic.to_string()).or_default();
-        topic.take(&report, Some(last.times));
-        for (kind, problem) in &report.remarks {
-            self.odd_clouds.take(encoded, kind, problem);
-        }
-        let remarks: Vec<String> = report.remarks.into_iter().map(|(_, problem)| problem).collect();
-        let frame = ClusteredFrame {
-            key: CloudKey {
-                topic: &encoded.topic,
-                number: encoded.number,
-                stamp_ns: last.stamp_ns,
-                frame_id: &last.frame_id,
-            },
-            log_time_ns: encoded.header.log_time,
-            cloud: &clustered.cloud,
-            stages: &clustered.stages,
-            remarks: &remarks,
-        };
+        self.count(encoded, &report, Some(last.times));
         let bytes = parts.iter().map(|part| part.data.len()).sum();
-        self.report.profile.take(&frame, bytes, last);
-        let _ = (self.on_event)(RunEvent::Frame(frame));
+        self.announce(encoded, clustered, last, report, bytes);
         Ok(())
     }
 }

@@ -91,9 +91,8 @@ impl PointCloud {
         }
         let mut is_cropped = vec![false; self.len()];
         for (point, is_cropped) in is_cropped.iter_mut().enumerate() {
-            let recorded = self.recorded(wide(self.position(point)));
-            let metres = recorded.map(|along| along / self.unit.per_metre());
-            if self.is_return(point) && !crop.keeps(metres) {
+            let keeps = |at: [f32; 3]| crop.keeps(self.recorded_metres(wide(at)));
+            if self.is_return(point) && !keeps(self.position(point)) {
                 *is_cropped = true;
                 self.set_position(point, [f32::NAN; 3]);
             }

@@ -244,6 +244,11 @@ impl PointCloud {
         std::array::from_fn(|axis| at[axis] * self.unit.per_metre() + self.offset[axis])
     }
 
+    /// A position of this cloud in the recording's frame, both in metres.
+    pub fn recorded_metres(&self, position: [f64; 3]) -> [f64; 3] {
+        self.recorded(position).map(|along| along / self.unit.per_metre())
+    }
+
     /// A position in the recording's frame and unit as this cloud has it, metres.
     pub fn from_recorded(&self, position: [f64; 3]) -> [f64; 3] {
         let at: [f64; 3] = std::array::from_fn(|axis| {

@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 /// The plane `z = base + along_x x + along_y y` of least squares through some positions, as `[base,
-/// along_x, along_y]`; `pull` draws each of them to 0 and settles what a single point or line leaves
-/// open. `None` where even so nothing settles it.
+/// along_x, along_y]`; `pull` draws each of them to 0 and settles what a single point or line
+/// leaves open. `None` where even so nothing settles it.
 pub fn plane_through(
     positions: impl Iterator<Item = [f64; 3]>,
     pull: [f64; 3],

@@ -128,10 +128,9 @@ pub fn cloud_facts(
 fn limits(cloud: &PointCloud) -> [[f64; 2]; 3] {
     let mut limits = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
     for point in (0..cloud.len()).filter(|&point| cloud.is_return(point)) {
-        let recorded = cloud.recorded(wide(cloud.position(point)));
+        let recorded = cloud.recorded_metres(wide(cloud.position(point)));
         for ([least, most], along) in limits.iter_mut().zip(recorded) {
-            let metres = along / cloud.unit.per_metre();
-            (*least, *most) = (least.min(metres), most.max(metres));
+            (*least, *most) = (least.min(along), most.max(along));
         }
     }
     limits
