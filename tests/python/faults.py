@@ -541,7 +541,7 @@ def odd_outputs(bench, rng, runs, tally):
             is_replaced = done.returncode == 0 and more and make in (hard_link, older)
             if is_replaced:
                 verdict = judge_output(source, output, bench.whole, 0)
-            elif done.returncode != 1 or not any(
+            elif done.returncode not in (1, 2) or not any(
                 f"error: {path.parent}" in done.stderr for path in (source, output)
             ):
                 verdict = f"wrong: code {done.returncode}: {done.stderr[-200:]}"
