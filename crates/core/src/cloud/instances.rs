@@ -28,11 +28,13 @@ pub enum Reason {
     TooSmall = 6,
     /// Left out on purpose: too near, too far, outside the region, or of the vehicle itself.
     Cropped = 7,
+    /// Of a group of too few pixels to be an instance, where there are no classes.
+    Scattered = 8,
 }
 
 impl Reason {
     /// All reasons in the order of their numbers.
-    pub const ALL: [Reason; 8] = [
+    pub const ALL: [Reason; 9] = [
         Reason::None,
         Reason::NoReturn,
         Reason::NotAnObject,
@@ -41,6 +43,7 @@ impl Reason {
         Reason::Unreached,
         Reason::TooSmall,
         Reason::Cropped,
+        Reason::Scattered,
     ];
 
     /// A few words for people; "instance" for points that have one.
@@ -54,6 +57,7 @@ impl Reason {
             Reason::Unreached => "unreached",
             Reason::TooSmall => "too small",
             Reason::Cropped => "cropped",
+            Reason::Scattered => "scattered",
         }
     }
 }

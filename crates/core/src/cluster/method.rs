@@ -9,7 +9,7 @@ use super::divide_and_merge::votes::Votes;
 use super::objects::ObjectPixels;
 use super::params::{BackProjection, ClusterParams};
 use super::post_merge::PostMerge;
-use crate::cloud::Detection;
+use crate::cloud::{Detection, Reason};
 use crate::cloud::point_cloud::PointCloud;
 use crate::range_image::RangeImage;
 use crate::semantics::ObjectMask;
@@ -73,7 +73,7 @@ impl<'a> MethodInput<'a> {
 ///
 /// A method other than divide and merge has its instances as components, and neither seeds nor
 /// votes.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Segmentation {
     /// Seeds as object pixel numbers; seed k carries label k + 1.
     pub seeds: Vec<u32>,
@@ -88,8 +88,25 @@ pub struct Segmentation {
     /// N: the component of each point, where a method segments points; else that of its pixel
     /// counts.
     pub of_point: Option<Vec<u32>>,
+    /// Why a pixel without a component has none.
+    pub unlabelled: Reason,
     /// When the components were complete, if a merge follows.
     pub divided_at: Option<Instant>,
+}
+
+impl Default for Segmentation {
+    fn default() -> Self {
+        Segmentation {
+            seeds: Vec::new(),
+            components: Components::default(),
+            votes: Votes::default(),
+            merge: Merge::default(),
+            post_merge: PostMerge::default(),
+            of_point: None,
+            unlabelled: Reason::Unreached,
+            divided_at: None,
+        }
+    }
 }
 
 impl Segmentation {

@@ -2,7 +2,6 @@
 
 use super::condition::{Along, NeighbourTest};
 use super::params::ClusterParams;
-use super::touching;
 use crate::cloud::point_cloud::{PointCloud, wide};
 use crate::cloud::taxonomy::ClassSize;
 use crate::range_image::{NEIGHBOURS, NO_NEIGHBOUR, PixelSet, RangeImage, Reach, neighbours};
@@ -29,9 +28,6 @@ pub struct ObjectPixels {
     pub neighbours: Vec<[u32; NEIGHBOURS]>,
     /// M x 4: whether the condition holds towards each neighbour; false where there is none.
     pub connected: Vec<[bool; NEIGHBOURS]>,
-    /// M x 2: up to how far across the ground and in height each touches others, metres
-    /// ([`touching`]); empty where classes or the angle decide.
-    pub reach: Vec<[f32; 2]>,
 }
 
 impl ObjectPixels {
@@ -65,10 +61,6 @@ impl ObjectPixels {
             Reach { columns: params.gap_columns, rows: params.gap_rows, wraps: image.wraps };
         let group = groups(&objects, image, mask, params.same_class_neighbours);
         objects.neighbours = neighbours(&objects.set, &objects.pixel, &group, reach);
-        if let Some(gaps) = params.gaps.filter(|_| !mask.has_classes()) {
-            objects.reach =
-                touching::reaches(&objects.pixel, &objects.position, cloud, image, &gaps);
-        }
         objects.connected = connected(&objects, image, &mask.sizes, params);
         objects
     }
@@ -77,18 +69,6 @@ impl ObjectPixels {
     #[inline]
     pub fn at(&self, pixel: usize) -> Option<usize> {
         self.set.number(pixel).map(|number| number as usize)
-    }
-
-    /// How far apart two pixels are, as a share of the reach of touching: they touch up to 1. Only
-    /// where there are reaches.
-    pub fn separation(&self, a: usize, b: usize) -> f64 {
-        f64::from(self.squared_separation(a, b)).sqrt()
-    }
-
-    #[inline]
-    pub(super) fn squared_separation(&self, a: usize, b: usize) -> f32 {
-        let [p, q] = [a, b].map(|object| self.position[object]);
-        touching::squared_separation(p, q, self.reach[a], self.reach[b])
     }
 
     /// Number of object pixels M.
@@ -146,10 +126,7 @@ fn connected(
             let [p, q] = [from, to].map(|object| band.from_sensor(wide(objects.position[object])));
             let class = |object: usize| sizes[usize::from(objects.class[object])];
             let size = narrower(class(from), class(to));
-            let holds = match objects.reach.is_empty() {
-                true => test.is_connected(p, q, apart, along, size),
-                false => objects.separation(from, to) <= 1.0,
-            };
+            let holds = test.is_connected(p, q, apart, along, size);
             connected[from][forward] = holds;
             connected[to][backward] = holds;
         }

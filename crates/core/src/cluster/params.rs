@@ -32,9 +32,9 @@ pub struct ClusterParams {
     pub birds_eye: Option<BirdsEye>,
     /// Merge of fragments by the size of their class. `paper`: none.
     pub fragments: Option<FragmentMerge>,
-    /// Condition and merge by gaps in space where objects have no classes, in place of the angle
-    /// and of the two merges before. `paper`: none.
-    pub gaps: Option<GapMerge>,
+    /// Objects without classes as a cut of the tree of merges, in place of the votes and of the two
+    /// merges before. `paper`: none.
+    pub tree: Option<TreeMerge>,
     /// Instances with fewer pixels become "too small". `paper`: 0, off.
     pub min_pixels: usize,
     /// Where shadowed points look for a label.
@@ -212,26 +212,69 @@ impl FragmentMerge {
     }
 }
 
-/// Objects without a class by the gaps between pixels ([`gaps`](super::gaps)).
+/// Objects without a class as a cut of the tree of merges ([`tree`](super::tree)).
 ///
-/// Defaults were chosen on labelled drives and simulated ones by `examples/06_entropy.rs`, by the
+/// Defaults were chosen on labelled drives and simulated ones by `examples/06_objects.rs`, by the
 /// things found whole first.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct GapMerge {
-    /// Pixels touch up to this far apart across the ground, metres ... Default 0.4: parked cars and
-    /// walkers keep half a metre.
-    pub across: f64,
-    /// ... and this far in height. Default 0.8: the height of a row of windows.
-    pub upright: f64,
-    /// Where the sensor's columns or rows lie farther apart, pixels touch up to this many of its
-    /// steps ... Default 1.5: the next beam, never the one after it.
-    pub steps: f64,
-    /// ... but never farther than this, metres. Default 1.
-    pub at_most: f64,
-    /// Pieces of fewer pixels are leftovers. Default 10.
-    pub leftover: usize,
-    /// Leftovers join what is nearest within this many times the reach of touching. Default 2.
-    pub leftover_reach: f64,
+pub struct TreeMerge {
+    /// What a metre of height counts in a distance. Default 0.7: objects stand beside one another,
+    /// seldom on one another, while windows, shadows of a railing and dark paint cut objects level.
+    pub height_weight: f64,
+    /// Pixels up to this far apart are one from the start, metres. Default 0.08: nothing is told
+    /// apart below.
+    pub nearest: f64,
+    /// Pixels farther apart are never linked, metres. Default 2.
+    pub farthest: f64,
+    /// How far a window reaches up, down and sideways in which pixels are linked, radians. Default
+    /// 0.05: four times [`Self::gap`], from where on things are as isolated as can be.
+    pub window: f64,
+    /// Groups of fewer pixels are absorbed by what they join, and are no instances. Default 5.
+    pub least_points: usize,
+    /// Nodes of fewer pixels are no objects. Default 10.
+    pub least_scored: usize,
+    /// Nodes that are longer are no objects, metres. Default 22: an articulated truck and a bit.
+    pub longest: f64,
+    /// A gap from which on things begin to be isolated, as an angle seen from the sensor, radians.
+    /// Default 0.012.
+    pub gap: f64,
+    /// The same near the sensor, metres. Default 0.1.
+    pub nearest_gap: f64,
+    /// What the gaps within a node are at least when those around it are held against them, as an
+    /// angle, radians. Default 0.005.
+    pub least_gap: f64,
+    /// How much a node loses that fills the whole box of what it joins, 0 to 1. Default 0.2.
+    pub wholeness: f64,
+    /// How much a node loses of whose face nothing is seen, 0 to 1. Default 0.4.
+    pub filled: f64,
+    /// Nodes of a lower score are no objects. Default 0.2.
+    pub least_score: f64,
+    /// Power of a score that is summed up. Default 1.5: a plain sum prefers two halves to a whole.
+    pub power: f64,
+    /// What is no object is put together across gaps up to this, metres. Default 1.
+    pub background: f64,
+}
+
+impl Default for TreeMerge {
+    fn default() -> Self {
+        TreeMerge {
+            height_weight: 0.7,
+            nearest: 0.08,
+            farthest: 2.0,
+            window: 0.05,
+            least_points: 5,
+            least_scored: 10,
+            longest: 22.0,
+            gap: 0.012,
+            nearest_gap: 0.1,
+            least_gap: 0.005,
+            wholeness: 0.2,
+            filled: 0.4,
+            least_score: 0.2,
+            power: 1.5,
+            background: 1.0,
+        }
+    }
 }
 
 /// Where a shadowed object point looks for the pixel whose label it takes.
@@ -282,7 +325,7 @@ impl ClusterParams {
                 grown_pixels_only: false,
             }),
             fragments: None,
-            gaps: None,
+            tree: None,
             min_pixels: 0,
             back_projection: BackProjection { rows: 2, columns: 2, nearest: Nearest::Range },
         }
@@ -311,14 +354,7 @@ impl ClusterParams {
                 excess_weight: 0.1,
                 delay: 0.3,
             }),
-            gaps: Some(GapMerge {
-                across: 0.4,
-                upright: 0.8,
-                steps: 1.5,
-                at_most: 1.0,
-                leftover: 10,
-                leftover_reach: 2.0,
-            }),
+            tree: Some(TreeMerge::default()),
             back_projection: BackProjection { rows: 8, columns: 64, nearest: Nearest::Space },
             ..paper
         }

@@ -1,12 +1,11 @@
 //! The shapes of instances without a class, measured on the run.
 
-use rustc_hash::FxHashMap;
-
 use crate::cloud::point_cloud::{PointCloud, wide};
 use crate::cloud::shape::{Shape, ShapeMeasures, classify_shape};
 use crate::cloud::{Reason, UprightBox};
 use crate::cluster::{MethodInput, ObjectPixels};
 use crate::range_image::{NO_NEIGHBOUR, RangeImage};
+use crate::semantics::ground::GroundHeights;
 
 /// What [`ShapeMeasures`] need beyond an instance's own points.
 pub(super) struct Appearance {
@@ -67,68 +66,4 @@ fn departure(
         objects.position[object].iter().map(|&x| f64::from(x).powi(2)).sum::<f64>().sqrt()
     };
     Some(((range(left) + range(right)) / 2.0 - range(object)).abs() as f32)
-}
-
-/// The height of the ground by cells of the plane.
-struct GroundHeights {
-    /// Sum of heights and number of points.
-    cells: FxHashMap<[i32; 2], (f64, u32)>,
-}
-
-/// Side of a cell of ground, metres.
-const CELL: f64 = 2.0;
-/// How many cells away ground may be.
-const FARTHEST: i32 = 3;
-
-impl GroundHeights {
-    fn new(cloud: &PointCloud, reason: &[Reason]) -> Self {
-        let mut cells: FxHashMap<[i32; 2], (f64, u32)> = FxHashMap::default();
-        for point in (0..cloud.len()).filter(|&point| reason[point] == Reason::Ground) {
-            let [x, y, z] = wide(cloud.position(point));
-            let cell = cells.entry(place(x, y)).or_default();
-            *cell = (cell.0 + z, cell.1 + 1);
-        }
-        GroundHeights { cells }
-    }
-
-    /// The mean height of the nearest ground, metres in the sensor's frame.
-    fn at(&self, [x, y, _]: [f64; 3]) -> Option<f64> {
-        let [column, row] = place(x, y);
-        (0..=FARTHEST).find_map(|ring| {
-            let step = |from: i32, by: i32| from.saturating_add(by);
-            let steps = move |i: i32| (-ring..=ring).map(move |j| [step(column, i), step(row, j)]);
-            let around = (-ring..=ring).flat_map(steps).filter_map(|cell| self.cells.get(&cell));
-            let (sum, count) = around.fold((0.0, 0), |all, cell| (all.0 + cell.0, all.1 + cell.1));
-            (count > 0).then(|| sum / f64::from(count))
-        })
-    }
-}
-
-fn place(x: f64, y: f64) -> [i32; 2] {
-    [x, y].map(|x| (x / CELL).floor() as i32)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_ground_is_beyond_the_last_cell() {
-        let cloud = PointCloud::new(vec![1.0], vec![1.0], vec![-2.0]).unwrap();
-        let heights = GroundHeights::new(&cloud, &[Reason::Ground]);
-        for far in [1e30, 4_294_967_296.0, -1e30] {
-            assert_eq!(heights.at([far, far, 0.0]), None);
-        }
-    }
-
-    #[test]
-    fn ground_is_that_of_the_nearest_cells() {
-        let cloud =
-            PointCloud::new(vec![1.0, 1.5, 9.0, 1.0], vec![1.0; 4], vec![-2.0, -1.0, 4.0, 9.0]);
-        let reason = [Reason::Ground, Reason::Ground, Reason::Ground, Reason::None];
-        let heights = GroundHeights::new(&cloud.unwrap(), &reason);
-        assert_eq!(heights.at([0.5, 0.5, 0.0]), Some(-1.5));
-        assert_eq!(heights.at([7.0, 1.0, 0.0]), Some(4.0));
-        assert_eq!(heights.at([30.0, 1.0, 0.0]), None);
-    }
 }

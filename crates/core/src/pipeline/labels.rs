@@ -14,6 +14,8 @@ pub(super) struct InstancePixels {
     pub pixels: Vec<u32>,
     /// Components of each final instance; instance k at k - 1.
     pub components: Vec<u32>,
+    /// Why a pixel without a component has none.
+    unlabelled: Reason,
     /// Pixels of each instance after the last merge, before small ones are dropped; instance k at
     /// k - 1.
     pub before_drop: Vec<u32>,
@@ -54,6 +56,7 @@ impl InstancePixels {
             instance,
             of_component,
             pixels,
+            unlabelled: segmentation.unlabelled,
             before_drop: sizes.split_off(1),
         }
     }
@@ -61,7 +64,7 @@ impl InstancePixels {
     /// Why points of a component have no instance.
     fn reason(&self, component: u32) -> Reason {
         match (component, self.of_component[component as usize]) {
-            (0, _) => Reason::Unreached,
+            (0, _) => self.unlabelled,
             (_, 0) => Reason::TooSmall,
             _ => Reason::None,
         }

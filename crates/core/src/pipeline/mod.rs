@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use crate::cloud::Detection;
 use crate::cloud::point_cloud::PointCloud;
 use crate::cluster::{
-    DivideAndMerge, MergeByGaps, MergeBySize, Method, MethodInput, ObjectPixels, Segmentation,
+    CutTree, DivideAndMerge, MergeBySize, Method, MethodInput, ObjectPixels, Segmentation,
 };
 use crate::range_image::RangeImage;
 use crate::semantics::{MaskSource, object_mask};
@@ -72,15 +72,16 @@ pub fn run_with(
 
 /// Segments the objects by the method that the parameters ask for, and adds the times.
 ///
-/// Another method comes first. Objects without classes are merged by gaps and those with classes by
-/// size, where the parameters have that; else the method is divide and merge.
+/// Another method comes first. Objects without classes are cut from the tree of merges and those
+/// with classes are merged by size, where the parameters have that; else the method is divide and
+/// merge.
 fn segment(input: &MethodInput, config: &Config, times: &mut StageTimes) -> Segmentation {
     let params = &config.cluster;
-    let gaps = params.gaps.as_ref().filter(|_| !input.mask.has_classes());
+    let tree = params.tree.as_ref().filter(|_| !input.mask.has_classes());
     let start = Instant::now();
-    let segmentation = match (&config.other_method, gaps, &params.fragments) {
+    let segmentation = match (&config.other_method, tree, &params.fragments) {
         (Some(other), ..) => other.segment(input),
-        (None, Some(merge), _) => MergeByGaps { params, merge }.segment(input),
+        (None, Some(tree), _) => CutTree { params, tree }.segment(input),
         (None, None, Some(merge)) => MergeBySize { params, merge }.segment(input),
         (None, None, None) => DivideAndMerge { params }.segment(input),
     };

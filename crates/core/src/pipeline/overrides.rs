@@ -49,7 +49,7 @@ impl FromStr for Preset {
 pub enum BirdsEyeMerge {
     /// Not at all.
     Off,
-    /// By gap and size; without classes by the gaps alone.
+    /// By gap and size; without classes as a cut of the tree of merges.
     Size,
     /// Where regions overlap.
     Overlap(Region),
@@ -156,7 +156,7 @@ fn set_birds_eye(params: &mut ClusterParams, bev: BirdsEyeMerge) {
     let best = ClusterParams::best();
     let by_size = bev == BirdsEyeMerge::Size;
     params.fragments = best.fragments.filter(|_| by_size);
-    params.gaps = best.gaps.filter(|_| by_size);
+    params.tree = best.tree.filter(|_| by_size);
     params.birds_eye = match bev {
         BirdsEyeMerge::Off | BirdsEyeMerge::Size => None,
         BirdsEyeMerge::Overlap(region) => Some(of_region(params.birds_eye, region)),
@@ -300,7 +300,7 @@ mod tests {
         assert_eq!((config.cluster.voxel, config.cluster.gap_rows), (0.7, 2));
         assert_eq!(config.cluster.condition.angle, 12_f64.to_radians());
         assert_eq!(config.cluster.birds_eye.map(|bev| bev.region), Some(Region::Hull));
-        assert!(config.cluster.fragments.is_none() && config.cluster.gaps.is_none());
+        assert!(config.cluster.fragments.is_none() && config.cluster.tree.is_none());
         let view = config.projection.field_of_view;
         assert_eq!(view, Some((3_f64.to_radians(), -25_f64.to_radians())));
     }

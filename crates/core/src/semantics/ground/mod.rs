@@ -36,6 +36,7 @@ mod climb;
 mod confidence;
 mod flood_fill;
 mod found;
+mod heights;
 mod height_map;
 mod level;
 mod params;
@@ -59,6 +60,7 @@ use profile::Profile;
 use slopes::column_slopes;
 
 pub use found::{Ground, GroundPose};
+pub use heights::GroundHeights;
 pub use params::GroundParams;
 
 /// How the ground lies around the first sensor of a cloud; `None` where no plane is found.

@@ -1,0 +1,72 @@
+//! How high the ground lies at a place.
+
+use rustc_hash::FxHashMap;
+
+use crate::cloud::Reason;
+use crate::cloud::point_cloud::{PointCloud, wide};
+
+/// The height of the ground by cells of the plane.
+#[derive(Debug)]
+pub struct GroundHeights {
+    /// Sum of heights and number of points.
+    cells: FxHashMap<[i32; 2], (f64, u32)>,
+}
+
+/// Side of a cell of ground, metres.
+const CELL: f64 = 2.0;
+/// How many cells away ground may be.
+const FARTHEST: i32 = 3;
+
+impl GroundHeights {
+    /// Of a cloud of N points with a reason each.
+    pub fn new(cloud: &PointCloud, reason: &[Reason]) -> Self {
+        let mut cells: FxHashMap<[i32; 2], (f64, u32)> = FxHashMap::default();
+        for point in (0..cloud.len()).filter(|&point| reason[point] == Reason::Ground) {
+            let [x, y, z] = wide(cloud.position(point));
+            let cell = cells.entry(place(x, y)).or_default();
+            *cell = (cell.0 + z, cell.1 + 1);
+        }
+        GroundHeights { cells }
+    }
+
+    /// The mean height of the nearest ground, metres in the sensor's frame.
+    pub fn at(&self, [x, y, _]: [f64; 3]) -> Option<f64> {
+        let [column, row] = place(x, y);
+        (0..=FARTHEST).find_map(|ring| {
+            let step = |from: i32, by: i32| from.saturating_add(by);
+            let steps = move |i: i32| (-ring..=ring).map(move |j| [step(column, i), step(row, j)]);
+            let around = (-ring..=ring).flat_map(steps).filter_map(|cell| self.cells.get(&cell));
+            let (sum, count) = around.fold((0.0, 0), |all, cell| (all.0 + cell.0, all.1 + cell.1));
+            (count > 0).then(|| sum / f64::from(count))
+        })
+    }
+}
+
+fn place(x: f64, y: f64) -> [i32; 2] {
+    [x, y].map(|x| (x / CELL).floor() as i32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_ground_is_beyond_the_last_cell() {
+        let cloud = PointCloud::new(vec![1.0], vec![1.0], vec![-2.0]).unwrap();
+        let heights = GroundHeights::new(&cloud, &[Reason::Ground]);
+        for far in [1e30, 4_294_967_296.0, -1e30] {
+            assert_eq!(heights.at([far, far, 0.0]), None);
+        }
+    }
+
+    #[test]
+    fn ground_is_that_of_the_nearest_cells() {
+        let cloud =
+            PointCloud::new(vec![1.0, 1.5, 9.0, 1.0], vec![1.0; 4], vec![-2.0, -1.0, 4.0, 9.0]);
+        let reason = [Reason::Ground, Reason::Ground, Reason::Ground, Reason::None];
+        let heights = GroundHeights::new(&cloud.unwrap(), &reason);
+        assert_eq!(heights.at([0.5, 0.5, 0.0]), Some(-1.5));
+        assert_eq!(heights.at([7.0, 1.0, 0.0]), Some(4.0));
+        assert_eq!(heights.at([30.0, 1.0, 0.0]), None);
+    }
+}
