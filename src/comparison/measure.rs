@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::annotate::AnnotateConfig;
 use crate::error::{Error, Result};
-use crate::evaluate::entropy::{self, LEFT_OUT, TOLERANCE, entropies, true_objects};
+use crate::evaluate::entropy::{NO_PART, entropies, true_parts};
 use crate::evaluate::panoptic::{ClassQuality, MIN_POINTS, Panoptic, PanopticQuality};
 use crate::frames::{LabelledFrame, Truth};
 use divmerge_core::cloud::taxonomy::Taxonomy;
@@ -133,7 +133,7 @@ fn class_numbers(truth: &Truth, taxonomy: &Taxonomy, frame: &LabelledFrame) -> R
     })
 }
 
-/// The true objects over which entropies are summed.
+/// The true parts over which entropies are summed.
 fn objects(
     frame: &LabelledFrame,
     true_class: &[u16],
@@ -141,13 +141,12 @@ fn objects(
     sees_classes: bool,
 ) -> Vec<u32> {
     if sees_classes {
-        // Ids count from 1 here: 0 is what is left out.
+        // Ids count from 1 here: 0 is no part.
         let thing = |(&class, &id): (&u16, &u32)| {
             let is_thing = taxonomy.classes()[usize::from(class)].is_thing;
-            if is_thing { id.saturating_add(1) } else { LEFT_OUT }
+            if is_thing { id.saturating_add(1) } else { NO_PART }
         };
         return true_class.iter().zip(&frame.truth.id).map(thing).collect();
     }
-    let roles = entropy::point_roles(&frame.cloud, &frame.truth.class, true_class, taxonomy);
-    true_objects(&frame.cloud, &roles, TOLERANCE, entropy::MIN_POINTS)
+    true_parts(&frame.cloud, &frame.truth.id, (&frame.truth.class, true_class), taxonomy)
 }

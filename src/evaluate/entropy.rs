@@ -1,77 +1,66 @@
-//! Over- and under-segmentation entropy of instances without classes (TRAVEL: Oh et al., RA-L 2022,
-//! arXiv 2206.03190; also reported by continuous_clustering: Reich and Wuensche, arXiv 2311.13976).
+//! Over- and under-segmentation entropy of instances without classes, as the code of
+//! continuous_clustering computes them (Reich and Wuensche, arXiv 2311.13976), so that figures compare
+//! with those that it reports for itself and for TRAVEL (Oh et al., RA-L 2022, arXiv 2206.03190).
 //!
-//! With n(o) the points of a true object o, m(s) those of a found instance s, and n(o, s) those of
+//! With n(o) the points of a true part o, m(s) those of a found instance s, and n(o, s) those of
 //! both, a frame has
 //!
-//! - OSE = sum over o of H(o), where H(o) = - sum over s of p ln p and p = n(o, s) / n(o): 0 for an
-//!   object found in one piece, ln k for one found in k equal pieces;
+//! - OSE = sum over o of H(o), where H(o) = - sum over s of p ln p and p = n(o, s) / n(o): 0 for a
+//!   part found in one piece, ln k for one found in k equal pieces;
 //! - USE = sum over s of H(s), where H(s) = - sum over o of q ln q and q = n(o, s) / m(s): 0 for an
-//!   instance that holds one object, ln k for one that holds k equal ones.
+//!   instance that holds one part, ln k for one that holds k equal ones.
 //!
-//! Both are sums over objects, not means, in nats: a frame with more objects has more of either,
-//! and figures compare only over the same frames. Of several frames the mean and the standard
-//! deviation are stated.
+//! Both are sums, not means, in nats: a frame with more objects has more of either, and figures
+//! compare only over the same frames. Of several frames the mean is stated.
 //!
-//! Truth: data sets number the instances of things only, so that houses, hedges and poles have
-//! none. True objects are therefore the Euclidean clusters of the points of one class
-//! ([`true_objects`]). What is fixed here, because the papers leave it open:
-//!
-//! - Points of ignored classes are left out on both sides, and so is ground (road, lane marking,
-//!   parking, sidewalk, other ground, terrain), which no clustering is asked for;
-//!   [`Entropies::under_with_ground`] counts it as one object more.
-//! - Classes are compared by raw id: a moving car and a parked one are two classes.
-//! - Points nearer than [`TOLERANCE`] belong to one object, and an object of fewer than
-//!   [`MIN_POINTS`] points is left out: far away a sensor's rows lie farther apart than the
-//!   tolerance, and what was one bush close by would be a dozen objects of a few points each. Both
-//!   numbers matter: figures that were made with others do not compare.
-//! - True object points without an instance (taken for ground, dropped, hidden) are one piece more
-//!   of their object, and no instance themselves.
+//! - True parts ([`true_parts`]): of each class and instance id the connected parts by distances
+//!   below [`TOLERANCE`]; data sets number the instances of things only, so that all houses of a
+//!   scan are one id. Classes are raw ids: a moving car and a parked one are two classes.
+//! - Points of class 0 and of ground (road, lane marking, parking, sidewalk, other ground, terrain)
+//!   are of [`NO_PART`], and so are parts of fewer than [`MIN_POINTS`] points.
+//! - OSE is over the true parts but [`NO_PART`]; points without an instance count as one instance
+//!   more. USE is over the found instances that hold a point of a part; points of [`NO_PART`] count
+//!   as one part more.
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use serde::Serialize;
 
 use divmerge_core::cloud::PointCloud;
 use divmerge_core::cloud::taxonomy::Taxonomy;
 use divmerge_core::geometry::disjoint_sets::DisjointSets;
 
-/// Points of one class no farther apart than this, metres, belong to one true object.
-pub const TOLERANCE: f64 = 0.5;
+/// Points of one class and id nearer than this, metres, are of one true part.
+pub const TOLERANCE: f64 = 1.0;
 
-/// True objects of fewer points are left out.
+/// True parts of fewer points count as [`NO_PART`].
 pub const MIN_POINTS: usize = 10;
 
-/// True object of a point that is left out.
-pub const LEFT_OUT: u32 = 0;
-
-/// True object of a point on the ground.
-pub const GROUND: u32 = u32::MAX;
+/// True part of a point of no object, or of too small a part.
+pub const NO_PART: u32 = 0;
 
 /// The entropies of one frame, in nats.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Entropies {
-    /// OSE: sum over the true objects.
+    /// OSE: sum over the true parts.
     pub over: f64,
-    /// USE: sum over the found instances, ground points left out.
+    /// USE: sum over the found instances.
     pub under: f64,
-    /// USE with ground as one object more.
-    pub under_with_ground: f64,
 }
 
-/// The entropies of a frame: for each point its true object ([`LEFT_OUT`], [`GROUND`] or a number)
-/// and its found instance (0 for none).
+/// The entropies of a frame: for each point its true part ([`NO_PART`] or a number) and its found
+/// instance (0 for none).
 ///
 /// # Panics
 /// If the two differ in length.
 pub fn entropies(truth: &[u32], found: &[u32]) -> Entropies {
-    assert_eq!(truth.len(), found.len(), "one true object and one instance per point");
+    assert_eq!(truth.len(), found.len(), "one true part and one instance per point");
     let points = || truth.iter().copied().zip(found.iter().copied());
-    let on_objects = || points().filter(|&(truth, _)| truth != LEFT_OUT && truth != GROUND);
-    let found_points = points().filter(|&(truth, found)| truth != LEFT_OUT && found != 0);
+    let on_parts = || points().filter(|&(truth, _)| truth != NO_PART);
+    let holds_part: FxHashSet<u32> = on_parts().map(|(_, found)| found).collect();
+    let of_found = points().filter(|(_, found)| *found != 0 && holds_part.contains(found));
     Entropies {
-        over: total_entropy(on_objects()),
-        under: total_entropy(on_objects().filter(|p| p.1 != 0).map(|(t, f)| (f, t))),
-        under_with_ground: total_entropy(found_points.map(|(t, f)| (f, t))),
+        over: total_entropy(on_parts()),
+        under: total_entropy(of_found.map(|(truth, found)| (found, truth))),
     }
 }
 
@@ -92,106 +81,42 @@ fn entropy(whole: usize, parts: impl Iterator<Item = usize>) -> f64 {
     terms.fold(0.0, |sum, term| sum + term)
 }
 
-/// The number of true instances that were found whole, and their number in all: instances of
-/// `min_points` points or more, found whole if one found instance has an IoU above a half with
-/// them. Ids count from 1; 0 is none. Unlike the entropies it needs no clustered truth, so it is
-/// for things only.
-///
-/// # Panics
-/// If the two differ in length.
-pub fn found_whole(truth: &[u32], found: &[u32], min_points: usize) -> (usize, usize) {
-    assert_eq!(truth.len(), found.len(), "one true and one found instance per point");
-    let mut sizes: FxHashMap<u32, usize> = FxHashMap::default();
-    for &found in found.iter().filter(|&&found| found != 0) {
-        *sizes.entry(found).or_default() += 1;
-    }
-    let pairs = truth.iter().copied().zip(found.iter().copied());
-    let mut pairs: Vec<(u32, u32)> = pairs.filter(|pair| pair.0 != 0).collect();
-    pairs.sort_unstable();
-    let (mut whole, mut all) = (0, 0);
-    for object in pairs.chunk_by(|a, b| a.0 == b.0).filter(|run| run.len() >= min_points) {
-        let mut parts = object.chunk_by(|a, b| a == b).filter(|part| part[0].1 != 0);
-        let is_half = |part: &[(u32, u32)]| {
-            let union = object.len() + sizes[&part[0].1] - part.len();
-            2 * part.len() > union
-        };
-        all += 1;
-        whole += usize::from(parts.any(is_half));
-    }
-    (whole, all)
-}
-
-/// How a point counts in the true objects.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PointRole {
-    /// Of an ignored class, or no return.
-    LeftOut,
-    /// Ground.
-    Ground,
-    /// Of an object of this class.
-    Object(u32),
-}
-
-/// How each of N points counts in the true objects. `raw` are their true classes in the recording's
-/// ids, which tell objects apart; `class` are the same as class numbers of the taxonomy.
+/// N: the true part of each point. `segment` tells class and instance id apart, a number for each
+/// pair; `raw` are the classes in the recording's ids and `class` the same as class numbers of the
+/// taxonomy, which knows the ground.
 ///
 /// # Panics
 /// If columns differ in length or a class number is not the taxonomy's.
-pub fn point_roles(
+pub fn true_parts(
     cloud: &PointCloud,
-    raw: &[u16],
-    class: &[u16],
+    segment: &[u32],
+    (raw, class): (&[u16], &[u16]),
     taxonomy: &Taxonomy,
-) -> Vec<PointRole> {
-    assert_eq!(raw.len(), cloud.len(), "one class per point");
-    let of_class = taxonomy.classes().iter().map(|class| match class {
-        class if class.is_ignored => Some(PointRole::LeftOut),
-        class => class.is_ground().then_some(PointRole::Ground),
-    });
-    let of_class: Vec<Option<PointRole>> = of_class.collect();
-    let role = |(point, (&raw, &class)): (usize, (&u16, &u16))| match of_class[usize::from(class)] {
-        _ if !cloud.is_return(point) => PointRole::LeftOut,
-        Some(role) => role,
-        None => PointRole::Object(u32::from(raw)),
-    };
-    raw.iter().zip(class).enumerate().map(role).collect()
-}
-
-/// N: the true object of each point. Points of one class no farther apart than `tolerance` metres
-/// belong to one object, transitively. Objects of fewer than `min_points` points are left out.
-///
-/// # Panics
-/// If there is not one role per point.
-pub fn true_objects(
-    cloud: &PointCloud,
-    roles: &[PointRole],
-    tolerance: f64,
-    min_points: usize,
 ) -> Vec<u32> {
-    assert_eq!(cloud.len(), roles.len(), "one role per point");
-    let group = roles.iter().map(|&role| match role {
-        PointRole::Object(class) => Some(class),
-        _ => None,
-    });
-    let mut objects = euclidean_clusters(cloud, &group.collect::<Vec<_>>(), tolerance);
-    let mut points = vec![0; objects.iter().max().map_or(0, |&last| last as usize) + 1];
-    for &object in &objects {
-        points[object as usize] += 1;
+    assert_eq!(raw.len(), cloud.len(), "one class per point");
+    assert_eq!(segment.len(), cloud.len(), "one segment per point");
+    let is_ground: Vec<bool> = taxonomy.classes().iter().map(|class| class.is_ground()).collect();
+    let group = |(&segment, (&raw, &class)): (&u32, (&u16, &u16))| {
+        (raw != 0 && !is_ground[usize::from(class)]).then_some(segment)
+    };
+    let group: Vec<Option<u32>> = segment.iter().zip(raw.iter().zip(class)).map(group).collect();
+    let mut parts = euclidean_clusters(cloud, &group, TOLERANCE);
+    let mut points = vec![0; parts.iter().max().map_or(0, |&last| last as usize) + 1];
+    for &part in &parts {
+        points[part as usize] += 1;
     }
-    for (object, &role) in objects.iter_mut().zip(roles) {
-        if role == PointRole::Ground {
-            *object = GROUND;
-        } else if points[*object as usize] < min_points {
-            *object = LEFT_OUT;
+    for part in &mut parts {
+        if points[*part as usize] < MIN_POINTS {
+            *part = NO_PART;
         }
     }
-    objects
+    parts
 }
 
 /// Euclidean clusters (single linkage) of the points of each group: numbers from 1 in the order of
 /// the points, 0 for points of no group.
 ///
-/// Points of a group within `tolerance` metres are one cluster, transitively. Cells are so small
+/// Points of a group nearer than `tolerance` metres are one cluster, transitively. Cells are so small
 /// that all points of a group within one belong together; cells are then compared with those in
 /// reach. Time O(N) for bounded density.
 pub fn euclidean_clusters(cloud: &PointCloud, group: &[Option<u32>], tolerance: f64) -> Vec<u32> {
@@ -255,7 +180,7 @@ fn are_near(cloud: &PointCloud, points: &[u32], others: &[u32], tolerance: f64) 
         let p = position(point);
         others.iter().any(|&other| {
             let q = position(other);
-            (0..3).map(|axis| (p[axis] - q[axis]).powi(2)).sum::<f64>() <= tolerance * tolerance
+            (0..3).map(|axis| (p[axis] - q[axis]).powi(2)).sum::<f64>() < tolerance * tolerance
         })
     })
 }
@@ -288,7 +213,6 @@ mod tests {
         assert!((found.over - 1.5 * ln2).abs() < 1e-12, "{found:?}");
         let under = 0.25 * 4_f64.ln() + 0.75 * (4.0 / 3_f64).ln();
         assert!((found.under - under).abs() < 1e-12, "{found:?}");
-        assert_eq!(found.under, found.under_with_ground);
     }
 
     #[test]
@@ -301,22 +225,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_out_counts_nowhere_and_ground_only_where_asked() {
-        let truth = [1, 1, LEFT_OUT, GROUND, GROUND];
-        let found = entropies(&truth, &[5, 5, 5, 5, 5]);
-        assert_eq!((found.over, found.under), (0.0, 0.0));
-        let with_ground = 0.5 * 2_f64.ln() * 2.0;
-        assert!((found.under_with_ground - with_ground).abs() < 1e-12, "{found:?}");
-    }
-
-    #[test]
-    fn things_found_whole_by_hand() {
-        // Instance 1: 3 of 4 points in 5, which holds one point more: IoU 3 / 5. Instance 2 in
-        // halves: IoU 1 / 2 is not enough. Instance 3: one point, too small to count.
-        let truth = [1, 1, 1, 1, 0, 2, 2, 2, 2, 3];
-        let found = [5, 5, 5, 0, 5, 6, 6, 7, 7, 8];
-        assert_eq!(found_whole(&truth, &found, 2), (1, 2));
-        assert_eq!(found_whole(&truth, &found, 1), (2, 3));
+    fn what_is_no_part_is_one_part_more_of_an_instance_and_nothing_of_its_own() {
+        let truth = [1, 1, NO_PART, NO_PART, NO_PART];
+        // Instance 5 holds a part and as much that is none; instance 6 holds no part.
+        let found = entropies(&truth, &[5, 5, 5, 5, 6]);
+        assert_eq!(found.over, 0.0);
+        assert!((found.under - 2_f64.ln()).abs() < 1e-12, "{found:?}");
     }
 
     /// Points on the x axis.
@@ -334,12 +248,25 @@ mod tests {
     }
 
     #[test]
-    fn true_objects_of_each_kind() {
-        let cloud = row(&[0.0, 0.3, 0.5, 0.6]);
-        let roles =
-            [PointRole::Object(10), PointRole::Object(10), PointRole::LeftOut, PointRole::Ground];
-        assert_eq!(true_objects(&cloud, &roles, TOLERANCE, 2), [1, 1, LEFT_OUT, GROUND]);
-        assert_eq!(true_objects(&cloud, &roles, 0.1, 2), [LEFT_OUT, LEFT_OUT, LEFT_OUT, GROUND]);
+    fn true_parts_of_each_kind() {
+        let taxonomy = Taxonomy::semantic_kitti();
+        let x: Vec<f32> = (0..60).map(|point| point as f32 * 0.9).collect();
+        let cloud = row(&x);
+        // Two cars one behind the other, nothing, road, and a post of too few points.
+        let word = |point: usize| match point {
+            0..15 => 10 | 1 << 16,
+            15..30 => 10 | 2 << 16,
+            30..40 => 0,
+            40..55 => 40,
+            _ => 80,
+        };
+        let segment: Vec<u32> = (0..60).map(word).collect();
+        let raw: Vec<u16> = segment.iter().map(|&word| word as u16).collect();
+        let class = taxonomy.known_class_numbers(&raw).unwrap();
+        let parts = true_parts(&cloud, &segment, (&raw, &class), &taxonomy);
+        assert!(parts[..15].iter().all(|&part| part == 1));
+        assert!(parts[15..30].iter().all(|&part| part == 2));
+        assert!(parts[30..].iter().all(|&part| part == NO_PART));
     }
 
     proptest::proptest! {

@@ -3,7 +3,7 @@
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 
-use super::entropy::{Entropies, MIN_POINTS, TOLERANCE, entropies, point_roles, true_objects};
+use super::entropy::{Entropies, entropies, true_parts};
 use super::over_time::{Lstq, OverTime};
 use super::panoptic::Panoptic;
 use super::report::PanopticReport;
@@ -179,10 +179,10 @@ impl<'a> Evaluation<'a> {
         truth: &ScanLabels,
         true_class: &[u16],
     ) -> Entropies {
-        let roles = point_roles(cloud, &truth.class, true_class, self.metrics.taxonomy);
-        let objects = true_objects(cloud, &roles, TOLERANCE, MIN_POINTS);
+        let classes = (&truth.class[..], true_class);
+        let parts = true_parts(cloud, &truth.segment, classes, self.metrics.taxonomy);
         let instances = found.instance.iter().zip(&found.segment);
         let own = instances.map(|(&id, &segment)| if id == 0 { 0 } else { segment.max(1) });
-        entropies(&objects, &own.collect::<Vec<_>>())
+        entropies(&parts, &own.collect::<Vec<_>>())
     }
 }

@@ -6,6 +6,7 @@ pub mod evaluation;
 pub mod over_time;
 pub mod panoptic;
 pub mod report;
+pub mod things;
 pub mod verdict;
 
 pub use difference::{Change, Difference, differences};
@@ -14,4 +15,5 @@ pub use evaluation::{Evaluation, MetricSet, ScanLabels, Scores};
 pub use over_time::{Lstq, OverTime};
 pub use panoptic::{ClassQuality, Panoptic, PanopticQuality};
 pub use report::PanopticReport;
+pub use things::{ThingScore, thing_scores};
 pub use verdict::{JudgedObject, Verdict, Verdicts, verdicts};

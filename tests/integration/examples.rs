@@ -33,13 +33,18 @@ fn score_semantic_kitti() {
 }
 
 #[test]
-fn entropy() {
+fn objects() {
     let Some(data) = shared_data() else { return };
     let root = data.join("semantickitti");
-    let output = example("06_entropy", &[&root.to_string_lossy(), "01"]);
+    let output = example("06_objects", &[&root.to_string_lossy(), "01"]);
     assert!(output.status.success(), "{output:?}");
     let text = String::from_utf8_lossy(&output.stdout);
-    assert!(text.contains("| `best` |") && text.contains("| vegetation |"), "{text}");
+    assert!(
+        text.contains("| `best` |")
+            && text.contains("| as it is |")
+            && text.contains("| vegetation |"),
+        "{text}"
+    );
 }
 
 #[test]

@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use divmerge::cloud::Reason;
+use divmerge::cluster::tree::cut::cut as best_cut;
 use divmerge::diagnose::explain::{
     Answer, ClusteredCloud, Flip, Link, Rule, Subject, VoteEvidence, WhatIf, answer, explain,
     what_if,
 };
 use divmerge::pipeline::{self, Config, Stages};
-use divmerge::semantics::MaskSource;
+use divmerge::semantics::{GroundParams, MaskSource};
 use divmerge::simulate::{Drive, Scene, Sensor};
 use divmerge::{PointCloud, Taxonomy};
 
@@ -50,7 +52,6 @@ fn check_link(link: &Link, frame: &ClusteredCloud, changes_hands: bool) {
         let holds = match pair.rule {
             Rule::Angle => pair.beta_degrees.to_radians() > frame.config.cluster.condition.angle,
             Rule::Nearness { distance, reach } => distance < reach,
-            Rule::Gap { separation, .. } => separation <= 1.0,
             Rule::Gate => pair.holds,
         };
         assert_eq!(pair.holds, holds, "{pair:?}");
@@ -190,6 +191,41 @@ fn reported_changes_flip_the_answer_and_smaller_ones_do_not() {
         }
     }
     assert!(flips >= 3, "only {flips}");
+}
+
+/// Without classes: the nodes say what the labels say, and the change that is named changes the cut.
+#[test]
+fn a_cut_is_explained_by_its_nodes_and_by_what_would_change_it() {
+    let frame = Drive::new(Sensor::Hdl64e, Scene::Crowd, 4).frame(2);
+    let (ground, config) = (GroundParams::default(), Config::best());
+    let mask = MaskSource::NotGround(&ground);
+    let stages = pipeline::run(&frame.cloud, mask, &config);
+    let tree = stages.post_merge.tree.as_ref().expect("no classes");
+    let params = config.cluster.tree.expect("best cuts a tree");
+    let clustered = ClusteredCloud { cloud: &frame.cloud, mask, config: &config, stages: &stages };
+    let mut flips = [0, 0];
+    for pair in some_points(&stages, 400).windows(2).filter(|pair| pair[0] != pair[1]) {
+        let found = explain(&clustered, Subject::Pair(pair[0], pair[1]));
+        let Some(cut) = found.cut() else {
+            assert!(found.points.iter().any(|point| point.reason != Reason::None));
+            continue;
+        };
+        assert!(found.votes.is_none());
+        assert_eq!(cut.joined, found.answer == Answer::OneInstance);
+        let above = cut.common.windows(2).all(|two| two[0].place.parent == Some(two[1].node));
+        assert!(above, "{cut:?}");
+        let Some(flip) = cut.flip else { continue };
+        let is_chosen = |score: f64| {
+            let mut gain = tree.gain.clone();
+            gain[flip.node as usize] =
+                if score < params.least_score { 0.0 } else { score.powf(params.power) };
+            best_cut(&tree.tree.nodes, &gain).chosen.contains(&flip.node)
+        };
+        assert_eq!([1e-6, -1e-6].map(|by| is_chosen(flip.needed + by)), [true, false], "{flip:?}");
+        assert_eq!(is_chosen(flip.score), cut.joined);
+        flips[usize::from(cut.joined)] += 1;
+    }
+    assert!(flips.iter().all(|&count| count > 10), "{flips:?}");
 }
 
 fn divmerge(input: &Path, arguments: &[&str]) -> Output {

@@ -1,92 +1,100 @@
-//! Objects without classes: instances by gaps, and what they look like.
+//! Objects without classes: the cut of the tree of merges, and what instances look like.
 
-use divmerge::cloud::ShapeClass;
+use divmerge::cloud::{Reason, ShapeClass};
 use divmerge::datasets::semantic_kitti::{labelled_scans, read_labels, read_scan};
-use divmerge::evaluate::entropy::{
-    MIN_POINTS, PointRole, TOLERANCE, entropies, found_whole, true_objects,
-};
-use divmerge::pipeline::{self, Config};
+use divmerge::evaluate::things::thing_scores;
+use divmerge::pipeline::{self, Config, Stages};
 use divmerge::semantics::{GroundParams, MaskSource};
 use divmerge::simulate::{Drive, Scene, Sensor};
 use divmerge::{PointCloud, Taxonomy};
 
 use crate::shared_data::shared_data;
 
-/// Road, parking, sidewalk, other ground, lane marking, terrain.
-const GROUND: [u16; 6] = [40, 44, 48, 49, 60, 72];
-
 fn by_angle() -> Config {
     let mut config = Config::best();
-    config.cluster.gaps = None;
+    config.cluster.tree = None;
     config
 }
 
-/// OSE, USE and the number of things found whole.
-fn score(
-    cloud: &PointCloud,
-    classes: &[u16],
-    things: &[u32],
-    config: &Config,
-) -> (f64, f64, usize) {
-    let role = |&class: &u16| match class {
-        0 | 1 | 52 | 99 => PointRole::LeftOut,
-        class if GROUND.contains(&class) => PointRole::Ground,
-        class => PointRole::Object(u32::from(class)),
-    };
-    let roles: Vec<PointRole> = classes.iter().map(role).collect();
-    let truth = true_objects(cloud, &roles, TOLERANCE, MIN_POINTS);
+fn run(cloud: &PointCloud, config: &Config) -> Stages {
     let ground = GroundParams::default();
-    let found = pipeline::run(cloud, MaskSource::NotGround(&ground), config).labels.instance;
-    let entropies = entropies(&truth, &found);
-    (entropies.over, entropies.under, found_whole(things, &found, 50).0)
+    pipeline::run(cloud, MaskSource::NotGround(&ground), config)
 }
 
-/// A cloud with its classes and the ids of its things.
-type Frame = (PointCloud, Vec<u16>, Vec<u32>);
+/// A cloud with the ids of its things.
+type Frame = (PointCloud, Vec<u32>);
 
-/// Gaps in place of the angle: fewer pieces, fewer mixtures, more things whole, all frames
-/// together.
-fn assert_gaps_are_better(frames: &[Frame]) {
+/// The cut in place of the angle: more things whole and better associated, all frames together.
+fn assert_the_cut_is_better(frames: &[Frame]) {
     let sum = |config: &Config| {
-        let scores =
-            frames.iter().map(|(cloud, classes, things)| score(cloud, classes, things, config));
-        scores.fold((0.0, 0.0, 0), |sum, one| (sum.0 + one.0, sum.1 + one.1, sum.2 + one.2))
+        let scores = frames.iter().flat_map(|(cloud, things)| {
+            thing_scores(things, &run(cloud, config).labels.instance, 50)
+        });
+        scores.fold((0, 0.0), |(whole, association), thing| {
+            (whole + usize::from(thing.is_whole()), association + thing.association)
+        })
     };
-    let (gaps, angle) = (sum(&Config::best()), sum(&by_angle()));
-    let is_better = gaps.0 < angle.0 && gaps.1 < angle.1 && gaps.2 >= angle.2;
-    assert!(is_better, "{gaps:?}, by the angle {angle:?}");
+    let (cut, angle) = (sum(&Config::best()), sum(&by_angle()));
+    assert!(cut.0 > angle.0 && cut.1 > angle.1, "{cut:?}, by the angle {angle:?}");
 }
 
 #[test]
-fn gaps_are_better_than_the_angle_on_simulated_drives() {
+fn the_cut_is_better_than_the_angle_on_simulated_drives() {
     for (sensor, scene) in [(Sensor::Hdl64e, Scene::Street), (Sensor::Vlp16, Scene::Crowd)] {
         let frame = Drive::new(sensor, scene, 7).frame(3);
-        let classes = frame.cloud.class.clone().expect("classes");
         let things = frame.true_instance.iter().map(|&id| u32::from(id)).collect();
-        assert_gaps_are_better(&[(frame.cloud, classes, things)]);
+        assert_the_cut_is_better(&[(frame.cloud, things)]);
     }
 }
 
 #[test]
-fn gaps_are_better_than_the_angle_on_real_scans() {
+fn the_cut_is_better_than_the_angle_on_real_scans() {
     let Some(data) = shared_data() else { return };
     let scans = labelled_scans(&data.join("semantickitti")).expect("sequences");
     let every_eighth = scans.iter().step_by(8).map(|labelled| {
         let words = read_labels(&labelled.labels).expect("labels");
         let thing = |&word: &u32| if word >> 16 == 0 { 0 } else { word };
-        let classes = words.iter().map(|&word| word as u16).collect();
-        (read_scan(&labelled.scan).expect("scan"), classes, words.iter().map(thing).collect())
+        (read_scan(&labelled.scan).expect("scan"), words.iter().map(thing).collect())
     });
-    assert_gaps_are_better(&every_eighth.collect::<Vec<_>>());
+    assert_the_cut_is_better(&every_eighth.collect::<Vec<_>>());
+}
+
+/// Every object point is of an instance of five points or more, or of too small a group.
+#[test]
+fn groups_of_a_few_points_are_no_instances() {
+    let stages = run(&Drive::new(Sensor::Hdl64e, Scene::Hills, 3).frame(0).cloud, &Config::best());
+    assert!(stages.instances.iter().all(|instance| instance.pixels >= 5));
+    let scattered = stages.labels.counts()[Reason::Scattered as usize];
+    assert!(scattered > 0 && scattered < stages.objects.points.len() as u64 / 20, "{scattered}");
+    let tree = stages.post_merge.tree.as_ref().expect("no classes");
+    let objects: Vec<u32> = tree.cut.chosen.clone();
+    let unseen = |node: u32| tree.tree.path(node).skip(1).all(|above| !objects.contains(&above));
+    assert!(!objects.is_empty() && objects.iter().all(|&node| unseen(node)));
+}
+
+/// The cut is of the cloud, not of the order of its points.
+#[test]
+fn the_same_objects_whatever_the_order_of_the_points() {
+    let frame = Drive::new(Sensor::Vlp16, Scene::Street, 5).frame(1);
+    let backwards: Vec<usize> = (0..frame.cloud.len()).rev().collect();
+    let turned = frame.clone().reordered(&backwards);
+    let [one, other] = [&frame.cloud, &turned.cloud].map(|cloud| run(cloud, &Config::best()));
+    let sizes = |stages: &Stages| {
+        let mut sizes: Vec<u32> = stages.instances.iter().map(|instance| instance.points).collect();
+        sizes.sort_unstable();
+        sizes
+    };
+    assert_eq!(sizes(&one), sizes(&other));
 }
 
 #[test]
-fn with_classes_gaps_change_nothing_and_nothing_is_likened() {
+fn with_classes_no_tree_is_cut_and_nothing_is_likened() {
     let cloud = Drive::new(Sensor::Vlp16, Scene::Parking, 4).frame(1).cloud;
     let taxonomy = Taxonomy::semantic_kitti();
     let mask = MaskSource::Classes(&taxonomy);
     let best = pipeline::run(&cloud, mask, &Config::best());
     let without = pipeline::run(&cloud, mask, &by_angle());
+    assert!(best.post_merge.tree.is_none());
     assert_eq!(best.labels, without.labels);
     assert_eq!(best.instances, without.instances);
     assert!(best.instances.iter().all(|instance| instance.shape.is_none()));
@@ -96,9 +104,7 @@ fn with_classes_gaps_change_nothing_and_nothing_is_likened() {
 #[test]
 fn simulated_cars_look_like_vehicles() {
     let frame = Drive::new(Sensor::Hdl64e, Scene::Street, 11).frame(2);
-    let ground = GroundParams::default();
-    let mask = MaskSource::NotGround(&ground);
-    let stages = pipeline::run(&frame.cloud, mask, &Config::best());
+    let stages = run(&frame.cloud, &Config::best());
     let classes = frame.cloud.class.as_ref().expect("classes");
     let mut points = vec![(0_u32, 0_u32); stages.instances.len() + 1];
     for (&instance, class) in stages.labels.instance.iter().zip(classes) {

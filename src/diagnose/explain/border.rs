@@ -47,14 +47,6 @@ pub enum Rule {
         /// They belong together if it is less than this, metres.
         reach: f64,
     },
-    /// Nearness in space, there being no classes (preset `best`).
-    Gap {
-        /// How far apart they are, as a share of the reach of touching: they belong together up to
-        /// 1.
-        separation: f64,
-        /// That reach across the ground and in height, metres.
-        reach: [f64; 2],
-    },
 }
 
 impl BorderPair {
@@ -62,7 +54,6 @@ impl BorderPair {
     fn margin(&self, theta_degrees: f64) -> f64 {
         match self.rule {
             Rule::Nearness { distance, reach } => (distance / reach - 1.0).abs(),
-            Rule::Gap { separation, .. } => (separation - 1.0).abs(),
             _ => (self.beta_degrees / theta_degrees - 1.0).abs(),
         }
     }
@@ -109,15 +100,10 @@ pub(super) fn pair(frame: &ClusteredCloud, from: usize, direction: usize) -> Bor
     }
 }
 
-/// The rule of nearness, if it is in force: in space without classes, else by the size of the class
-/// where that is known, the left or upper pixel's.
+/// The rule of nearness, if it is in force: by the size of the class where that is known, the left
+/// or upper pixel's.
 fn nearness(frame: &ClusteredCloud, from: usize, to: usize, direction: usize) -> Option<Rule> {
     let ClusteredCloud { stages, config, .. } = frame;
-    let objects = &stages.objects;
-    if let (Some(a), Some(b)) = (objects.reach.get(from), objects.reach.get(to)) {
-        let separation = objects.separation(from, to);
-        return Some(Rule::Gap { separation, reach: [0, 1].map(|i| f64::from(a[i].max(b[i]))) });
-    }
     let first = if direction % 2 == 1 { from } else { to };
     let size = stages.mask.sizes[usize::from(stages.objects.class[first])]?;
     let nearness = config.cluster.condition.nearness?;

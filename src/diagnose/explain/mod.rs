@@ -6,6 +6,7 @@
 //! | pixel pairs on the border of components, and their angle beta | [`border`] |
 //! | the chain of merges, or where the votes failed | [`votes`] |
 //! | what comes after the votes: bird's-eye merge, minimum size, back-projection | [`post_merge`] |
+//! | the nodes of the tree of merges, where there are no classes | [`cut`] |
 //! | all of it in words | [`text`] |
 //! | which change of one parameter gives the other answer | [`what_if`](mod@what_if) |
 //!
@@ -30,6 +31,7 @@
 //! [`PointLabels`]: divmerge_core::cloud::PointLabels
 
 pub mod border;
+pub mod cut;
 pub mod facts;
 mod places;
 pub mod post_merge;
@@ -46,10 +48,11 @@ use serde::Serialize;
 use divmerge_core::cloud::Reason;
 
 pub use border::{BorderPair, Rule};
+pub use cut::{CutEvidence, ScoreFlip};
 pub use divmerge_core::cluster::SizeTest;
 pub use facts::{ComponentFacts, GroupFacts, PointFacts};
 pub use places::{Place, nearest_points, return_at};
-pub use post_merge::{GapTest, PostMergeStage};
+pub use post_merge::PostMergeStage;
 pub use subject::{Answer, ClusteredCloud, Subject, answer};
 pub use text::{ExplanationReport, ExplanationText};
 pub use votes::{Donor, Link, VoteEvidence};
@@ -66,6 +69,8 @@ pub enum DecidedBy {
     /// Only a stage after the vote merge joined them.
     #[serde(rename = "later_stage")]
     PostMergeStage,
+    /// The cut of the tree of merges, there being no classes.
+    Cut,
     /// At least one of the points has no instance at all; its reason says why.
     NoInstance,
     /// Only pixels of one class are neighbours, and theirs differ.
@@ -102,6 +107,19 @@ pub struct Explanation {
 }
 
 impl Explanation {
+    /// What the cut of the tree of merges did, where there are no classes.
+    pub fn cut(&self) -> Option<&CutEvidence> {
+        self.post_merge.iter().find_map(|stage| match stage {
+            PostMergeStage::Cut(cut) => Some(cut),
+            _ => None,
+        })
+    }
+
+    /// Whether the points were looked for in a tree of merges.
+    fn is_cut(&self) -> bool {
+        self.cut().is_some()
+    }
+
     /// The pairs of border pixels on which the votes were cast, each once, in the order of the
     /// image.
     pub fn pairs(&self) -> Vec<BorderPair> {
@@ -128,15 +146,16 @@ impl Explanation {
 pub fn explain(frame: &ClusteredCloud, subject: Subject) -> Explanation {
     let points: Vec<PointFacts> =
         subject.points().into_iter().map(|point| PointFacts::of(frame, point)).collect();
+    let is_cut = frame.stages.post_merge.tree.is_some();
     let votes = match &points[..] {
-        [a, b] => votes::evidence(frame, a, b),
+        [a, b] if !is_cut => votes::evidence(frame, a, b),
         _ => None,
     };
     let post_merge = post_merge::evidence(frame, &points);
     let params = &frame.config.cluster;
     Explanation {
         answer: answer(frame.stages, subject),
-        decided_by: decided_by(&points, votes.as_ref()),
+        decided_by: decided_by(&points, votes.as_ref(), is_cut),
         votes,
         post_merge,
         points,
@@ -146,12 +165,15 @@ pub fn explain(frame: &ClusteredCloud, subject: Subject) -> Explanation {
     }
 }
 
-fn decided_by(points: &[PointFacts], votes: Option<&VoteEvidence>) -> DecidedBy {
+fn decided_by(points: &[PointFacts], votes: Option<&VoteEvidence>, is_cut: bool) -> DecidedBy {
     let [a, b] = points else {
         return DecidedBy::ItsOwnLabel;
     };
     if points.iter().any(|point| point.reason != Reason::None) {
         return DecidedBy::NoInstance;
+    }
+    if is_cut {
+        return DecidedBy::Cut;
     }
     let is_one = a.instance == b.instance;
     match votes {

@@ -1,20 +1,20 @@
-//! What the stages after the vote merge did: bird's-eye merge, merge by size or by gaps, minimum
-//! size, back-projection.
+//! What the stages after the vote merge did: bird's-eye merge, merge by size, minimum size,
+//! back-projection; and the cut of the tree of merges, which takes the place of the votes.
 //!
 //! Joins, outlines, regions and sizes are those that the run kept when it decided
 //! ([`PostMerge`](divmerge_core::cluster::PostMerge)). Measured here are the distances between
-//! regions or outlines of a pair that the merge had no need to compare, and the nearest pixels of
-//! two instances without a class.
+//! regions or outlines of a pair that the merge had no need to compare.
 
 use std::collections::{BTreeSet, VecDeque};
 
 use serde::Serialize;
 
+use super::cut::{self, CutEvidence};
 use super::facts::{GroupFacts, PointFacts, group};
 use super::places::{self, Place};
 use super::subject::ClusteredCloud;
 use divmerge_core::cloud::Reason;
-use divmerge_core::cluster::params::{BirdsEye, FragmentMerge, GapMerge, Region};
+use divmerge_core::cluster::params::{BirdsEye, FragmentMerge, Region};
 use divmerge_core::cluster::{InstanceRegion, Join, SizeTest, regions};
 
 /// Something that a stage after the vote merge did, or left undone.
@@ -49,17 +49,9 @@ pub enum PostMergeStage {
         /// Apart: whether their classes differ and are not easily taken for each other.
         classes_differ: bool,
     },
-    /// The groups of the two points by the gaps between pieces, there being no classes (preset
+    /// The nodes of the tree of merges that hold the points, there being no classes (preset
     /// `best`).
-    Gaps {
-        /// Whether the stages after the vote merge made them one.
-        joined: bool,
-        /// Joined: the joins that led to the one which brought the two points together, it being
-        /// the last; pieces are groups.
-        joins: Vec<Join>,
-        /// Apart: how near their instances come to one another.
-        test: Option<GapTest>,
-    },
+    Cut(CutEvidence),
     /// A point's instance was under the minimum size and was dropped.
     MinimumSize {
         /// Which of the points asked about, from 0.
@@ -80,24 +72,12 @@ pub enum PostMergeStage {
     },
 }
 
-/// Two instances without a class that stayed apart.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct GapTest {
-    /// Distance between the two pixels nearest to one another, metres.
-    pub gap: f64,
-    /// The same as a share of the reach of touching.
-    pub separation: f64,
-    /// Pixels of the smaller instance.
-    pub pixels: usize,
-    /// An instance of fewer pixels is a leftover ...
-    pub leftover: usize,
-    /// ... and joins what is nearest within this many times the reach of touching.
-    pub leftover_reach: f64,
-}
-
 /// What the stages after the vote merge did with the points.
 pub(super) fn evidence(frame: &ClusteredCloud, points: &[PointFacts]) -> Vec<PostMergeStage> {
     let of_pair = match points {
+        _ if frame.stages.post_merge.tree.is_some() => {
+            cut::evidence(frame, points).map(PostMergeStage::Cut)
+        }
         [a, b] => merge_of(frame, a, b),
         _ => None,
     };
@@ -139,12 +119,10 @@ fn merge_of(frame: &ClusteredCloud, a: &PointFacts, b: &PointFacts) -> Option<Po
         return None;
     }
     let params = &frame.config.cluster;
-    let gaps = params.gaps.filter(|_| !frame.stages.mask.has_classes());
-    Some(match (gaps, &params.fragments, params.birds_eye) {
-        (Some(gaps), ..) => by_gaps(frame, from, to, gaps),
-        (None, Some(by_size), _) => by_size_of_class(frame, from, to, by_size),
-        (None, None, Some(birds_eye)) => on_the_plane(frame, from, to, birds_eye),
-        (None, None, None) => PostMergeStage::BirdsEye {
+    Some(match (&params.fragments, params.birds_eye) {
+        (Some(by_size), _) => by_size_of_class(frame, from, to, by_size),
+        (None, Some(birds_eye)) => on_the_plane(frame, from, to, birds_eye),
+        (None, None) => PostMergeStage::BirdsEye {
             joined: false,
             region: None,
             margin: 0.0,
@@ -157,16 +135,6 @@ fn merge_of(frame: &ClusteredCloud, a: &PointFacts, b: &PointFacts) -> Option<Po
 
 fn are_joined(frame: &ClusteredCloud, from: u32, to: u32) -> bool {
     instance_of(frame, from) == instance_of(frame, to)
-}
-
-fn by_gaps(frame: &ClusteredCloud, from: u32, to: u32, params: GapMerge) -> PostMergeStage {
-    let joined = are_joined(frame, from, to);
-    let joins = &frame.stages.post_merge.joins;
-    PostMergeStage::Gaps {
-        joined,
-        joins: if joined { joins_between(joins, from, to) } else { Vec::new() },
-        test: if joined { None } else { gap_test(frame, from, to, params) },
-    }
 }
 
 fn by_size_of_class(
@@ -214,27 +182,6 @@ fn joins_between(joins: &[Join], from: u32, to: u32) -> Vec<Join> {
         sets.push(united);
     }
     Vec::new()
-}
-
-/// How near the nearest pixels of two instances come to one another.
-fn gap_test(frame: &ClusteredCloud, from: u32, to: u32, params: GapMerge) -> Option<GapTest> {
-    let stages = frame.stages;
-    let pixels_of = |instance: u32| -> Vec<usize> {
-        let is_in = |group: u32| group != 0 && instance_of(frame, group) == instance;
-        (0..stages.objects.len()).filter(|&object| is_in(stages.merged_instance(object))).collect()
-    };
-    let [one, other] = [from, to].map(|group| pixels_of(instance_of(frame, group)));
-    let pairs = one.iter().flat_map(|&a| other.iter().map(move |&b| (a, b)));
-    let apart = pairs.map(|(a, b)| (stages.objects.separation(a, b), a, b));
-    let (separation, a, b) = apart.min_by(|x, y| x.0.total_cmp(&y.0))?;
-    let [p, q] = [a, b].map(|object| stages.objects.position[object].map(f64::from));
-    Some(GapTest {
-        gap: places::distance(p, q),
-        separation,
-        pixels: one.len().min(other.len()),
-        leftover: params.leftover,
-        leftover_reach: params.leftover_reach,
-    })
 }
 
 fn on_the_plane(frame: &ClusteredCloud, from: u32, to: u32, params: BirdsEye) -> PostMergeStage {

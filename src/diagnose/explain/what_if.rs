@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use serde::Serialize;
 
 use super::subject::{Answer, ClusteredCloud, Subject, answer};
-use divmerge_core::cluster::params::{BirdsEye, ClusterParams, Region};
+use divmerge_core::cluster::params::{BirdsEye, ClusterParams, Region, TreeMerge};
 use divmerge_core::pipeline;
 use divmerge_core::pipeline::Config;
 
@@ -85,7 +85,7 @@ struct Dial {
     set: fn(&mut ClusterParams, f64),
 }
 
-const DIALS: [Dial; 8] = [
+const DIALS: [Dial; 7] = [
     Dial {
         parameter: "angle",
         unit: "degrees",
@@ -106,18 +106,6 @@ const DIALS: [Dial; 8] = [
         set: |params, share| {
             if let Some(nearness) = &mut params.condition.nearness {
                 nearness.share_of_width = share;
-            }
-        },
-    },
-    Dial {
-        parameter: "touching",
-        unit: "m",
-        per_unit: 100.0,
-        scan: &[0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.7, 0.8, 0.9, 1.0],
-        get: |params| params.gaps.map(|gaps| gaps.across),
-        set: |params, metres| {
-            if let Some(gaps) = &mut params.gaps {
-                gaps.across = metres;
             }
         },
     },
@@ -171,6 +159,48 @@ const DIALS: [Dial; 8] = [
     },
 ];
 
+/// Those of a run that cuts a tree of merges; all others are not in force there.
+const TREE_DIALS: [Dial; 4] = [
+    Dial {
+        parameter: "gap between things",
+        unit: "degrees",
+        per_unit: 100.0,
+        scan: &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0, 3.0, 5.0],
+        get: |params| params.tree.map(|tree| tree.gap.to_degrees()),
+        set: |params, degrees| set_tree(params, |tree| tree.gap = degrees.to_radians()),
+    },
+    Dial {
+        parameter: "gap between things nearby",
+        unit: "m",
+        per_unit: 100.0,
+        scan: &[0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0],
+        get: |params| params.tree.map(|tree| tree.nearest_gap),
+        set: |params, metres| set_tree(params, |tree| tree.nearest_gap = metres),
+    },
+    Dial {
+        parameter: "least score",
+        unit: "",
+        per_unit: 100.0,
+        scan: &[0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0],
+        get: |params| params.tree.map(|tree| tree.least_score),
+        set: |params, score| set_tree(params, |tree| tree.least_score = score),
+    },
+    Dial {
+        parameter: "gaps of the background",
+        unit: "m",
+        per_unit: 100.0,
+        scan: &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0],
+        get: |params| params.tree.map(|tree| tree.background),
+        set: |params, metres| set_tree(params, |tree| tree.background = metres),
+    },
+];
+
+fn set_tree(params: &mut ClusterParams, set: impl FnOnce(&mut TreeMerge)) {
+    if let Some(tree) = &mut params.tree {
+        set(tree);
+    }
+}
+
 /// For each parameter of the clustering the smallest change, all others as they are, that gives the
 /// other answer. Points that are no objects have no instance whatever the parameters: nothing is
 /// run then.
@@ -185,7 +215,11 @@ pub fn what_if(frame: &ClusteredCloud, subject: Subject) -> Vec<WhatIf> {
         return Vec::new();
     }
     let search = Search { frame, subject, now: answer(frame.stages, subject) };
-    let count = DIALS.len() + 2;
+    // The two choices after the dials are not in force where a tree is cut.
+    let count = match search.is_cut() {
+        true => TREE_DIALS.len(),
+        false => DIALS.len() + 2,
+    };
     let found: Mutex<Vec<(usize, WhatIf)>> = Mutex::default();
     let next = AtomicUsize::new(0);
     let workers = std::thread::available_parallelism().map_or(1, usize::from).min(count);
@@ -216,8 +250,14 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
+    /// Whether the run cut a tree of merges.
+    fn is_cut(&self) -> bool {
+        self.frame.stages.post_merge.tree.is_some()
+    }
+
     fn parameter(&self, number: usize) -> Option<WhatIf> {
-        match DIALS.get(number) {
+        let dials: &[Dial] = if self.is_cut() { &TREE_DIALS } else { &DIALS };
+        match dials.get(number) {
             Some(dial) => self.number(dial).map(WhatIf::Number),
             None if number == DIALS.len() => Some(WhatIf::Choice(self.on_the_plane())),
             None => Some(WhatIf::Choice(self.same_class())),
@@ -342,10 +382,10 @@ impl Plane {
             own.map(|own| BirdsEye { region, ..own })
         };
         let best = ClusterParams::best();
-        (params.birds_eye, params.fragments, params.gaps) = match self {
+        (params.birds_eye, params.fragments, params.tree) = match self {
             Plane::Off => (None, None, None),
             Plane::Overlap(region) => (overlap(region), None, None),
-            Plane::BySize => (None, best.fragments, best.gaps),
+            Plane::BySize => (None, best.fragments, best.tree),
         };
     }
 }

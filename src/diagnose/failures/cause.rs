@@ -98,11 +98,12 @@ pub enum MergeCause {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "how", rename_all = "snake_case")]
 pub enum PostMergeCause {
-    /// One join, by size or by gaps, put most of it together with something else.
+    /// One join by size put most of it together with something else.
     Joined(Join),
-    /// The bird's-eye merge put it together with something else.
+    /// The bird's-eye merge, or the cut of the tree of merges, left it together with something
+    /// else.
     Overlapped(PostMergeStage),
-    /// The merge by size or by gaps left two parts apart.
+    /// The merge by size, or the cut of the tree of merges, left two parts apart.
     Apart(PostMergeStage),
     /// Its instance had too few pixels.
     TooSmall {

@@ -16,11 +16,11 @@
 //! pixels belong to: a component straddles two objects, or pixels are unreached.
 //!
 //! **merge**: votes joined a part of it with something else, or kept two parts of it apart; or
-//! nothing links two parts, and no merge by size or gaps follows that could join them.
+//! nothing links two parts, and no merge by size follows that could join them.
 //!
-//! **post**: the bird's-eye merge or the merge by size or gaps joined it with something else; or
-//! the merge by size or gaps left apart two parts that nothing links; or the minimum size dropped
-//! it.
+//! **post**: the bird's-eye merge or the merge by size joined it with something else; or the merge
+//! by size left apart two parts that nothing links; or the cut of the tree of merges (no classes)
+//! did either; or the minimum size dropped it.
 //!
 //! **method**: another method than ours segmented the objects, and its steps are not known.
 //!

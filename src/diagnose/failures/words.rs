@@ -76,6 +76,9 @@ impl PostMergeCause {
     fn describe(&self) -> String {
         match self {
             PostMergeCause::Joined(join) => joined(join),
+            PostMergeCause::Overlapped(PostMergeStage::Cut(_)) => {
+                "the cut of the tree of merges left it joined with something else".into()
+            }
             PostMergeCause::Overlapped(_) => {
                 "the bird's-eye merge joined overlapping regions".into()
             }
@@ -93,7 +96,6 @@ fn joined(Join { target, query, gap, evidence }: &Join) -> String {
         Evidence::Fits { union, limit } => {
             format!("together {}, within {}", sides(*union), sides(*limit))
         }
-        Evidence::Leftover { pixels } => format!("a leftover of {pixels} pixels"),
     };
     format!("group {query} joined group {target} across {gap:.2} m, {why}")
 }
@@ -115,10 +117,7 @@ fn apart(stage: &PostMergeStage) -> String {
             };
             format!("the merge by size left two parts apart: {why}")
         }
-        PostMergeStage::Gaps { test: Some(test), .. } => format!(
-            "the merge by gaps left two parts apart: {:.2} m, {:.2} times the join distance",
-            test.gap, test.separation
-        ),
+        PostMergeStage::Cut(_) => "the cut of the tree of merges left two parts apart".into(),
         _ => "the merge after the votes left two parts apart".into(),
     }
 }

@@ -1,14 +1,13 @@
-//! Joins of pieces by size or by gaps that only just came about (preset `best`).
+//! Joins of pieces by size that only just came about (preset `best`).
 
 use super::between::between;
 use super::facts::{FrameFacts, InstanceFacts};
 use super::sizes::gap_evidence;
-use super::suspect::{Suspect, SuspectKind, ramp};
+use super::suspect::{Suspect, SuspectKind};
 use divmerge_core::cluster::{Evidence, Join};
 use divmerge_core::geometry::disjoint_sets::DisjointSets;
 
-/// Joins of two substantial parts across a gap. Joins by size have the evidence of
-/// [`gap_evidence`]; without classes it grows from half the join distance on.
+/// Joins of two substantial parts across a gap, by their [`gap_evidence`].
 pub(super) fn thin_joins(facts: &FrameFacts) -> Vec<Suspect> {
     let stages = facts.frame.stages;
     let pieces = stages.merge.count as usize;
@@ -50,11 +49,6 @@ fn thin_join(
                 union[0], union[1], limit[0], limit[1]
             );
             (gap_evidence(touching, usual, join.gap, share, union[1]), touching, how)
-        }
-        (Evidence::Touching, None) => {
-            let across = facts.frame.config.cluster.gaps?.across;
-            let evidence = ramp(join.gap, across / 2.0, across) * ramp(share, 0.0, 0.5);
-            (evidence, across, "as pixels that touch".to_owned())
         }
         _ => return None,
     };

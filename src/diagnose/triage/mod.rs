@@ -8,6 +8,7 @@
 //! | kinds | file |
 //! | --- | --- |
 //! | thin joins | `joins` |
+//! | close cuts, where there are no classes | `cuts` |
 //! | could be one, almost touching | `pairs` |
 //! | too large, two masses, leftovers | `sizes`, with `parts` and `between` |
 //! | thin majorities, chains of them, refused votes | `votes` |
@@ -52,6 +53,7 @@
 //! ```
 
 mod between;
+mod cuts;
 mod facts;
 mod joins;
 mod pairs;

@@ -42,13 +42,8 @@ pub(super) fn pairs(facts: &FrameFacts) -> Vec<Suspect> {
 fn reach(facts: &FrameFacts, member: &InstanceFacts) -> f64 {
     match member.size {
         Some(usual) => facts.by_size.bridged_gap(usual),
-        None => 2.0 * touching_without_size(facts),
+        None => 2.0 * facts.by_size.touching,
     }
-}
-
-/// Distance up to which pieces of unknown size touch, metres.
-fn touching_without_size(facts: &FrameFacts) -> f64 {
-    facts.frame.config.cluster.gaps.map_or(facts.by_size.touching, |gaps| gaps.across)
 }
 
 /// Least and greatest x of an instance.
@@ -71,7 +66,7 @@ impl<'a> Pair<'a> {
         }
         let union = || convex_hull(&[&a.hull[..], &b.hull].concat());
         let (fill, touching) = match members[1].size {
-            None => ([f64::INFINITY; 2], touching_without_size(facts)),
+            None => ([f64::INFINITY; 2], facts.by_size.touching),
             Some(usual) => {
                 let [length, width] = minimum_area_rectangle(&union())?.size;
                 let fill = [length / usual.length, width / usual.width];

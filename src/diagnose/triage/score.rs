@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::facts::FrameFacts;
 use super::suspect::{Suspect, SuspectKind, TriageParams};
-use super::{joins, pairs, points, sizes, votes};
+use super::{cuts, joins, pairs, points, sizes, votes};
 use crate::diagnose::explain::ClusteredCloud;
 
 /// What is suspect in a frame.
@@ -66,6 +66,7 @@ pub fn triage(frame: &ClusteredCloud, params: &TriageParams) -> Triage {
     let facts = FrameFacts::of(frame, params);
     let found = [
         joins::thin_joins(&facts),
+        cuts::close_cuts(&facts),
         pairs::pairs(&facts),
         sizes::too_large(&facts),
         sizes::two_masses(&facts),

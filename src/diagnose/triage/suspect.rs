@@ -30,11 +30,13 @@ pub enum SuspectKind {
     MixedClasses,
     /// Beams that came back with nothing.
     MissingReturns,
+    /// A cut of the tree of merges that was worth little more than another.
+    CloseCut,
 }
 
 impl SuspectKind {
     /// All kinds in the order of their numbers.
-    pub const ALL: [SuspectKind; 12] = [
+    pub const ALL: [SuspectKind; 13] = [
         SuspectKind::ThinJoin,
         SuspectKind::CouldBeOne,
         SuspectKind::AlmostTouching,
@@ -47,6 +49,7 @@ impl SuspectKind {
         SuspectKind::Unlabelled,
         SuspectKind::MixedClasses,
         SuspectKind::MissingReturns,
+        SuspectKind::CloseCut,
     ];
 
     /// Name in a table of figures, name for people (without commas), and weight.
@@ -64,6 +67,7 @@ impl SuspectKind {
             Self::Unlabelled => ("unlabelled", "without instance", 0.1),
             Self::MixedClasses => ("mixed_classes", "mixed classes", 0.1),
             Self::MissingReturns => ("missing_returns", "missing returns", 0.1),
+            Self::CloseCut => ("close_cut", "close cut", 0.5),
         }
     }
 

@@ -9,8 +9,8 @@ use super::divide_and_merge::votes::Votes;
 use super::objects::ObjectPixels;
 use super::params::{BackProjection, ClusterParams};
 use super::post_merge::PostMerge;
-use crate::cloud::{Detection, Reason};
 use crate::cloud::point_cloud::PointCloud;
+use crate::cloud::{Detection, Reason};
 use crate::range_image::RangeImage;
 use crate::semantics::ObjectMask;
 

@@ -57,7 +57,6 @@ pub fn print(figures: &Scores) {
         };
         line("OSE", entropies.iter().map(|of| of.over).collect());
         line("USE", entropies.iter().map(|of| of.under).collect());
-        line("USE and ground", entropies.iter().map(|of| of.under_with_ground).collect());
     }
     if let Some(lstq) = &figures.over_time {
         let [all, assoc, cls] = [lstq.lstq, lstq.s_assoc, lstq.s_cls].map(|figure| figure * 100.0);

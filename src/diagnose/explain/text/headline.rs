@@ -1,5 +1,6 @@
 //! The answer in one sentence.
 
+use super::cut;
 use super::votes::failed_link;
 use super::words::{counted, instance, without_instance};
 use crate::diagnose::explain::{Answer, DecidedBy, Explanation, PostMergeStage, VoteEvidence};
@@ -21,6 +22,9 @@ impl Explanation {
     }
 
     fn why_one(&self) -> String {
+        if let Some(cut) = self.cut() {
+            return format!("the cut of the tree of merges {}", cut::outcome(cut));
+        }
         match self.decided_by {
             DecidedBy::OneComponent => "both grew from one seed".to_owned(),
             DecidedBy::VotesInFavour => {
@@ -33,6 +37,9 @@ impl Explanation {
     fn why_apart(&self) -> String {
         match (self.decided_by, &self.votes) {
             (DecidedBy::NoInstance, _) => without_instance(&self.points),
+            (DecidedBy::Cut, _) => {
+                self.cut().map_or_else(|| "the cut separated them".into(), cut::outcome)
+            }
             (DecidedBy::VotesAgainst, Some(VoteEvidence::Failed { links, weakest, .. })) => {
                 failed_link(&links[*weakest], self.merge_ratio)
             }
@@ -53,7 +60,6 @@ impl Explanation {
         match self.post_merge.iter().find(is_merge) {
             Some(PostMergeStage::Fragments { .. }) => "the merge of fragments by size",
             Some(PostMergeStage::BirdsEye { .. }) => "the bird's-eye merge",
-            Some(PostMergeStage::Gaps { .. }) => "the merge by gaps",
             _ => "a later stage",
         }
     }

@@ -5,8 +5,10 @@
 //! | the answer in one sentence | `headline` |
 //! | what the votes decided | `votes` |
 //! | what the later stages did | `stages` |
+//! | what the cut of the tree of merges did | `cut` |
 //! | which change gives the other answer | `what_if` |
 
+mod cut;
 mod headline;
 mod stages;
 mod votes;
@@ -74,7 +76,7 @@ impl Display for ExplanationText<'_> {
         let names = if explanation.points.len() == 1 { [" "; 2] } else { words::NAMES };
         for (number, (name, point)) in names.iter().zip(&explanation.points).enumerate() {
             let away = self.report.away.get(number).copied().unwrap_or(0.0);
-            point_lines(out, name, point, away)?;
+            point_lines(out, name, point, away, explanation.is_cut())?;
         }
         if let Some(evidence) = &explanation.votes {
             writeln!(out)?;
@@ -91,7 +93,13 @@ impl Display for ExplanationText<'_> {
     }
 }
 
-fn point_lines(out: &mut Formatter, name: &str, point: &PointFacts, away: f64) -> fmt::Result {
+fn point_lines(
+    out: &mut Formatter,
+    name: &str,
+    point: &PointFacts,
+    away: f64,
+    is_cut: bool,
+) -> fmt::Result {
     let away = match away >= 0.0005 {
         true => format!(", {away:.3} m from the requested position"),
         false => String::new(),
@@ -103,11 +111,12 @@ fn point_lines(out: &mut Formatter, name: &str, point: &PointFacts, away: f64) -
     let (at, index, range) = (position(point.position), point.index, point.range);
     writeln!(out, "  {name}  {at} (point {index}{away}), range {range:.2} m{class}")?;
     writeln!(out, "     {}", pixel_of(point))?;
-    if let Some(component) = component_of(point) {
+    if let Some(component) = component_of(point, is_cut) {
         writeln!(out, "     {component}")?;
     }
     writeln!(out, "     {}", instance_or_reason(point))?;
-    if point.reason == Reason::Unreached || point.component.is_some_and(|c| c.seed.is_none()) {
+    let is_unseeded = point.component.is_some_and(|component| component.seed.is_none());
+    if !is_cut && (point.reason == Reason::Unreached || is_unseeded) {
         for pair in &point.neighbours {
             writeln!(out, "       neighbour {}: {}", pixel(pair.b), condition(pair))?;
         }
@@ -125,8 +134,13 @@ fn pixel_of(point: &PointFacts) -> String {
     format!("pixel row {row} column {column}{hidden}")
 }
 
-fn component_of(point: &PointFacts) -> Option<String> {
+/// Its component; without classes a leaf of the tree of merges, which has neither seed nor group.
+fn component_of(point: &PointFacts, is_cut: bool) -> Option<String> {
     let component = point.component?;
+    if is_cut {
+        let pixels = counted(component.pixels, "pixel");
+        return Some(format!("component {} ({pixels})", component.label));
+    }
     let seed = match component.seed {
         Some(seed) => format!("seeded at {}", pixel(seed)),
         None => "not reached by any seed".into(),
@@ -161,6 +175,9 @@ fn instance_or_reason(point: &PointFacts) -> String {
             "no instance: no seed reached its pixel; conditions towards its neighbours:".into()
         }
         Reason::TooSmall => "no instance: its instance was below the minimum size".into(),
+        Reason::Scattered => {
+            "no instance: of a group of too few pixels to be one (scattered)".into()
+        }
         Reason::Cropped => "left out: by --min-range, --max-range, --crop or --ego".into(),
     }
 }

@@ -1,7 +1,8 @@
 //! What the stages after the votes did.
 
+use super::cut;
 use super::words::{NAMES, counted, pixel};
-use crate::diagnose::explain::{GapTest, GroupFacts, PostMergeStage, SizeTest};
+use crate::diagnose::explain::{GroupFacts, PostMergeStage, SizeTest};
 use divmerge_core::cluster::params::Region;
 use divmerge_core::cluster::{Evidence, Join};
 
@@ -31,13 +32,7 @@ pub(super) fn text(stage: &PostMergeStage) -> String {
         PostMergeStage::Fragments { test: Some(test), .. } => {
             format!("Merge of fragments by size: left them apart, {}.", size_test(test))
         }
-        PostMergeStage::Gaps { joined: true, joins, .. } => {
-            format!("Merge by gaps: joined them.{}", join_lines(joins))
-        }
-        PostMergeStage::Gaps { test: None, .. } => "Merge by gaps: left them apart.".to_owned(),
-        PostMergeStage::Gaps { test: Some(test), .. } => {
-            format!("Merge by gaps: left them apart, {}.", gap_test(test))
-        }
+        PostMergeStage::Cut(cut) => cut::text(cut),
         PostMergeStage::MinimumSize { point, pixels, minimum } => format!(
             "Minimum size: the instance of {} had {}, and the minimum is {minimum}.",
             NAMES[*point],
@@ -85,24 +80,9 @@ fn join_line(join: &Join) -> String {
             sides(union),
             sides(limit)
         ),
-        Evidence::Leftover { pixels } => {
-            format!("a leftover of {} and the nearest to it", counted(pixels, "pixel"))
-        }
     };
     let Join { query, target, gap, .. } = join;
     format!("\n  group {query} joined group {target}: {gap:.2} m apart, {why}")
-}
-
-fn gap_test(test: &GapTest) -> String {
-    format!(
-        "{:.2} m from each other, which is {:.2} times the join distance; the smaller has {}, and \
-         a leftover of less than {} would join up to {:.2} times",
-        test.gap,
-        test.separation,
-        counted(test.pixels, "pixel"),
-        test.leftover,
-        test.leftover_reach
-    )
 }
 
 fn size_test(test: &SizeTest) -> String {

@@ -202,13 +202,6 @@ fn side_summary(side: &[&BorderPair], name: &str) -> String {
     if let Some(span) = nearness {
         line += &format!(", {} m apart on the plane", between(span, 2));
     }
-    let gaps = values(|pair| match pair.rule {
-        Rule::Gap { separation, .. } => Some(separation),
-        _ => None,
-    });
-    if let Some(span) = gaps {
-        line += &format!(", {} times the join distance apart", between(span, 2));
-    }
     let by_distance = side.iter().filter(|pair| pair.rule == Rule::Gate).count();
     if by_distance > 0 {
         line += &format!(", {by_distance} decided by distance");

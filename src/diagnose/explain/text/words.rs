@@ -45,9 +45,5 @@ pub(super) fn condition(pair: &BorderPair) -> String {
             "{distance:.2} m apart on the bird's-eye plane, limit {reach:.2} m: {vote} (beta \
              {beta:.1} degrees, not used)"
         ),
-        Rule::Gap { separation, reach: [across, upright] } => format!(
-            "{apart:.2} m apart, {separation:.2} times the join distance ({across:.2} m across, \
-             {upright:.2} m in height): {vote} (beta {beta:.1} degrees, not used)"
-        ),
     }
 }

@@ -58,6 +58,10 @@ impl Search<'_> {
 
 /// The decision that kept two points apart.
 fn kept_apart(explanation: Explanation) -> Option<Cause> {
+    if let Some(cut) = explanation.cut() {
+        let stage = PostMergeStage::Cut(cut.clone());
+        return Some(Cause::Post(Box::new(PostMergeCause::Apart(stage))));
+    }
     let (border, distance) = match explanation.votes {
         Some(VoteEvidence::Failed { mut links, weakest, .. }) => {
             return Some(Cause::Merge(MergeCause::Apart(Box::new(links.swap_remove(weakest)))));
@@ -66,9 +70,7 @@ fn kept_apart(explanation: Explanation) -> Option<Cause> {
         Some(VoteEvidence::DifferentClasses { distance, .. }) => (0, distance),
         _ => return None,
     };
-    let joins_parts = |stage: &PostMergeStage| {
-        matches!(stage, PostMergeStage::Fragments { .. } | PostMergeStage::Gaps { .. })
-    };
+    let joins_parts = |stage: &PostMergeStage| matches!(stage, PostMergeStage::Fragments { .. });
     Some(match explanation.post_merge.into_iter().find(joins_parts) {
         Some(stage) => Cause::Post(Box::new(PostMergeCause::Apart(stage))),
         None => Cause::Merge(MergeCause::Unlinked { border, distance }),

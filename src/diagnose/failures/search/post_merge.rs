@@ -47,8 +47,9 @@ impl Search<'_> {
         }
         let [a, b] = self.overlapping(&own, groups.len(), part_of)?;
         let stages = explain(&self.run.frame, Subject::Pair(a, b)).post_merge;
-        let overlap =
-            |stage: &PostMergeStage| matches!(stage, PostMergeStage::BirdsEye { joined: true, .. });
+        let overlap = |stage: &PostMergeStage| {
+            matches!(stage, PostMergeStage::BirdsEye { joined: true, .. } | PostMergeStage::Cut(_))
+        };
         let stage = stages.into_iter().find(overlap)?;
         Some((Cause::Post(Box::new(PostMergeCause::Overlapped(stage))), vec![a, b]))
     }

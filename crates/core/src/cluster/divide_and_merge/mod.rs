@@ -59,5 +59,13 @@ pub(super) fn merge_by_votes(objects: &ObjectPixels, params: &ClusterParams) -> 
     let divided_at = Some(Instant::now());
     let merge = merge::merge(&votes, params); // Alg. 2
     let post_merge = PostMerge::unchanged(merge.count);
-    Segmentation { seeds, components, votes, merge, post_merge, divided_at, ..Segmentation::default() }
+    Segmentation {
+        seeds,
+        components,
+        votes,
+        merge,
+        post_merge,
+        divided_at,
+        ..Segmentation::default()
+    }
 }

@@ -170,11 +170,13 @@ fn link_sensors(
     if image.bands.len() < 2 {
         return;
     }
-    let band = |object: u32| image.band_of_row(objects.pixel[object as usize] as usize / image.columns());
+    let band =
+        |object: u32| image.band_of_row(objects.pixel[object as usize] as usize / image.columns());
     let of_band: Vec<usize> = (0..objects.len() as u32).map(band).collect();
     for sensor in 1..image.bands.len() {
-        let own: Vec<u32> =
-            (0..objects.len() as u32).filter(|&object| of_band[object as usize] == sensor).collect();
+        let own: Vec<u32> = (0..objects.len() as u32)
+            .filter(|&object| of_band[object as usize] == sensor)
+            .collect();
         let at = |object: u32| place[object as usize].map(f64::from);
         let tree = KdTree::new(&own.iter().map(|&object| at(object)).collect::<Vec<_>>());
         for a in (0..objects.len() as u32).filter(|&a| of_band[a as usize] < sensor) {

@@ -212,12 +212,12 @@ impl Method for CutTree<'_> {
         Segmentation {
             components: Components { label, count, grown: Vec::new() },
             votes: Votes { components: count, pairs: Vec::new() },
-            merge: Merge {
-                instance_of_component: (1..=count).collect(),
-                count,
-                steps: Vec::new(),
+            merge: Merge { instance_of_component: (1..=count).collect(), count, steps: Vec::new() },
+            post_merge: PostMerge {
+                instance: components,
+                tree: Some(tree),
+                ..PostMerge::default()
             },
-            post_merge: PostMerge { instance: components, tree: Some(tree), ..PostMerge::default() },
             unlabelled: Reason::Scattered,
             divided_at,
             ..Segmentation::default()
