@@ -2,7 +2,8 @@
 //! `cargo run --release --example 06_objects -- ../shared/data/semantickitti`
 //!
 //! 1. Ways of clustering side by side, on what the same ground removal leaves: things of 50 points
-//!    or more found whole, S_assoc, OSE and USE (`evaluate::things`, `evaluate::entropy`), instances.
+//!    or more found whole, S_assoc, OSE and USE (`evaluate::things`, `evaluate::entropy`),
+//!    instances.
 //! 2. The same of preset `best` by drive or by sensor.
 //! 3. What each term of a node's score is worth.
 //! 4. Parameters chosen on all drives but one, scored on that one.
@@ -53,7 +54,8 @@ struct Frame {
     parts: Vec<u32>,
     /// Word of a thing with an id, or 0.
     things: Vec<u32>,
-    /// Whether the point counts among the things: neither of class 0 or 1 nor of a thing without id.
+    /// Whether the point counts among the things: neither of class 0 or 1 nor of a thing without
+    /// id.
     counts: Vec<bool>,
 }
 

@@ -1,6 +1,7 @@
 //! Over- and under-segmentation entropy of instances without classes, as the code of
-//! continuous_clustering computes them (Reich and Wuensche, arXiv 2311.13976), so that figures compare
-//! with those that it reports for itself and for TRAVEL (Oh et al., RA-L 2022, arXiv 2206.03190).
+//! continuous_clustering computes them (Reich and Wuensche, arXiv 2311.13976), so that figures
+//! compare with those that it reports for itself and for TRAVEL (Oh et al., RA-L 2022, arXiv
+//! 2206.03190).
 //!
 //! With n(o) the points of a true part o, m(s) those of a found instance s, and n(o, s) those of
 //! both, a frame has
@@ -116,9 +117,9 @@ pub fn true_parts(
 /// Euclidean clusters (single linkage) of the points of each group: numbers from 1 in the order of
 /// the points, 0 for points of no group.
 ///
-/// Points of a group nearer than `tolerance` metres are one cluster, transitively. Cells are so small
-/// that all points of a group within one belong together; cells are then compared with those in
-/// reach. Time O(N) for bounded density.
+/// Points of a group nearer than `tolerance` metres are one cluster, transitively. Cells are so
+/// small that all points of a group within one belong together; cells are then compared with those
+/// in reach. Time O(N) for bounded density.
 pub fn euclidean_clusters(cloud: &PointCloud, group: &[Option<u32>], tolerance: f64) -> Vec<u32> {
     let side = tolerance / 3_f64.sqrt();
     let mut cells: FxHashMap<(u32, [u64; 3]), Vec<u32>> = FxHashMap::default();

@@ -60,8 +60,8 @@ mod tests {
 
     #[test]
     fn by_hand() {
-        // Thing 1: 3 of 4 points in 5, which holds one point more: IoU 3 / 5. Thing 2 in halves: IoU
-        // 1 / 2 each is not enough. Thing 3: one point.
+        // Thing 1: 3 of 4 points in 5, which holds one point more: IoU 3 / 5. Thing 2 in halves:
+        // IoU 1 / 2 each is not enough. Thing 3: one point.
         let truth = [1, 1, 1, 1, 0, 2, 2, 2, 2, 3];
         let found = [5, 5, 5, 0, 5, 6, 6, 7, 7, 8];
         let scores = thing_scores(&truth, &found, 2);

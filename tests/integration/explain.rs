@@ -193,7 +193,8 @@ fn reported_changes_flip_the_answer_and_smaller_ones_do_not() {
     assert!(flips >= 3, "only {flips}");
 }
 
-/// Without classes: the nodes say what the labels say, and the change that is named changes the cut.
+/// Without classes: the nodes say what the labels say, and the change that is named changes the
+/// cut.
 #[test]
 fn a_cut_is_explained_by_its_nodes_and_by_what_would_change_it() {
     let frame = Drive::new(Sensor::Hdl64e, Scene::Crowd, 4).frame(2);

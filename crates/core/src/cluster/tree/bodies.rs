@@ -1,14 +1,15 @@
 //! The bodies that objects have, and the sizes at which they are seen.
 //!
 //! Sizes are of what is seen, so that they begin below those of the whole: a car from behind shows
-//! 1.8 m by a few centimetres. Upper ends are those of the whole bodies:
+//! 1.8 m by a few centimetres. Upper ends are those of whole bodies:
 //!
-//! | body | size | source |
-//! | --- | --- | --- |
-//! | person | stature 1.5 to 1.9 m (5th to 95th percentile), children from 1.0 m; shoulders 0.5 m, a stride 0.8 m | DIN 33402-2 |
-//! | two-wheeler | bicycle 1.6 to 2.0 m by 0.7 m, motorcycle to 2.3 m by 1.0 m; with a rider 1.9 m high | EN 15194, Regulation (EU) 168/2013 |
-//! | car | 2.7 to 5.2 m by 1.5 to 2.0 m by 1.3 to 2.0 m, vans to 6 m by 2.6 m high | makers' data, segments A to J |
-//! | large vehicle | up to 2.6 m wide, 4.0 m high, 18.75 m long | Directive 96/53/EC |
+//! - person: adults are 1.5 to 1.9 m tall (5th percentile of women to 95th of men, DIN 33402-2),
+//!   children from 1.0 m; shoulders are 0.5 m wide, a stride 0.8 m long;
+//! - two-wheeler: bicycles are up to 2.0 m long and 0.7 m wide, motorcycles 2.3 m and 1.0 m; with a
+//!   rider 1.9 m high;
+//! - car: 2.7 m (a microcar) to 5.2 m (a limousine) long, 1.5 to 2.0 m wide, 1.3 to 2.0 m high;
+//!   vans to 6 m long and 2.6 m high;
+//! - large vehicle: up to 2.6 m wide, 4.0 m high and 18.75 m long (Directive 96/53/EC).
 
 use serde::Serialize;
 

@@ -79,12 +79,16 @@ mod tests {
             let gain = gain.map(f64::from);
             let nodes = nodes();
             let tree = super::super::nodes::Tree { nodes: nodes.clone(), pixels: Vec::new() };
-            let is_disjoint = |chosen: &[u32]| chosen.iter().all(|&node| {
-                tree.path(node).skip(1).all(|above| !chosen.contains(&above))
-            });
-            let worth = |chosen: &[u32]| chosen.iter().map(|&node| gain[node as usize]).sum::<f64>();
-            let subsets = (0..32_u32).map(|set| (0..5).filter(|i| set >> i & 1 == 1).collect::<Vec<u32>>());
-            let most = subsets.filter(|set| is_disjoint(set)).map(|set| worth(&set)).fold(0.0, f64::max);
+            let is_disjoint = |chosen: &[u32]| {
+                let has_none_above =
+                    |&node: &u32| tree.path(node).skip(1).all(|above| !chosen.contains(&above));
+                chosen.iter().all(has_none_above)
+            };
+            let worth =
+                |chosen: &[u32]| chosen.iter().map(|&node| gain[node as usize]).sum::<f64>();
+            let subset = |set: u32| (0..5).filter(|i| set >> i & 1 == 1).collect::<Vec<u32>>();
+            let subsets = (0..32).map(subset).filter(|chosen| is_disjoint(chosen));
+            let most = subsets.map(|chosen| worth(&chosen)).fold(0.0, f64::max);
             let found = cut(&nodes, &gain);
             assert!(is_disjoint(&found.chosen));
             assert_eq!(worth(&found.chosen), most);

@@ -35,8 +35,8 @@ struct Dense<'a> {
     place: Vec<[f32; 3]>,
 }
 
-/// Links up to [`TreeMerge::farthest`], ascending by distance to half a millimetre. Within a group of
-/// pixels that lie within [`TreeMerge::nearest`] of one another there are as many as it takes to
+/// Links up to [`TreeMerge::farthest`], ascending by distance to half a millimetre. Within a group
+/// of pixels that lie within [`TreeMerge::nearest`] of one another there are as many as it takes to
 /// hold it together.
 ///
 /// Time O(M) for a window of a given size; O(M log M) where there are several sensors.
@@ -75,8 +75,8 @@ pub fn links(
     sorted(&links, params)
 }
 
-/// Links each pixel to those right beside it that lie within [`TreeMerge::nearest`], and numbers the
-/// groups.
+/// Links each pixel to those right beside it that lie within [`TreeMerge::nearest`], and numbers
+/// the groups.
 fn join_nearest(
     objects: &ObjectPixels,
     dense: &mut Dense,

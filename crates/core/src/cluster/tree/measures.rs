@@ -5,7 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use serde::Serialize;
 
 use super::nodes::Tree;
-use crate::cluster::method::MethodInput;
+use crate::cluster::objects::ObjectPixels;
+use crate::range_image::RangeImage;
 use crate::semantics::ground::GroundHeights;
 
 /// What is measured on a node.
@@ -91,7 +92,7 @@ impl Sums {
 /// the image at each, radians. Time O(M).
 pub fn measures(
     tree: &Tree,
-    input: &MethodInput,
+    (objects, image): (&ObjectPixels, &RangeImage),
     row_steps: &[f64],
     ground: &GroundHeights,
 ) -> Vec<NodeMeasures> {
@@ -99,7 +100,7 @@ pub fn measures(
         let (sin, cos) = (PI * i as f64 / DIRECTIONS as f64).sin_cos();
         [cos as f32, sin as f32]
     });
-    let columns = input.image.columns();
+    let columns = image.columns();
     let mut sums: Vec<Sums> = Vec::with_capacity(tree.nodes.len());
     for node in &tree.nodes {
         let mut all = Sums::NOTHING;
@@ -107,9 +108,9 @@ pub fn measures(
             all.add(&sums[child as usize]);
         }
         for &object in tree.own_pixels_of(node) {
-            let position = input.objects.position[object as usize];
-            let pixel = input.objects.pixel[object as usize] as usize;
-            let band = input.image.band_of(pixel);
+            let position = objects.position[object as usize];
+            let pixel = objects.pixel[object as usize] as usize;
+            let band = image.band_of(pixel);
             let from_sensor = band.from_sensor(position.map(f64::from));
             let squared = from_sensor.iter().map(|x| x * x).sum::<f64>();
             let along = axes.map(|[cos, sin]| cos * position[0] + sin * position[1]);

@@ -27,8 +27,8 @@ pub struct Score {
     pub filled: f64,
 }
 
-/// The score of a node, given the measures of what it is part of; `None` of one that is too small or
-/// too large to be an object.
+/// The score of a node, given the measures of what it is part of; `None` of one that is too small
+/// or too large to be an object.
 pub fn score(
     node: &Node,
     measures: &NodeMeasures,
