@@ -1,5 +1,6 @@
 //! How a command ends: its outcome, its errors, and their exit codes.
 
+use std::io::ErrorKind::BrokenPipe;
 use std::panic::AssertUnwindSafe;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,6 +18,8 @@ pub const FAILED: u8 = 1;
 /// Arguments that cannot be.
 pub const WRONG_USAGE: u8 = 2;
 const INCOMPLETE: u8 = 3;
+/// A standard output whose reader has gone: what a shell shows for a process ended by SIGPIPE.
+const CLOSED_PIPE: u8 = 141;
 
 /// How a command that did not fail ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,12 +72,19 @@ pub fn exit_code(result: anyhow::Result<Outcome>, command: impl FnOnce() -> Comm
         Ok(Outcome::Incomplete) => INCOMPLETE.into(),
         Err(error) => match error.downcast::<WrongUsage>() {
             Ok(WrongUsage(kind, problem)) => end_with_usage(command().error(kind, problem)),
-            Err(error) => {
-                eprintln!("error: {}", error_chain(&error));
-                code_of(&error).into()
-            }
+            Err(error) => report(&error).into(),
         },
     }
+}
+
+/// Reports an error on stderr and returns its exit code. That the reader of standard output has
+/// gone, as in `divmerge info F | head`, is not reported.
+pub fn report(error: &anyhow::Error) -> u8 {
+    let code = code_of(error);
+    if code != CLOSED_PIPE {
+        eprintln!("error: {}", error_chain(error));
+    }
+    code
 }
 
 fn code_of(error: &anyhow::Error) -> u8 {
@@ -93,6 +103,7 @@ fn code_of_recording(error: &recording::Error) -> u8 {
     match error {
         recording::Error::Interrupted { .. } => INTERRUPTED,
         recording::Error::NoRemote { .. } => WRONG_USAGE,
+        recording::Error::StandardOutput { source } if source.kind() == BrokenPipe => CLOSED_PIPE,
         _ => FAILED,
     }
 }
