@@ -27,6 +27,12 @@ pub fn journal_of(output: &Path) -> PathBuf {
     PartialFile::name_for(output).with_extension("journal")
 }
 
+/// All that a run may leave beside its output, and the next one uses or removes.
+pub fn hidden_files_of(output: &Path) -> [PathBuf; 4] {
+    let (partial, journal) = (PartialFile::name_for(output), journal_of(output));
+    [old(&partial), old(&journal), partial, journal]
+}
+
 /// Where a half written file and its journal lie while they are being used up.
 fn old(path: &Path) -> PathBuf {
     let mut name = path.file_name().unwrap_or_default().to_owned();

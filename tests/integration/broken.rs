@@ -50,7 +50,7 @@ fn two_points(data: &[u8]) -> CloudMessage<'_> {
     }
 }
 
-fn encoded(cloud: &CloudMessage) -> Vec<u8> {
+pub fn encoded(cloud: &CloudMessage) -> Vec<u8> {
     let mut message = Vec::new();
     cloud.encode(&mut message).expect("sizes that agree");
     message
@@ -197,7 +197,7 @@ fn annotate_all(input: &Path) -> Result<(PathBuf, AnnotationReport)> {
 }
 
 /// A recording of one chunk with this body.
-fn with_chunk(body: &[u8]) -> (TempDir, PathBuf) {
+pub fn with_chunk(body: &[u8]) -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("lying.mcap");
     let mut bytes = b"\x89MCAP0\r\n".to_vec();
@@ -211,7 +211,7 @@ fn with_chunk(body: &[u8]) -> (TempDir, PathBuf) {
 }
 
 /// A chunk's body that claims `claimed` bytes of records.
-fn chunk(compression: &str, claimed: u64, data: &[u8]) -> Vec<u8> {
+pub fn chunk(compression: &str, claimed: u64, data: &[u8]) -> Vec<u8> {
     let mut body = [0, 0, claimed].map(u64::to_le_bytes).concat();
     body.extend([0; 4]);
     body.extend((compression.len() as u32).to_le_bytes());
@@ -221,17 +221,17 @@ fn chunk(compression: &str, claimed: u64, data: &[u8]) -> Vec<u8> {
     body
 }
 
-fn zstd_of(bytes: &[u8]) -> Vec<u8> {
+pub fn zstd_of(bytes: &[u8]) -> Vec<u8> {
     zstd::bulk::compress(bytes, 1).expect("memory")
 }
 
-fn lz4_of(bytes: &[u8]) -> Vec<u8> {
+pub fn lz4_of(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = lz4::EncoderBuilder::new().build(Vec::new()).expect("memory");
     std::io::Write::write_all(&mut encoder, bytes).expect("memory");
     encoder.finish().0
 }
 
-fn first_error(path: &Path) -> String {
+pub fn first_error(path: &Path) -> String {
     let mut reader = RecordingReader::open(path).expect("a recording");
     loop {
         match reader.next_record() {

@@ -1,8 +1,9 @@
 //! What stands in a recording does no harm: wild coordinates, names that command a terminal.
 
 use std::fs::OpenOptions;
+use std::io::Read;
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
 
 use divmerge::comparison::methods;
 use divmerge::datasets::cloud_recording::CloudRecording;
@@ -130,16 +131,45 @@ fn nothing_that_commands_a_terminal_is_printed() {
     }
 }
 
+/// Runs a command on a full standard output.
+#[cfg(target_os = "linux")]
+fn on_a_full_disk(arguments: &[&str]) -> Output {
+    let full = OpenOptions::new().write(true).open("/dev/full").expect("a full device");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_divmerge"));
+    command.args(arguments).stdout(Stdio::from(full)).output().expect("the binary runs")
+}
+
 #[test]
 #[cfg(target_os = "linux")]
 fn a_full_standard_output_is_an_error() {
-    let (_folder, input) = drive(1);
-    let full = OpenOptions::new().write(true).open("/dev/full").expect("a full device");
-    let done = Command::new(env!("CARGO_BIN_EXE_divmerge"))
-        .args(["info", path(&input)])
-        .stdout(Stdio::from(full))
-        .output()
+    let (folder, input) = drive(1);
+    for arguments in [&["info", path(&input)][..], &["annotate", path(&input), "-o", "-"]] {
+        let done = on_a_full_disk(arguments);
+        let said = text(&done.stderr);
+        assert_eq!(done.status.code(), Some(1), "{said}");
+        assert!(said.contains("writing to standard output: No space left"), "{said}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 1);
+}
+
+#[test]
+#[cfg(unix)]
+fn a_recording_whose_reader_goes_away_ends_quietly() {
+    let (folder, input) = drive(8);
+    let mut running = Command::new(env!("CARGO_BIN_EXE_divmerge"))
+        .args(["annotate", path(&input), "-o", "-"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
         .expect("the binary runs");
-    assert_eq!(done.status.code(), Some(1));
-    assert!(text(&done.stderr).contains("writing to standard output"), "{}", text(&done.stderr));
+    // As `head -c 100`.
+    let mut head = [0; 100];
+    let mut pipe = running.stdout.take().expect("a pipe");
+    pipe.read_exact(&mut head).expect("bytes");
+    drop(pipe);
+    let done = running.wait_with_output().expect("an end");
+    assert!(head.starts_with(b"\x89MCAP0\r\n"));
+    assert_eq!(text(&done.stderr), "");
+    assert_eq!(done.status.code(), Some(141));
+    assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 1);
 }

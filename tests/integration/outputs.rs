@@ -115,11 +115,15 @@ fn planted_names_are_refused_and_not_followed() {
     let victim = folder.path().join("victim");
     std::fs::write(&victim, "precious").expect("written");
     let out = folder.path().join("out");
-    for (place, hidden) in
-        (0..).zip([".o.mcap.partial", ".o.mcap.journal", ".o.layout.json.partial"])
-    {
-        for is_pipe in [false, true] {
-            let out = out.join(format!("{place}-{is_pipe}"));
+    for hidden in [
+        ".o.mcap.partial",
+        ".o.mcap.journal",
+        ".o.mcap.partial.old",
+        ".o.mcap.journal.old",
+        ".o.layout.json.partial",
+    ] {
+        for (is_pipe, more) in [(false, None), (true, None), (false, Some("--resume"))] {
+            let out = out.join(format!("{hidden}-{is_pipe}-{more:?}"));
             std::fs::create_dir_all(&out).expect("a folder");
             let planted = out.join(hidden);
             match is_pipe {
@@ -130,9 +134,9 @@ fn planted_names_are_refused_and_not_followed() {
                 }
             }
             let output = out.join("o.mcap");
-            let done = divmerge(&["annotate", path(&recording), "-o", path(&output)]);
-            let said = text(&done.stderr);
-            assert!(matches!(done.status.code(), Some(1 | 2)), "{hidden}: {said}");
+            let mut arguments = vec!["annotate", path(&recording), "-o", path(&output)];
+            arguments.extend(more);
+            let said = refused(&arguments);
             let kind = if is_pipe { "is a pipe" } else { "is a link" };
             assert!(said.contains(hidden) && said.contains(kind), "{hidden}: {said}");
             assert_eq!(names(&out), [hidden]);

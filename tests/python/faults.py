@@ -7,7 +7,8 @@ Every run must end in a correct output or a clear error. Correct: another reader
 through with all checksums, and finds every message of the input there unchanged and in order, up to where the
 error said that the input ends. Clear: exit code 1, 2 or 130 and a message that names the file. Nothing else counts:
 not a panic, not a wrong output, not a changed input or older output, not a file left behind. Faults are random, by
-the seed; the moment at which a signal arrives is not.
+the seed; the moment at which a signal arrives is not. FAULTS_KEEP names a folder for damaged inputs whose run goes
+wrong.
 
 Needs the release binary (`cargo build --release`) and `pip install -r tests/python/requirements.txt`; a full and a
 read-only disk are small tmpfs mounts, which need root.
@@ -17,6 +18,7 @@ import argparse
 import hashlib
 import os
 import random
+import re
 import resource
 import shutil
 import signal
@@ -35,11 +37,15 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 from rosbags.typesys import Stores, get_typestore
 
+import damage
+
 ROOT = Path(__file__).resolve().parents[2]
 BINARY = ROOT / "target" / "release" / "divmerge"
 CLOUD = "sensor_msgs/msg/PointCloud2"
 TYPES = get_typestore(Stores.ROS2_HUMBLE)
 SECONDS = 60
+# A folder for inputs that come to a wrong end.
+KEEP = os.environ.get("FAULTS_KEEP")
 
 
 # Recordings ------------------------------------------------------------------------------------------------------
@@ -121,6 +127,18 @@ def messages(path):
     return found, None
 
 
+def plain_messages(path):
+    """Messages with their header, as far as a reader comes that looks into nothing else."""
+    found = []
+    try:
+        for opcode, body in damage.taken_apart(path.read_bytes()):
+            if opcode == damage.MESSAGE:
+                found.append(body)
+    except (KeyError, RuntimeError, struct.error, zstandard.ZstdError):
+        pass
+    return found
+
+
 def sha(path):
     return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
@@ -135,6 +153,7 @@ class Tally:
         self.counts = Counter()
         self.problems = []
         self.slowest = 0.0
+        self.peak_kb = 0
 
     def take(self, verdict, about=""):
         kind = verdict.split(":")[0]
@@ -150,7 +169,8 @@ class Tally:
     def row(self, name):
         count = self.counts
         kinds = ["runs", "correct", "error", "nothing", "wrong", "harmed", "litter"]
-        return f"| {name} | " + " | ".join(str(count[kind]) for kind in kinds) + " |"
+        cells = [name, *(str(count[kind]) for kind in kinds), f"{self.peak_kb / 1000:.0f} MB"]
+        return "| " + " | ".join(cells) + " |"
 
 
 def is_subsequence(few, many):
@@ -166,15 +186,25 @@ def own(found):
 
 
 def judge_output(source, output, whole, code):
-    """Whether the output is right; `whole` are the messages of the input before it was broken."""
+    """Whether the output is right. `whole` are the messages of the input before it was broken;
+    `None` if the input has others."""
     found, problem = messages(output)
-    if problem:
-        return f"wrong: the output cannot be read: {problem}"
     kept = own(found)
     expected, cut = messages(source) if source.exists() else (whole, None)
+    if whole is None:
+        readable = plain_messages(source)
+        if not is_subsequence(readable, plain_messages(output)):
+            return f"wrong: a message of {len(readable)} is missing"
+        if len(expected) < len(readable) and problem in (None, cut):
+            # That reader stumbles in input and output alike: over a name that is no UTF-8, or over
+            # more bytes in a record than its fields have.
+            return "correct"
+    if problem:
+        return f"wrong: the output cannot be read: {problem}"
     if cut is None and kept != expected:
         return f"wrong: {len(kept)} messages kept of {len(expected)}"
-    if cut is not None and not (is_subsequence(expected, kept) and is_subsequence(kept, whole)):
+    is_own = whole is None or is_subsequence(kept, whole)
+    if cut is not None and not (is_subsequence(expected, kept) and is_own):
         return f"wrong: {len(kept)} messages kept, {len(expected)} readable before: {cut}"
     clouds = sum(message[1] == CLOUD for message in kept)
     annotated = sum(message[0].endswith("/instances") for message in found)
@@ -205,11 +235,39 @@ def judge(done, source, output, whole, before=None):
     return "error"
 
 
+class Run(subprocess.Popen):
+    """A run of the binary, whose peak memory is looked up every 2 ms."""
+
+    def __init__(self, command, before=(), **options):
+        pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
+        super().__init__([*before, BINARY, *command], **pipes, **options)
+        self.peak_kb = 0
+        self.watcher = threading.Thread(target=self.watch)
+        self.watcher.start()
+
+    def watch(self):
+        try:
+            with open(f"/proc/{self.pid}/status", "rb", buffering=0) as file:
+                while peak := re.search(rb"VmHWM:\s*(\d+)", file.read(4096)):
+                    self.peak_kb = max(self.peak_kb, int(peak[1]))
+                    file.seek(0)
+                    time.sleep(0.002)
+        except OSError:
+            pass  # It has ended.
+
+    def finish(self):
+        """Waits for its end."""
+        said = self.communicate(timeout=SECONDS)[1]
+        self.watcher.join()
+        return subprocess.CompletedProcess([], self.returncode, "", said)
+
+
 class Bench:
     """A folder with an input, where runs are made and judged."""
 
     def __init__(self, folder, source):
         self.folder = Path(folder)
+        self.runs = []
         self.original = source
         self.whole, problem = messages(source)
         assert problem is None, problem
@@ -222,11 +280,20 @@ class Bench:
         shutil.copyfile(self.original, source)
         return place, source, place / "output.mcap"
 
+    def start(self, source, output, *more, **options):
+        """Begins to annotate."""
+        run = Run(["annotate", source, "-o", output, "--no-layout", *more], **options)
+        self.runs.append(run)
+        return run
+
     def annotate(self, source, output, *more, **options):
-        """Runs to the end."""
-        done = start(source, output, *more, **options)
-        said = done.communicate(timeout=SECONDS)[1]
-        return subprocess.CompletedProcess([], done.returncode, "", said)
+        """Annotates to the end."""
+        return self.start(source, output, *more, **options).finish()
+
+    def peak_kb(self):
+        """The peak memory of the runs since the last call."""
+        runs, self.runs = self.runs, []
+        return max(run.peak_kb for run in runs)
 
     def reference(self):
         """The hash of the output of a run that nothing happens to."""
@@ -257,18 +324,6 @@ class Bench:
         return verdict
 
 
-def start(source, output, *more, **options):
-    command = [BINARY, "annotate", source, "-o", output, "--no-layout", *more]
-    return subprocess.Popen(
-        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, **options
-    )
-
-
-def finish(process):
-    said = process.communicate(timeout=SECONDS)[1]
-    return subprocess.CompletedProcess([], process.returncode, "", said)
-
-
 def duration(bench):
     """Seconds that a run takes."""
     place, source, output = bench.fresh()
@@ -292,10 +347,10 @@ def killed(bench, rng, runs, tally):
         if run % 2:
             output.write_bytes(b"older")
             before = sha(output)
-        process = start(source, output, "--force")
+        process = bench.start(source, output, "--force")
         time.sleep(rng.uniform(0, 1.1 * longest))
         process.kill()
-        done = finish(process)
+        done = process.finish()
         verdict = judge(done, source, output, bench.whole, before=before)
         if verdict == "nothing" and not before:
             verdict = bench.resumed(source, output, reference) or verdict
@@ -316,11 +371,11 @@ def interrupted(bench, rng, runs, tally):
     longest, reference = duration(bench), bench.reference()
     for run in range(runs):
         place, source, output = bench.fresh()
-        process = start(source, output)
+        process = bench.start(source, output)
         time.sleep(rng.uniform(0.02, 1.1 * longest))
         process.send_signal([signal.SIGINT, signal.SIGTERM][run % 2])
         sent = time.monotonic()
-        done = finish(process)
+        done = process.finish()
         took = time.monotonic() - sent
         tally.slowest = max(tally.slowest, took)
         if done.returncode in (-signal.SIGINT, -signal.SIGTERM):
@@ -477,13 +532,13 @@ def vanishing(bench, rng, runs, tally):
     longest = duration(bench)
     for run in range(runs):
         place, source, output = bench.fresh()
-        process = start(source, output)
+        process = bench.start(source, output)
         time.sleep(rng.uniform(0, longest))
         if run % 2:
             source.unlink()
         else:
             os.truncate(source, rng.randrange(bench.size))
-        done = finish(process)
+        done = process.finish()
         if done.returncode == 3 and output.exists():
             # Cut before it was opened.
             found, problem = messages(output)
@@ -565,20 +620,14 @@ def stalled(bench, rng, runs, tally):
     for run in range(runs):
         place, source, output = bench.fresh()
         source.unlink()
-        feed, options, given = None, {}, rng.randrange(len(whole))
+        feed, given = None, rng.randrange(len(whole))
         if run % 2:
             os.mkfifo(source)
-            process = start(source, output)
+            process = bench.start(source, output)
         else:
-            options = {"stdin": subprocess.PIPE}
-            process = subprocess.Popen(
-                [BINARY, "annotate", "-", "-o", output, "--no-layout"],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.PIPE,
-            )
+            process = bench.start("-", output, stdin=subprocess.PIPE)
 
-            def pour(pipe=process.stdin, given=given):
+            def pour(pipe=process.stdin.buffer, given=given):
                 try:
                     pipe.write(whole[:given])
                     pipe.flush()
@@ -599,7 +648,6 @@ def stalled(bench, rng, runs, tally):
             code = None
         took = time.monotonic() - sent
         said = process.stderr.read()
-        said = said.decode() if isinstance(said, bytes) else said
         if feed:
             feed.join()
             try:
@@ -650,6 +698,126 @@ def bombs(bench, rng, runs, tally):
             tally.take(bench.verdict(done, place, source, output), f"({name} {claimed})")
 
 
+def racing(bench, rng, runs, tally):
+    """Two or three runs with one output, each with an input of its own. They begin at random, and
+    are stopped for a while, or held up before they lock, rename and remove files (with strace,
+    where it is installed)."""
+    sources = [bench.original]
+    for name, frames in (("second.mcap", 10), ("third.mcap", 8)):
+        sources.append(simulated(bench.folder / name, frames))
+    longest, expected = duration(bench), {}
+    for source in sources:
+        place, _, output = bench.fresh()
+        done = bench.annotate(source, output)
+        assert done.returncode == 0, done.stderr
+        expected[source] = sha(output)
+        shutil.rmtree(place)
+    before = [sha(source) for source in sources]
+    for number in range(runs):
+        place, own, output = bench.fresh()
+        own.unlink()
+        more = ["--force"] if number % 2 else []
+        racers = [Racer(bench, source, output, more) for source in sources[: 2 + number // 2 % 2]]
+        for racer in racers:
+            racer.plan(rng, longest)
+            racer.start()
+        for racer in racers:
+            racer.join()
+        verdict = judge_race(racers, output, expected, bool(more))
+        left = [path.name for path in place.iterdir() if path != output]
+        if [sha(source) for source in sources] != before:
+            verdict = "harmed: an input"
+        elif left and verdict == "correct":
+            verdict = f"litter: {left}"
+        shutil.rmtree(place)
+        tally.take(verdict, f"(round {number}, {len(racers)} runs)")
+
+
+# System calls in which another run may come between.
+HELD_UP = ["flock", "renameat", "renameat2", "unlink"]
+
+
+class Racer(threading.Thread):
+    """One of several runs with one output, and what was under its name when this one had ended."""
+
+    def __init__(self, bench, source, output, more):
+        super().__init__()
+        self.bench, self.source, self.output, self.more = bench, source, output, more
+
+    def plan(self, rng, longest):
+        """Draws when it begins, and when and for how long it is stopped or held up."""
+        self.waits = rng.choice([0, 0, rng.uniform(0, longest)])
+        count = rng.choice([0, 1, 2])
+        self.pauses = [(rng.uniform(0, longest / 2), rng.uniform(0, longest)) for _ in range(count)]
+        self.before = []
+        if shutil.which("strace") and rng.random() < 0.5:
+            self.pauses = []
+            self.before = ["strace", "-f", "-o", "/dev/null", "-e", f"trace={','.join(HELD_UP)}"]
+            for call in HELD_UP:
+                microseconds = rng.choice([0, rng.randrange(300_000)])
+                self.before += ["-e", f"inject={call}:delay_enter={microseconds}"]
+
+    def run(self):
+        time.sleep(self.waits)
+        process = self.bench.start(self.source, self.output, *self.more, before=self.before)
+        for until, pause in self.pauses:
+            time.sleep(until)
+            process.send_signal(signal.SIGSTOP)
+            time.sleep(pause)
+            process.send_signal(signal.SIGCONT)
+        self.done = process.finish()
+        self.found = sha(self.output) if self.output.exists() else None
+
+
+def judge_race(racers, output, expected, may_replace):
+    """Exactly one wins, or with --force one after the other; what is under the name is a winner's
+    whole output."""
+    for racer in racers:
+        code, said = racer.done.returncode, racer.done.stderr
+        if code not in (0, 1, 2) or (code and "error:" not in said) or "a bug" in said:
+            return f"wrong: code {code}: {said[-300:]}"
+    winners = [racer for racer in racers if racer.done.returncode == 0]
+    if not winners or (len(winners) > 1 and not may_replace):
+        return f"wrong: {len(winners)} of {len(racers)} ended with 0"
+    wanted = {expected[racer.source] for racer in winners}
+    if any(racer.found not in wanted for racer in winners) or sha(output) not in wanted:
+        return "wrong: another file under the name of a run that ended with 0"
+    return "correct"
+
+
+def damages(change):
+    """The fault of damaging a recording in this way."""
+
+    def fault(bench, rng, runs, tally):
+        records = list(damage.taken_apart(bench.original.read_bytes()))
+        cloud = next(
+            struct.unpack_from("<H", body)[0]
+            for opcode, body in records
+            if opcode == damage.CHANNEL and b"points" in body
+        )
+        for number in range(runs):
+            place, source, output = bench.fresh()
+            source.write_bytes(damage.damaged(rng, records, change, cloud))
+            harmless = sha(source)
+            done = bench.annotate(source, output, preexec_fn=two_gigabytes)
+            verdict = judge(done, source, output, None)
+            if KEEP and verdict.startswith("wrong"):
+                shutil.copyfile(source, Path(KEEP) / f"{change} {number}.mcap")
+            if sha(source) != harmless:
+                verdict = "harmed: the input"
+            left = [path.name for path in place.iterdir() if path not in (source, output)]
+            if left and verdict in ("correct", "error"):
+                verdict = f"litter: {left}"
+            shutil.rmtree(place)
+            tally.take(verdict, f"({number})")
+
+    return fault
+
+
+def two_gigabytes():
+    resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))
+
+
 VARIANTS = {
     "zstd, checksums": {"compression": CompressionType.ZSTD, "crcs": True},
     "zstd, none": {"compression": CompressionType.ZSTD, "crcs": False},
@@ -671,6 +839,9 @@ FAULTS = {
     "odd": (odd_outputs, 1, "small", "output is a folder, a link, the input, there already"),
     "stall": (stalled, 10, "small", "input is a pipe that stalls"),
     "bomb": (bombs, 1, "small", "chunk that claims or holds far more than it should"),
+    "race": (racing, 200, "long", "two or three runs with one output, stopped at random"),
+    # Of each of the ten changes.
+    "damage": (damages, 300, "changes", "damaged, checksums right"),
     # Of each of the six variants.
     "flip": (flipped, 170, "variants", "one bit flipped"),
 }
@@ -685,17 +856,22 @@ def run_faults(names, seed, runs=None, progress=lambda text: None):
         benches = {"long": Bench(folder, long), "small": Bench(folder, small)}
         for name in names:
             fault, usual, kind, words = FAULTS[name]
-            recordings = {words: benches.get(kind)}
+            faults = {words: (fault, benches.get(kind))}
             if kind == "variants":
-                recordings = {}
+                faults = {}
                 for variant, options in VARIANTS.items():
                     path = folder / f"{variant}.mcap".replace(", ", "-").replace(" ", "-")
                     source = rewritten(folder / "source.mcap", path, **options)
-                    recordings[f"{words}: {variant}"] = Bench(folder, source)
-            for about, bench in recordings.items():
+                    faults[f"{words}: {variant}"] = (fault, Bench(folder, source))
+            elif kind == "changes":
+                few = rewritten(folder / "source.mcap", folder / "few.mcap", every=8)
+                bench = Bench(folder, few)
+                faults = {f"{words}: {change}": (fault(change), bench) for change in damage.KINDS}
+            for about, (fault, bench) in faults.items():
                 progress(about)
                 tally = Tally()
                 fault(bench, random.Random(f"{seed} {about}"), runs or usual, tally)
+                tally.peak_kb = bench.peak_kb()
                 yield about, tally
 
 
@@ -705,8 +881,9 @@ def main():
     parser.add_argument("--runs", type=int, help="runs of each fault instead of the table's")
     parser.add_argument("--only", action="append", choices=FAULTS)
     arguments = parser.parse_args()
-    print("| fault | runs | correct output | clear error | nothing written | wrong | harmed | litter |")
-    print("| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")
+    kinds = ["runs", "correct output", "clear error", "nothing written"]
+    columns = ["fault", *kinds, "wrong", "harmed", "litter", "peak memory"]
+    print("| " + " | ".join(columns) + " |\n| --- " + "| ---: " * (len(columns) - 1) + "|")
     problems = []
     names = arguments.only or FAULTS
     for name, tally in run_faults(names, arguments.seed, arguments.runs):

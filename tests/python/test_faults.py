@@ -4,7 +4,7 @@ import pytest
 
 import faults
 
-RUNS = {"flip": 12, "truncate": 12, "kill": 6, "interrupt": 6, "stall": 2}
+RUNS = {"flip": 12, "truncate": 12, "damage": 12, "kill": 6, "interrupt": 6, "stall": 2}
 
 
 @pytest.mark.parametrize("name", faults.FAULTS)

@@ -1,6 +1,6 @@
 //! A chunk: compressed records, and the checksum over them.
 
-use std::io::{self, Read};
+use std::io::{self, ErrorKind, Read};
 use std::sync::Arc;
 
 use crc32fast::Hasher;
@@ -242,9 +242,26 @@ fn decoder<'a>(header: &Header, data: &'a [u8]) -> Result<Box<dyn Read + 'a>, Da
             let zstd = zstd::stream::read::Decoder::with_buffer(data);
             Box::new(zstd.map_err(decompression)?)
         }
-        "lz4" => Box::new(lz4::Decoder::new(data).map_err(decompression)?),
+        "lz4" => Box::new(Lz4Frame(Some(lz4::Decoder::new(data).map_err(decompression)?))),
         name => return Err(Damage::Compression { name: name.to_owned() }),
     })
+}
+
+/// An LZ4 frame, which must have its end: the library passes over one that has none, and other
+/// readers do not. `None` behind the end.
+struct Lz4Frame<'a>(Option<lz4::Decoder<&'a [u8]>>);
+
+impl Read for Lz4Frame<'_> {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let Some(decoder) = &mut self.0 else { return Ok(0) };
+        let read = decoder.read(into)?;
+        if read > 0 || into.is_empty() {
+            return Ok(read);
+        }
+        let is_whole = self.0.take().is_some_and(|decoder| decoder.finish().1.is_ok());
+        let no_end = || io::Error::new(ErrorKind::UnexpectedEof, "the LZ4 frame has no end");
+        is_whole.then_some(0).ok_or_else(no_end)
+    }
 }
 
 fn decompression(error: io::Error) -> Damage {

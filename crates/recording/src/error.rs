@@ -29,6 +29,13 @@ pub enum Error {
         source: io::Error,
     },
 
+    /// Standard output takes nothing more: its reader has gone, or its disk is full.
+    #[error("writing to standard output: {source}")]
+    StandardOutput {
+        /// The system's own error.
+        source: io::Error,
+    },
+
     /// The recording is at an address, and this build reads files only (feature `remote`).
     #[error(
         "{}: this divmerge was built without object stores. Install it with `cargo install \

@@ -1,5 +1,6 @@
 //! How a command ends: its outcome, its errors, and their exit codes.
 
+use std::io::ErrorKind::BrokenPipe;
 use std::panic::AssertUnwindSafe;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,6 +18,8 @@ pub const FAILED: u8 = 1;
 /// Arguments that cannot be.
 pub const WRONG_USAGE: u8 = 2;
 const INCOMPLETE: u8 = 3;
+/// A standard output whose reader has gone: what a shell shows for a process ended by SIGPIPE.
+const CLOSED_PIPE: u8 = 141;
 
 /// How a command that did not fail ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,12 +72,19 @@ pub fn exit_code(result: anyhow::Result<Outcome>, command: impl FnOnce() -> Comm
         Ok(Outcome::Incomplete) => INCOMPLETE.into(),
         Err(error) => match error.downcast::<WrongUsage>() {
             Ok(WrongUsage(kind, problem)) => end_with_usage(command().error(kind, problem)),
-            Err(error) => {
-                eprintln!("error: {}", error_chain(&error));
-                code_of(&error).into()
-            }
+            Err(error) => report(&error).into(),
         },
     }
+}
+
+/// Reports an error on stderr and returns its exit code. That the reader of standard output has
+/// gone, as in `divmerge info F | head`, is not reported.
+pub fn report(error: &anyhow::Error) -> u8 {
+    let code = code_of(error);
+    if code != CLOSED_PIPE {
+        eprintln!("error: {}", error_chain(error));
+    }
+    code
 }
 
 fn code_of(error: &anyhow::Error) -> u8 {
@@ -93,6 +103,7 @@ fn code_of_recording(error: &recording::Error) -> u8 {
     match error {
         recording::Error::Interrupted { .. } => INTERRUPTED,
         recording::Error::NoRemote { .. } => WRONG_USAGE,
+        recording::Error::StandardOutput { source } if source.kind() == BrokenPipe => CLOSED_PIPE,
         _ => FAILED,
     }
 }
@@ -142,9 +153,114 @@ pub fn report_panics() {
     }));
 }
 
-/// What a command returns; `None` if it panicked, on whichever thread. Its unfinished outputs are
-/// removed then.
-pub fn catch_panic<T>(command: impl FnOnce() -> T) -> Option<T> {
-    let result = std::panic::catch_unwind(AssertUnwindSafe(command));
-    result.inspect_err(|_| abandon_partial_files(&[])).ok()
+/// What a command returns; the exit code if it panicked, on whichever thread. Its unfinished
+/// outputs are removed then.
+pub fn catch_panic<T>(command: impl FnOnce() -> T) -> Result<T, u8> {
+    std::panic::catch_unwind(AssertUnwindSafe(command)).map_err(|_| {
+        abandon_partial_files(&[]);
+        FAILED
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+    use std::path::Path;
+    use std::process::Output;
+    use std::sync::Arc;
+
+    use divmerge::annotate::{AnnotateConfig, AnnotateOptions, annotate};
+    use divmerge::datasets::drive::write_drive;
+    use divmerge::pipeline::Config;
+    use divmerge::recording::WriteOptions;
+    use divmerge::simulate::{Drive, Scene, Sensor};
+    use divmerge::{Method, MethodInput, Segmentation};
+
+    use super::*;
+
+    /// Names the folder in the process that panics.
+    const FOLDER: &str = "DIVMERGE_FOLDER_OF_A_PANIC";
+    /// Its number of threads.
+    const THREADS: &str = "DIVMERGE_THREADS_OF_A_PANIC";
+    const NAME: &str = "exit::tests::a_panic_ends_in_a_report_and_without_an_output";
+
+    /// A method with a bug.
+    #[derive(Debug)]
+    struct Buggy;
+
+    impl Method for Buggy {
+        fn name(&self) -> &'static str {
+            "buggy"
+        }
+
+        fn parameters(&self) -> serde_json::Value {
+            serde_json::Value::Null
+        }
+
+        fn segment(&self, _input: &MethodInput) -> Segmentation {
+            panic!("a bug of the method")
+        }
+    }
+
+    /// Annotates `in.mcap` of a folder as the command does, with a method that panics.
+    fn annotate_with_a_bug(folder: &Path, threads: usize) -> u8 {
+        report_panics();
+        let pipeline = Config { other_method: Some(Arc::new(Buggy)), ..Config::best() };
+        let options = AnnotateOptions {
+            config: AnnotateConfig { pipeline, ..AnnotateConfig::default() },
+            force: true,
+            resumable: true,
+            threads,
+            ..AnnotateOptions::default()
+        };
+        let (input, output) = (folder.join("in.mcap"), folder.join("out.mcap"));
+        let ended = catch_panic(|| {
+            annotate(&input, &output, &options, &mut |_| ControlFlow::Continue(())).map(drop)
+        });
+        ended.map_or_else(|code| code, |_| 0)
+    }
+
+    /// This test in a process of its own, which panics.
+    fn panicking(folder: &Path, threads: &str) -> Output {
+        std::process::Command::new(std::env::current_exe().expect("a test"))
+            .args([NAME, "--exact", "--nocapture"])
+            .env(FOLDER, folder)
+            .env(THREADS, threads)
+            .env_remove("RUST_BACKTRACE")
+            .output()
+            .expect("the test runs")
+    }
+
+    #[test]
+    fn a_panic_ends_in_a_report_and_without_an_output() {
+        if let (Some(folder), Ok(threads)) = (std::env::var_os(FOLDER), std::env::var(THREADS)) {
+            let threads = threads.parse().expect("a number");
+            std::process::exit(annotate_with_a_bug(Path::new(&folder), threads).into());
+        }
+        let folder = tempfile::tempdir().expect("a folder");
+        let drive = Drive::new(Sensor::Vlp16, Scene::Parking, 1);
+        let (input, output) = (folder.path().join("in.mcap"), folder.path().join("out.mcap"));
+        write_drive(&drive, 4, &input, &WriteOptions::default(), |_| ControlFlow::Continue(()))
+            .expect("written");
+        std::fs::write(&output, "older").expect("written");
+        for threads in ["1", "3"] {
+            let done = panicking(folder.path(), threads);
+            let said = String::from_utf8_lossy(&done.stderr).into_owned();
+            assert_eq!(done.status.code(), Some(1), "{said}");
+            assert_eq!(said.lines().count(), 1, "{said}");
+            for part in [
+                "error: a bug in divmerge",
+                "a bug of the method (src/bin/divmerge/exit.rs:",
+                "The last cloud read: frame ",
+                " of /lidar/points, message ",
+                " of the chunk at byte ",
+                "Please report it",
+            ] {
+                assert!(said.contains(part), "{part}: {said}");
+            }
+            assert_eq!(std::fs::read(&output).expect("kept"), b"older");
+            let left = std::fs::read_dir(folder.path()).expect("a folder").count();
+            assert_eq!(left, 2, "input and older output");
+        }
+    }
 }

@@ -99,11 +99,13 @@ fn main() -> ExitCode {
     let name = matches.subcommand_name().unwrap_or_default();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(exit::end_with_usage);
     cli.max_unpacked.into_iter().for_each(limit_unpacked);
-    let Some(result) = exit::catch_panic(|| run(cli.command)) else {
-        return exit::FAILED.into();
-    };
-    terminal::flush();
-    exit::exit_code(result, || command(name))
+    match exit::catch_panic(|| run(cli.command)) {
+        Ok(result) => {
+            terminal::flush();
+            exit::exit_code(result, || command(name))
+        }
+        Err(code) => code.into(),
+    }
 }
 
 fn run(command: Command) -> Result<Outcome> {

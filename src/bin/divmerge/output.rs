@@ -6,6 +6,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use divmerge::annotate::resume::hidden_files_of;
 use divmerge::datasets::bag::{Bag, METADATA_FILE};
 use divmerge::datasets::semantic_kitti::write_labels;
 use divmerge::recording::address::is_remote;
@@ -86,8 +87,10 @@ impl<'a> Outputs<'a> {
             return refuse("exists; use --force to replace it");
         }
         check_output(path, force).map_err(RefusedOutput::of)?;
-        // Something planted under the name that it has until it is complete.
-        open_left(&PartialFile::name_for(path)).map_err(RefusedOutput::of)?;
+        // Something planted under a name that the run uses or removes.
+        for hidden in hidden_files_of(path) {
+            open_left(&hidden).map_err(RefusedOutput::of)?;
+        }
         match self.is_new(place(path)) {
             true => Ok(OutputFile { path: path.to_owned(), force }),
             false => refuse("is the name of two outputs; give each its own"),

@@ -5,9 +5,9 @@
 //! otherwise.
 
 use std::fmt::{Arguments, Write as _};
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, Write};
 
-use divmerge::recording::abandon_partial_files;
+use divmerge::recording::{self, abandon_partial_files};
 
 use crate::exit;
 
@@ -48,16 +48,11 @@ pub fn flush() {
 }
 
 fn end_unless_written(written: io::Result<()>) {
-    /// What a shell shows for a process ended by SIGPIPE.
-    const CLOSED_PIPE: i32 = 141;
-    let Err(error) = written else { return };
+    let Err(source) = written else { return };
     // Nothing that is half written may get its name.
     abandon_partial_files(&[]);
-    if error.kind() == ErrorKind::BrokenPipe {
-        std::process::exit(CLOSED_PIPE);
-    }
-    eprintln!("error: writing to standard output: {error}");
-    std::process::exit(exit::FAILED.into());
+    let error = recording::Error::StandardOutput { source };
+    std::process::exit(exit::report(&error.into()).into());
 }
 
 /// Text in which characters that a terminal obeys, or that turn the order of others around, are

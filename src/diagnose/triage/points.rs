@@ -55,7 +55,8 @@ pub(super) fn unlabelled(facts: &FrameFacts) -> Vec<Suspect> {
 /// touch.
 const CELL: f32 = 1.0;
 
-/// Points that lie together on the bird's-eye plane, each list ascending.
+/// Points that lie together on the bird's-eye plane, each list ascending. All points beyond the
+/// last cell of a direction are in that cell.
 fn clumps(points: &[u32], position: impl Fn(u32) -> [f32; 3]) -> Vec<Vec<u32>> {
     let cell = |point: u32| {
         let [x, y, _] = position(point);
@@ -70,7 +71,7 @@ fn clumps(points: &[u32], position: impl Fn(u32) -> [f32; 3]) -> Vec<Vec<u32>> {
     let mut sets = DisjointSets::new(sites.len());
     for (number, ([x, y], _)) in sites.iter().enumerate() {
         for (right, up) in [(0, 0), (0, 1), (1, -1), (1, 0), (1, 1)] {
-            if let Some(other) = first_in([x + right, y + up]) {
+            if let Some(other) = first_in([x.saturating_add(right), y.saturating_add(up)]) {
                 sets.join(number, other);
             }
         }
@@ -181,4 +182,17 @@ fn usual_missing(facts: &FrameFacts) -> f64 {
         }
     }
     empty as f64 / (empty + seen).max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_beyond_the_last_cell_lie_together() {
+        let places = [[3e38, 3e38, 0.0], [-3e38, -3e38, 0.0], [0.5, 0.5, 0.0], [1e38, 2e38, 0.0]];
+        let mut found = clumps(&[0, 1, 2, 3], |point| places[point as usize]);
+        found.sort();
+        assert_eq!(found, [vec![0, 3], vec![1], vec![2]]);
+    }
 }

@@ -1,6 +1,6 @@
 //! Schemas and channels that have been read, and whether another one agrees with them.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use mcap::records::Channel;
 
@@ -12,8 +12,46 @@ use crate::record::Schema;
 pub(super) struct Definitions {
     pub(super) schemas: BTreeMap<u16, Schema>,
     pub(super) channels: BTreeMap<u16, Channel>,
-    /// Channels that the summary lists, where it was believed: there must be no other.
-    pub(super) listed: Option<BTreeSet<u16>>,
+    /// Those of the summary, where it was believed.
+    pub(super) listed: Option<Listed>,
+}
+
+/// Definitions of a summary that was believed: there must be no other channel, and none that
+/// differs.
+#[derive(Debug, Clone)]
+pub(super) struct Listed {
+    pub(super) schemas: BTreeMap<u16, Schema>,
+    pub(super) channels: BTreeMap<u16, Channel>,
+}
+
+impl Listed {
+    fn check_schema(&self, schema: &Schema) -> Result<(), Damage> {
+        match self.schemas.get(&schema.id) {
+            Some(listed) if listed != schema => Err(schema_twice(listed, schema)),
+            _ => Ok(()),
+        }
+    }
+
+    fn check_channel(&self, channel: &Channel) -> Result<(), Damage> {
+        match self.channels.get(&channel.id) {
+            None => {
+                let (channel, topic) = (channel.id, channel.topic.clone());
+                Err(Damage::UnlistedChannel { channel, topic })
+            }
+            Some(listed) if listed != channel => Err(channel_twice(listed, channel)),
+            Some(_) => Ok(()),
+        }
+    }
+}
+
+fn schema_twice(first: &Schema, second: &Schema) -> Damage {
+    let (id, first, second) = (first.id, first.name.clone(), second.name.clone());
+    Damage::DefinedTwice { kind: "schema", id, first, second }
+}
+
+fn channel_twice(first: &Channel, second: &Channel) -> Damage {
+    let (id, first, second) = (first.id, first.topic.clone(), second.topic.clone());
+    Damage::DefinedTwice { kind: "channel", id, first, second }
 }
 
 impl Definitions {
@@ -23,33 +61,21 @@ impl Definitions {
             return Err(Damage::SchemaIdZero { name: schema.name.clone() });
         }
         match self.schemas.get(&schema.id) {
-            None => Ok(true),
-            Some(known) if known == schema => Ok(false),
-            Some(known) => Err(Damage::DefinedTwice {
-                kind: "schema",
-                id: schema.id,
-                first: known.name.clone(),
-                second: schema.name.clone(),
-            }),
+            None => self.listed.iter().try_for_each(|listed| listed.check_schema(schema)),
+            Some(known) if known == schema => return Ok(false),
+            Some(known) => Err(schema_twice(known, schema)),
         }
+        .map(|()| true)
     }
 
     /// Whether a channel is not known yet; fails if it contradicts one that is.
     pub(super) fn is_new_channel(&self, channel: &Channel) -> Result<bool, Damage> {
         match self.channels.get(&channel.id) {
-            None if self.listed.as_ref().is_some_and(|ids| !ids.contains(&channel.id)) => {
-                let (channel, topic) = (channel.id, channel.topic.clone());
-                Err(Damage::UnlistedChannel { channel, topic })
-            }
-            None => Ok(true),
-            Some(known) if known == channel => Ok(false),
-            Some(known) => Err(Damage::DefinedTwice {
-                kind: "channel",
-                id: channel.id,
-                first: known.topic.clone(),
-                second: channel.topic.clone(),
-            }),
+            None => self.listed.iter().try_for_each(|listed| listed.check_channel(channel)),
+            Some(known) if known == channel => return Ok(false),
+            Some(known) => Err(channel_twice(known, channel)),
         }
+        .map(|()| true)
     }
 
     /// Fails if the schema of a channel is not known. A channel may have none.

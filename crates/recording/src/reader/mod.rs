@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 use self::ahead::Ahead;
 use self::counts::Counts;
-use self::definitions::Definitions;
+use self::definitions::{Definitions, Listed};
 use self::sections::{Section, Sections};
 pub use self::times::ReadTimes;
 use crate::error::Result;
@@ -68,8 +68,8 @@ impl RecordingReader {
     /// Opens a recording to read only some of it. Where its index is sound, chunks in which nothing
     /// passes the filter are skipped ([`Record::Skipped`]), all definitions of the summary come
     /// first, and private records in chunks that are skipped are not given. Whatever is outside of
-    /// those chunks is read as ever. A channel that the overview lacks, if that is from the
-    /// summary, is damage.
+    /// those chunks is read as ever. A channel that the overview lacks, and a schema or channel
+    /// that differs from that of the overview, is damage if the overview is from the summary.
     ///
     /// # Errors
     /// Those of [`RecordingReader::open`].
@@ -79,7 +79,10 @@ impl RecordingReader {
         workers: &Workers,
     ) -> Result<Self> {
         let plan = Plan::new(overview, filter);
-        let listed = overview.from_summary.then(|| overview.channels.keys().copied().collect());
+        let listed = overview.from_summary.then(|| Listed {
+            schemas: overview.schemas.clone(),
+            channels: overview.channels.clone(),
+        });
         let known = (!plan.is_empty()).then(|| Definitions {
             schemas: overview.schemas.clone(),
             channels: overview.channels.clone(),

@@ -166,3 +166,32 @@ fn counts_without(entries: &[u8], left_out: u16) -> (BTreeMap<u16, u64>, u64) {
     let count = counts.remove(&left_out).unwrap_or_default();
     (counts, count)
 }
+
+#[test]
+fn a_definition_that_differs_from_that_of_the_summary_is_an_error() {
+    let folder = Folder::new();
+    let whole = recording(CHUNKED);
+    // The first letter of the name and of the topic.
+    for (kind, letter, word) in [(op::SCHEMA, 6, "schema"), (op::CHANNEL, 8, "channel")] {
+        let bytes = lying(&whole, &mut |opcode, body| {
+            if opcode == kind {
+                body[letter] ^= 1;
+            }
+            opcode != op::CHUNK_INDEX
+        });
+        let path = folder.write("lie.mcap", &bytes);
+        let overview = Overview::read(&path).unwrap();
+        assert!(overview.from_summary);
+        let everything = ReadFilter::default();
+        let mut reader =
+            RecordingReader::open_filtered(&overview, &everything, &Workers::none()).unwrap();
+        let problem = loop {
+            match reader.next_record() {
+                Ok(Some(_)) => {}
+                end => break problem_of(end.map(drop)).1,
+            }
+        };
+        assert!(problem.contains(&format!("{word} ")), "{problem}");
+        assert!(problem.contains("is defined twice"), "{problem}");
+    }
+}

@@ -39,7 +39,10 @@ impl Output {
 
     /// An error of the system about this output.
     pub(super) fn error(&self, source: io::Error) -> Error {
-        Error::Io { path: self.path.clone(), source }
+        match self.sink {
+            Sink::File(..) => Error::Io { path: self.path.clone(), source },
+            Sink::StandardOutput(_) => Error::StandardOutput { source },
+        }
     }
 
     pub(super) fn write(&mut self, bytes: &[u8]) -> Result<()> {
