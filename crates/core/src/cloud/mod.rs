@@ -2,6 +2,7 @@
 
 pub mod cloud_frames;
 pub mod crop;
+pub mod ego_body;
 mod extent;
 mod fill_values;
 pub mod instances;
@@ -11,13 +12,16 @@ pub mod point_cloud;
 pub mod sensor_frame;
 pub mod shape;
 pub mod taxonomy;
+pub mod transforms;
 pub mod up;
 pub mod upright_box;
 
 pub use cloud_frames::{CloudFrames, SensorOrigin};
-pub use crop::{Block, Crop};
+pub use crop::{Block, Crop, Ego};
+pub use ego_body::EgoBody;
 pub use instances::{Instance, PointLabels, Reason};
 pub use length_unit::LengthUnit;
 pub use point_cloud::{PointClasses, PointCloud, PointColumns, wide};
 pub use shape::{Shape, ShapeClass};
+pub use transforms::Transforms;
 pub use upright_box::{Detection, UprightBox};
