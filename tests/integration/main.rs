@@ -39,6 +39,7 @@ mod slices;
 mod threads;
 mod triage;
 mod unopened;
+mod vehicle;
 #[cfg(feature = "rerun")]
 mod viewer;
 mod without_classes;

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::crop::Block;
+use super::block::Block;
 
 /// A cube of the grid that a body is made of, by its number along x, y and z.
 pub type Cell = [i32; 3];

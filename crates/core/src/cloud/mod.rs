@@ -1,5 +1,6 @@
 //! The nouns of the domain: point clouds, classes, instances, and how a cloud's frame stands.
 
+pub mod block;
 pub mod cloud_frames;
 pub mod crop;
 pub mod ego_body;
@@ -16,8 +17,9 @@ pub mod transforms;
 pub mod up;
 pub mod upright_box;
 
+pub use block::Block;
 pub use cloud_frames::{CloudFrames, SensorOrigin};
-pub use crop::{Block, Crop, Ego};
+pub use crop::{Crop, Ego};
 pub use ego_body::EgoBody;
 pub use instances::{Instance, PointLabels, Reason};
 pub use length_unit::LengthUnit;

@@ -34,10 +34,7 @@ fn the_vehicle_is_found_while_it_moves_and_nothing_else_is() {
         for (scene, step) in [(Scene::Street, 5), (Scene::Parking, 5), (Scene::Yard, 1)] {
             let drive = drive(sensor, scene);
             let search = compared(&drive, step);
-            eprintln!(
-                "{sensor} in {scene}, moving: {:.2} at rest",
-                search.share_at_rest().unwrap()
-            );
+            let at_rest = search.share_at_rest().unwrap();
             let body = search.finding().body.unwrap();
             let (mut own, mut found, mut wrong) = (0, 0, 0);
             for number in [3, 52, 111] {
@@ -49,6 +46,7 @@ fn the_vehicle_is_found_while_it_moves_and_nothing_else_is() {
                     wrong += usize::from(!is_own[point] && is_found);
                 }
             }
+            eprintln!("| {sensor} | {scene} | {at_rest:.2} | {found} of {own} | {wrong} |");
             assert!(own > 500 && 100 * found > 99 * own, "{sensor} in {scene}: {found} of {own}");
             assert_eq!(wrong, 0, "{sensor} in {scene}");
         }
@@ -60,7 +58,8 @@ fn a_vehicle_that_stands_cannot_be_told_from_its_surroundings() {
     for sensor in [Sensor::Vlp16, Sensor::Mid360] {
         for scene in [Scene::Street, Scene::Crowd] {
             let search = compared(&drive(sensor, scene).standing(), 5);
-            eprintln!("{sensor} in {scene}, standing: {:?} at rest", search.share_at_rest());
+            let at_rest = search.share_at_rest().unwrap();
+            eprintln!("| {sensor}, standing | {scene} | {at_rest:.2} | none | 0 |");
             assert_eq!(search.finding().body, Err(EgoUnknown::NothingMoves), "{sensor} in {scene}");
         }
     }
