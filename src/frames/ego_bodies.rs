@@ -72,6 +72,15 @@ impl EgoBodies {
         self.found.iter().map(of).collect::<Vec<_>>().join("; ")
     }
 
+    /// The topics in which the vehicle cannot be told, and why, as warnings.
+    pub fn unknown(&self) -> impl Iterator<Item = String> {
+        let of = |(topic, finding): (&String, &EgoFinding)| {
+            let unknown = finding.body.as_ref().err()?;
+            Some(format!("{topic}: {}", untold(*unknown, finding.clouds)))
+        };
+        self.found.iter().filter_map(of)
+    }
+
     /// A recorded cloud in metres without the vehicle's own body, and what is to be said of that.
     pub(crate) fn leave_out(&self, cloud: PointCloud, topic: &str) -> (PointCloud, Option<Remark>) {
         let Some(EgoFinding { clouds, body }) = self.found.get(topic) else {
@@ -80,12 +89,7 @@ impl EgoBodies {
         let body = match body {
             Ok(body) => body,
             Err(unknown) => {
-                let problem = format!(
-                    "the vehicle's own body cannot be told from what is around it: {} ({clouds} \
-                     clouds compared). Nothing is left out as the vehicle; `--ego \
-                     X0..X1,Y0..Y1,Z0..Z1` leaves out a block",
-                    why(*unknown)
-                );
+                let problem = untold(*unknown, *clouds);
                 return (cloud, Some(("whose vehicle cannot be told", problem)));
             }
         };
@@ -103,6 +107,15 @@ impl EgoBodies {
         );
         (cloud, (count > 0).then_some(("with the vehicle's own body left out", problem)))
     }
+}
+
+fn untold(unknown: EgoUnknown, clouds: usize) -> String {
+    format!(
+        "the vehicle's own body cannot be told from what is around it: {} ({clouds} clouds \
+         compared). Nothing is left out as the vehicle; `--ego X0..X1,Y0..Y1,Z0..Z1` leaves out a \
+         block",
+        why(unknown)
+    )
 }
 
 fn why(unknown: EgoUnknown) -> &'static str {

@@ -93,6 +93,11 @@ fn a_vehicle_that_stands_is_not_told_from_its_surroundings() {
     let said = text(&run.stderr);
     assert!(run.status.success(), "{said}");
     assert_eq!(said.matches("nothing moves in the clouds' frame").count(), 1, "{said}");
+    let point = ["--at", "8,0,0", "--within", "50"];
+    let explained =
+        divmerge(&[&["explain", text_of(&input), "--ego", "auto"], &point[..]].concat());
+    let said = text(&explained.stderr);
+    assert_eq!(said.matches("nothing moves in the clouds' frame").count(), 1, "{said}");
     let [found, own, others] = left_out(&output);
     assert!((found, others) == (0, 0) && own > 5000, "{found}, {own}, {others}");
 }

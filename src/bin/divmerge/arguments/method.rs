@@ -144,6 +144,16 @@ impl MethodArguments {
         Ok(AnnotateConfig { pipeline, boxes, unit, crop, ego, frames, ..config })
     }
 
+    /// The same for a command that does not print what is odd about clouds: it warns of topics in
+    /// which the vehicle cannot be found.
+    pub fn config_with_warnings(&self, recording: &Path) -> Result<AnnotateConfig> {
+        let config = self.config(recording)?;
+        for problem in config.ego.unknown() {
+            eprintln!("warning: {}: {problem}", recording.display());
+        }
+        Ok(config)
+    }
+
     fn overrides(&self) -> Overrides {
         self.geometry.overriding(Overrides {
             preset: self.preset,
