@@ -84,8 +84,9 @@ pub use annotate::{
     AnnotateConfig, AnnotateOptions, AnnotationReport, ClusteredFrame, Form, FrameVisitor,
     JoinOptions, RunEvent, Semantics, Slice, TopicReport, annotate, for_each_frame, join,
 };
-pub use cloud::sensor_frame::{SensorFrame, Transforms};
+pub use cloud::sensor_frame::SensorFrame;
 pub use cloud::taxonomy::{Class, Taxonomy};
+pub use cloud::transforms::Transforms;
 pub use cloud::{CloudFrames, SensorOrigin};
 pub use cloud::{
     Detection, Instance, PointClasses, PointCloud, PointColumns, PointLabels, Reason, ShapeClass,

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use divmerge::cloud::sensor_frame::{SensorFrame, Transforms};
+use divmerge::cloud::Transforms;
+use divmerge::cloud::sensor_frame::SensorFrame;
 use divmerge::pipeline::{self, Config};
 use divmerge::recording::stopwatch::ms_since;
 use divmerge::semantics::{GroundParams, MaskSource};

@@ -330,8 +330,9 @@ const OF_FRAMES: &[&str] =
 /// sensor_origin: where the sensor stands, "X,Y,Z" in metres or "TOPIC=X,Y,Z", one or several.
 /// units: of the coordinates, "m", "cm" or "mm"; points are in metres. min_range, max_range, crop,
 /// ego: which returns are looked at, as at the command line: metres, and blocks as
-/// "-50..50,-20..20,.."; the others become NaN. rows, columns, fov: as for `cluster`, for the image
-/// that a network is given. tolerance: how far the stamps of "labels:" and "topic:" may be from
+/// "-50..50,-20..20,.."; the others become NaN. ego may be "auto": the vehicle that carries the
+/// sensor, as found in the recording. rows, columns, fov: as for `cluster`, for the image that a
+/// network is given. tolerance: how far the stamps of "labels:" and "topic:" may be from
 /// that of their cloud, seconds. model_config, model_image, remission_scale, runtime, onnxruntime,
 /// device: how a network is run, as at the command line.
 ///

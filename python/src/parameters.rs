@@ -6,13 +6,14 @@ use std::str::FromStr;
 use divmerge::Taxonomy;
 use divmerge::annotate::{AnnotateConfig, ObjectOptions, ObjectSource};
 use divmerge::cloud::sensor_frame::SensorFrame;
-use divmerge::cloud::{CloudFrames, Crop, LengthUnit, SensorOrigin};
+use divmerge::cloud::{CloudFrames, Crop, Ego, LengthUnit, SensorOrigin};
 use divmerge::comparison::methods;
-use divmerge::frames::recorded_transforms;
+use divmerge::frames::{EgoBodies, recorded_transforms};
 use divmerge::network::NetworkImage;
 use divmerge::network::runtime::{Device, RuntimeKind};
 use divmerge::pipeline::overrides::limits;
 use divmerge::pipeline::{Config, Overrides};
+use divmerge::range_image::ProjectionParams;
 use divmerge::recording::address::put_secrets_aside;
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
@@ -37,6 +38,8 @@ pub struct Parameters {
     unit: Option<LengthUnit>,
     /// Which returns of a recording's clouds are looked at.
     crop: Crop,
+    /// Whether the vehicle that carries the sensor is to be found in a recording.
+    finds_ego: bool,
 }
 
 /// Names of all of them.
@@ -116,7 +119,10 @@ impl Parameters {
             "min_range" => self.crop.min_range = Some(number(name, value)?),
             "max_range" => self.crop.max_range = Some(number(name, value)?),
             "crop" => self.crop.region = Some(parsed(name, value)?),
-            "ego" => self.crop.ego = Some(parsed(name, value)?),
+            "ego" => match parsed(name, value)? {
+                Ego::Block(block) => self.crop.ego = Some(block),
+                Ego::Auto => self.finds_ego = true,
+            },
             _ => return Ok(false),
         }
         Ok(true)
@@ -157,16 +163,22 @@ impl Parameters {
     ) -> PyResult<AnnotateConfig> {
         objects.taxonomy = self.taxonomy.as_ref().map(|taxonomy| taxonomy.get().inner.clone());
         let sensor_frame = self.sensor_frame.unwrap_or_default();
+        let (unit, crop) = (self.unit, self.crop);
         let opened = py.detach(|| -> divmerge::Result<_> {
             let transforms = recorded_transforms(&sensor_frame, recording)?;
-            Ok::<_, divmerge::Error>((objects.config(recording)?, transforms))
+            let sensor_origins = self.sensor_origins.clone();
+            let frames = CloudFrames { sensor_frame, transforms, sensor_origins };
+            let mut projection = ProjectionParams::default();
+            self.overrides.set_projection(&mut projection);
+            let ego = match self.finds_ego {
+                true => EgoBodies::find(recording, unit.unwrap_or_default(), &frames, &projection)?,
+                false => EgoBodies::default(),
+            };
+            Ok((objects.config(recording)?, frames, ego))
         });
-        let (config, transforms) = opened.map_err(raised)?;
+        let (config, frames, ego) = opened.map_err(raised)?;
         let pipeline = self.pipeline(&config.taxonomy)?;
-        let (unit, crop) = (self.unit, self.crop);
-        let frames =
-            CloudFrames { sensor_frame, transforms, sensor_origins: self.sensor_origins.clone() };
-        Ok(AnnotateConfig { pipeline, unit, crop, frames, ..config })
+        Ok(AnnotateConfig { pipeline, unit, crop, ego, frames, ..config })
     }
 }
 

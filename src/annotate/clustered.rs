@@ -7,7 +7,7 @@ use nalgebra::Isometry3;
 use super::config::{AnnotateConfig, Decoded};
 use super::odd_field::OddField;
 use crate::error::{FrameError, Result, Unsupported, frame};
-use crate::frames::{CloudKey, FrameDetections};
+use crate::frames::{CloudKey, FrameDetections, Remark};
 use crate::messages::clouds::CloudMessage;
 use divmerge_core::cloud::up::unusual_up;
 use divmerge_core::cloud::{PointCloud, Reason};
@@ -30,6 +30,8 @@ pub struct Clustered {
     pub taxonomy: String,
     /// What `auto` found wrong with the ids of a field.
     pub odd_field: Option<OddField>,
+    /// What is odd about its place.
+    pub remarks: Vec<Remark>,
     /// Why the source of boxes says nothing about the cloud, where that is so.
     pub missing_boxes: Option<String>,
     /// Whether a network needs remission and the message has none.
@@ -60,7 +62,7 @@ pub(super) fn cluster_decoded(
     decoded: Decoded,
 ) -> Result<Clustered> {
     refuse_moved_boxes(wire, method)?;
-    let Decoded { cloud, mask, semantics, odd_field, decode_ms, semantics_ms } = decoded;
+    let Decoded { cloud, mask, semantics, odd_field, remarks, decode_ms, semantics_ms } = decoded;
     let taxonomy = match mask {
         MaskSource::Classes(taxonomy) => taxonomy.name.clone(),
         _ => String::new(),
@@ -82,6 +84,7 @@ pub(super) fn cluster_decoded(
         semantics,
         taxonomy,
         odd_field,
+        remarks,
         missing_boxes,
         lacks_remission,
         repeated_field,
@@ -102,14 +105,14 @@ fn refuse_moved_boxes(wire: &CloudMessage, method: &AnnotateConfig) -> frame::Re
 }
 
 /// What is odd about a cloud that could be read: a word for the kind, and a sentence.
-pub fn remarks(clustered: &Clustered) -> Vec<(&'static str, String)> {
+pub fn remarks(clustered: &Clustered) -> Vec<Remark> {
     let stages = &clustered.stages;
     let counts = stages.labels.counts();
     let points = stages.labels.reason.len() as u64;
     let left_out = [Reason::NoReturn, Reason::Cropped].map(|reason| counts[reason as usize]);
     let returns = points - left_out.iter().sum::<u64>();
     let shadowed = stages.image.shadowed_count() as u64;
-    let mut remarks = Vec::new();
+    let mut remarks = clustered.remarks.clone();
     if points == 0 {
         remarks.push(("without points", "a cloud without points".to_owned()));
     } else if returns == 0 {
@@ -159,7 +162,7 @@ pub fn remarks(clustered: &Clustered) -> Vec<(&'static str, String)> {
 }
 
 /// That nothing shows where the sensor stands.
-fn viewpoint_remark(stages: &Stages) -> Option<(&'static str, String)> {
+fn viewpoint_remark(stages: &Stages) -> Option<Remark> {
     let assumed = stages.image.bands.iter().find(|band| band.evidence == Evidence::Assumed)?;
     let [x, y, z] = assumed.sensor.translation.vector.into();
     let problem = format!(
@@ -170,7 +173,7 @@ fn viewpoint_remark(stages: &Stages) -> Option<(&'static str, String)> {
 }
 
 /// That the ground is not where it should be, or missing, and what may be the reason.
-fn ground_remark(cloud: &PointCloud, stages: &Stages) -> Option<(&'static str, String)> {
+fn ground_remark(cloud: &PointCloud, stages: &Stages) -> Option<Remark> {
     /// With less of the returns on the ground, another way up is looked for.
     const LEAST_GROUND: f64 = 0.1;
     let mask = &stages.mask;

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use super::odd_field::OddField;
 use crate::error::{Result, frame};
-use crate::frames::{CloudKey, FrameBoxes, FrameClasses, LabelledFrame};
+use crate::frames::{CloudKey, EgoBodies, FrameBoxes, FrameClasses, LabelledFrame, Remark};
 use crate::messages::clouds::CloudMessage;
 use crate::network::Network;
 use divmerge_core::cloud::taxonomy::Taxonomy;
@@ -72,6 +72,8 @@ pub struct AnnotateConfig {
     pub unit: Option<LengthUnit>,
     /// Which returns are looked at, by their place in the clouds' own frame.
     pub crop: Crop,
+    /// The bodies of the vehicles that carry the sensors, where those were looked for.
+    pub ego: EgoBodies,
     /// How the frames of the clouds stand, and where sensors stand in them.
     pub frames: CloudFrames,
 }
@@ -88,6 +90,8 @@ pub struct Decoded<'a> {
     pub semantics: String,
     /// What `auto` found wrong with the ids of a field.
     pub odd_field: Option<OddField>,
+    /// What is odd about its place: a word for the kind, and a sentence.
+    pub remarks: Vec<Remark>,
     /// Milliseconds from message to cloud.
     pub decode_ms: f64,
     /// Milliseconds for classes that do not stand in the cloud itself.
@@ -161,26 +165,45 @@ impl AnnotateConfig {
     /// Those of [`upright`](Self::upright) and [`classify`](Self::classify).
     pub fn prepare(&self, frame: &mut LabelledFrame) -> Result<()> {
         let mut cloud = std::mem::take(&mut frame.cloud);
-        cloud = self.upright(cloud, &frame.source, &frame.frame_id)?;
+        cloud = self.upright(cloud, &frame.key())?.0;
         frame.cloud = self.classify(cloud, &frame.key())?;
         Ok(())
     }
 
-    /// A recorded cloud in metres, cropped, and upright unless there are boxes in its frame.
+    /// A recorded cloud in metres, cropped, and upright unless there are boxes in its frame; with
+    /// what is odd about its place.
     ///
     /// # Errors
     /// Those of [`CloudFrames::place`].
     pub fn upright(
         &self,
         cloud: PointCloud,
-        topic: &str,
-        frame_id: &str,
-    ) -> frame::Result<PointCloud> {
-        let mut cloud = cloud.from_unit(self.unit.unwrap_or_default()).cropped(&self.crop);
+        key: &CloudKey,
+    ) -> frame::Result<(PointCloud, Vec<Remark>)> {
+        let cloud = cloud.from_unit(self.unit.unwrap_or_default()).cropped(&self.crop);
+        let (mut cloud, remark) = self.ego.leave_out(cloud, key.topic);
+        let mut remarks = Vec::from_iter(remark);
         if self.boxes == FrameBoxes::Nothing {
-            self.frames.place(&mut cloud, topic, frame_id)?;
+            let CloudKey { topic, frame_id, stamp_ns, .. } = *key;
+            self.frames.place(&mut cloud, topic, (frame_id, stamp_ns))?;
+            remarks.extend(self.missing_transform(key));
         }
-        Ok(cloud)
+        Ok((cloud, remarks))
+    }
+
+    /// That the place of the sensor is recorded, but not for the time of a cloud.
+    fn missing_transform(&self, key: &CloudKey) -> Option<Remark> {
+        let CloudFrames { transforms, .. } = &self.frames;
+        let is_said = self.frames.sensor_origin(key.topic).is_some();
+        let is_missing = !is_said && transforms.is_missing_at(key.frame_id, key.stamp_ns);
+        is_missing.then(|| {
+            let problem = format!(
+                "no transforms of /tf lead from `{}` to a sensor at the time of the cloud, so that \
+                 they say nothing of where the sensor stands",
+                key.frame_id
+            );
+            ("at a time without transforms", problem)
+        })
     }
 
     /// The cloud in a message, upright, and where its object mask comes from.
@@ -192,7 +215,7 @@ impl AnnotateConfig {
     /// should hold the classes is not there.
     pub fn decode(&self, wire: &CloudMessage, key: &CloudKey) -> Result<Decoded<'_>> {
         let started = Instant::now();
-        let (cloud, field) = self.unclassified(wire, key.topic)?;
+        let (cloud, field, remarks) = self.unclassified(wire, key)?;
         let decode_ms = ms_since(started);
         let started = Instant::now();
         let (cloud, mask, odd_field) = match (&self.semantics, field) {
@@ -206,7 +229,7 @@ impl AnnotateConfig {
         let believed = field.filter(|_| odd_field.as_ref().is_none_or(|odd| odd.doubt.is_none()));
         let semantics = self.semantics.describe(believed);
         let semantics_ms = ms_since(started);
-        Ok(Decoded { cloud, mask, semantics, odd_field, decode_ms, semantics_ms })
+        Ok(Decoded { cloud, mask, semantics, odd_field, remarks, decode_ms, semantics_ms })
     }
 
     /// The cloud with the classes of a field if `auto` believes them, else without.
@@ -234,13 +257,13 @@ impl AnnotateConfig {
         })
     }
 
-    /// The cloud in a message, upright, with the classes that stand in it if those are asked for,
-    /// and their field.
+    /// The cloud in a message, upright, with the classes that stand in it if those are asked for;
+    /// their field; and what is odd about its place.
     pub(super) fn unclassified<'w>(
         &'w self,
         wire: &'w CloudMessage,
-        topic: &str,
-    ) -> frame::Result<(PointCloud, Option<&'w str>)> {
+        key: &CloudKey,
+    ) -> frame::Result<(PointCloud, Option<&'w str>, Vec<Remark>)> {
         let field = match &self.semantics {
             Semantics::Auto => wire.semantic_field(),
             Semantics::Field(name) => Some(name.as_str()),
@@ -251,6 +274,7 @@ impl AnnotateConfig {
             let remission = wire.remission()?;
             cloud = cloud.with(|columns| columns.remission = remission)?;
         }
-        Ok((self.upright(cloud, topic, &wire.frame_id)?, field))
+        let (cloud, remarks) = self.upright(cloud, key)?;
+        Ok((cloud, field, remarks))
     }
 }

@@ -7,7 +7,7 @@ use super::config::{AnnotateConfig, Decoded};
 use super::times::FrameTimes;
 use super::types::MessageTypes;
 use crate::error::Result;
-use crate::frames::{CloudKey, EncodedCloud};
+use crate::frames::{CloudKey, EncodedCloud, Remark};
 use crate::messages::annotation::{Certainty, PointAnnotation, annotated_cloud};
 use crate::messages::clouds::CloudMessage;
 use crate::network::Network;
@@ -66,25 +66,26 @@ pub(super) fn annotate_messages(
     let started = Instant::now();
     let opened = messages.iter().map(|encoded| {
         let wire = encoded.decode()?;
-        let (cloud, _) = method.unclassified(&wire, &encoded.topic)?;
-        Ok((wire, cloud))
+        let (cloud, _, remarks) = method.unclassified(&wire, &encoded.key(&wire))?;
+        Ok((wire, cloud, remarks))
     });
-    let opened: Vec<Result<(CloudMessage, PointCloud)>> = opened.collect();
+    let opened: Vec<Result<(CloudMessage, PointCloud, Vec<Remark>)>> = opened.collect();
     let decode_ms = ms_since(started) / messages.len() as f64;
 
     let started = Instant::now();
-    let readable: Vec<&PointCloud> = opened.iter().flatten().map(|(_, cloud)| cloud).collect();
+    let readable: Vec<&PointCloud> = opened.iter().flatten().map(|(_, cloud, _)| cloud).collect();
     let mut classes = network.classes_of(&readable, &method.pipeline.projection)?.into_iter();
     let semantics_ms = ms_since(started) / messages.len() as f64;
 
-    let annotate = |(encoded, opened): (&EncodedCloud, Result<(CloudMessage, PointCloud)>)| {
-        let (wire, cloud) = opened?;
+    let annotate = |(encoded, opened): (&EncodedCloud, Result<(_, PointCloud, _)>)| {
+        let (wire, cloud, remarks) = opened?;
         let cloud = cloud.with_classes(classes.next().unwrap_or_default())?;
         let mut annotated = Annotated::default();
         let semantics = method.semantics.describe(None);
         let mask = method.mask(&cloud);
         let odd_field = None;
-        let decoded = Decoded { mask, cloud, semantics, odd_field, decode_ms, semantics_ms };
+        let decoded =
+            Decoded { mask, cloud, semantics, odd_field, remarks, decode_ms, semantics_ms };
         let clustered =
             annotate_decoded((&wire, &encoded.key(&wire)), method, types, decoded, &mut annotated)?;
         Ok((clustered, annotated))

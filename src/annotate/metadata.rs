@@ -41,6 +41,9 @@ pub(super) fn method_metadata(method: &AnnotateConfig) -> BTreeMap<String, Strin
     if method.crop != Crop::default() {
         parameters.insert("crop".to_owned(), json(serde_json::json!(method.crop)));
     }
+    if !method.ego.is_empty() {
+        parameters.insert("ego".to_owned(), method.ego.describe());
+    }
     if let Semantics::Network(network) = &method.semantics {
         parameters.insert("network".to_owned(), network.describe());
     }

@@ -86,6 +86,7 @@ fn refuse_with_turns(input: &Path, options: &AnnotateOptions) -> Result<()> {
         AnnotateOptions { resume: true, .. } => "a run that is resumed",
         AnnotateOptions { slice: Some(_), .. } => "a slice",
         _ if config.boxes != FrameBoxes::Nothing => "boxes of each message",
+        _ if !config.ego.is_empty() => "a vehicle that is looked for in each message",
         _ if matches!(config.semantics, Semantics::Given(_)) => "classes of each message",
         _ => return Ok(()),
     };

@@ -3,26 +3,29 @@
 //! `Walk` is the one loop over a recording's records: it counts the clouds of each
 //! topic and reads only the chunks that a [`Selection`] needs. [`EncodedClouds`] iterates over the
 //! selected clouds, [`LabelledFrames`] over clouds with their truth. [`FrameBoxes`],
-//! [`FrameClasses`] and [`recorded_transforms`] find what belongs to a cloud.
+//! [`FrameClasses`] and [`recorded_transforms`] find what belongs to a cloud, [`EgoBodies`] the
+//! vehicle that carries the sensor.
 
 mod boxes;
 mod classes;
 mod counter;
+mod ego_bodies;
 mod encoded;
 mod key;
 mod labelled;
 mod last_decoded;
 mod metadata;
 mod selection;
-mod static_transforms;
 mod topic_boxes;
 mod topic_classes;
 pub(crate) mod topics;
+mod transforms;
 pub(crate) mod walk;
 
 pub use boxes::{BoxSource, FrameBoxes};
 pub use classes::{ClassSource, FrameClasses};
 pub(crate) use counter::CloudCounter;
+pub use ego_bodies::{EgoBodies, Remark};
 pub use encoded::{CloudAt, EncodedCloud, EncodedClouds, encoded_cloud_at};
 pub use key::CloudKey;
 pub use labelled::{
@@ -31,7 +34,7 @@ pub use labelled::{
 pub use last_decoded::last_decoded_cloud;
 pub use metadata::find_metadata;
 pub use selection::Selection;
-pub use static_transforms::{recorded_transforms, static_transforms};
 pub use topic_boxes::FrameDetections;
 pub use topic_classes::TOLERANCE_NS;
 pub use topics::{CloudTopic, INSTANCES, OBJECTS, annotated_topics, choose_topics};
+pub use transforms::{recorded_transforms, transforms};

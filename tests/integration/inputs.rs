@@ -5,7 +5,11 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-use divmerge::recording::{Overview, Record};
+use divmerge::datasets::cloud_recording::CloudRecording;
+use divmerge::datasets::drive::cloud_message;
+use divmerge::messages::clouds::CloudFormat;
+use divmerge::recording::{Overview, Record, WriteOptions};
+use divmerge::simulate::{Drive, Scene, Sensor};
 use tempfile::TempDir;
 
 use crate::cli::{divmerge, path, text};
@@ -244,6 +248,36 @@ fn from_standard_input_to_standard_output() {
     assert_eq!(done.status.code(), Some(1));
     assert!(text(&done.stderr).contains("ROS 1 bag"), "{}", text(&done.stderr));
     assert!(done.stdout.is_empty());
+}
+
+/// It comes in pieces, and the message behind it is read as if it had come whole.
+#[test]
+fn a_large_attachment_of_a_stream_is_copied() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let frame = Drive::new(Sensor::Vlp16, Scene::Street, 1).frame(0);
+    let (time, mut cloud) = (frame.stamp_ns, Vec::new());
+    cloud_message(&frame, &mut cloud).expect("a cloud");
+    for beside in [0, 50, 1 << 20] {
+        let attached: Vec<u8> =
+            (0..(5 << 19) - beside).map(|i| (i as u32).wrapping_mul(0x9E37_79B9) as u8).collect();
+        let input = folder.path().join(format!("{beside}.mcap"));
+        let options = WriteOptions::default();
+        let mut recording =
+            CloudRecording::create(CloudFormat::Ros2, &input, "/points", &options).expect("begun");
+        recording.attach_text("map.pcd", time, &attached).expect("attached");
+        recording.write_cloud(time, &cloud).expect("written");
+        recording.finish().expect("finished");
+        let bytes = std::fs::read(&input).expect("bytes");
+        let mut child = piped(&["annotate", "-", "-o", "-"]);
+        let mut stdin = child.stdin.take().expect("a pipe");
+        let feeding = std::thread::spawn(move || stdin.write_all(&bytes));
+        let done = child.wait_with_output().expect("it ends");
+        feeding.join().expect("no panic").expect("all is read");
+        assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
+        let output = folder.path().join("out.mcap");
+        std::fs::write(&output, &done.stdout).expect("written");
+        assert_passed_through(&input, &output);
+    }
 }
 
 /// The pipe stays open and nothing comes: only Ctrl-C can end this.

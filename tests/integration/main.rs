@@ -40,6 +40,7 @@ mod threads;
 mod triage;
 mod unopened;
 mod unpacked;
+mod vehicle;
 #[cfg(feature = "rerun")]
 mod viewer;
 mod without_classes;

@@ -9,7 +9,7 @@ use divmerge::cloud::CloudFrames;
 use divmerge::cloud::sensor_frame::SensorFrame;
 use divmerge::datasets::cloud_recording::{CloudRecording, Transform};
 use divmerge::datasets::drive::cloud_message;
-use divmerge::frames::{EncodedCloud, static_transforms};
+use divmerge::frames::{EncodedCloud, transforms};
 use divmerge::messages::clouds::CloudFormat;
 use divmerge::pipeline::{self, Config};
 use divmerge::range_image::{Geometry, NO_NEIGHBOUR, Projection, ProjectionParams, RangeImage};
@@ -333,8 +333,7 @@ fn recorded_transforms_say_which_way_is_up() {
     recording.write_cloud(2, &message).unwrap();
     recording.finish().unwrap();
 
-    let frames =
-        CloudFrames { transforms: static_transforms(&path).unwrap(), ..CloudFrames::default() };
+    let frames = CloudFrames { transforms: transforms(&path).unwrap(), ..CloudFrames::default() };
     let method =
         AnnotateConfig { frames, semantics: Semantics::Ground, ..AnnotateConfig::default() };
     assert_eq!(method.frames.sensor_frame, SensorFrame::Auto);

@@ -10,6 +10,7 @@
 //! already; `time_offset_ns` says when each beam fires. A [`Rig`] is several sensors on one
 //! vehicle, whose sweeps become one cloud in the vehicle's frame.
 
+mod ego_vehicle;
 mod ground;
 mod material;
 mod mount;
@@ -27,6 +28,7 @@ mod tests;
 use nalgebra::Isometry3;
 
 use divmerge_core::cloud::{PointCloud, PointColumns};
+pub use ego_vehicle::EGO_INSTANCE;
 pub use mount::{Clutter, Mount};
 use render::{Return, View};
 pub use rig::Rig;
@@ -58,6 +60,8 @@ pub struct Drive {
     pub mount: Mount,
     /// Rain and mirroring ground: none unless changed.
     pub clutter: Clutter,
+    /// Whether the sensor sees the vehicle that carries it, a saloon: not unless changed.
+    pub sees_vehicle: bool,
     /// Which of the sensors of a [`Rig`] this is: all have noise of their own. 0 alone.
     noise: u64,
     world: World,
@@ -72,7 +76,8 @@ pub struct SimulatedFrame {
     /// Strength of the return, 0 to 1, by material and incidence.
     pub intensity: Vec<f32>,
     /// The object that a point belongs to, the same in all frames of the drive; 0 for stuff. A
-    /// driver belongs to the car, a rider and the bicycle are one.
+    /// driver belongs to the car, a rider and the bicycle are one. [`EGO_INSTANCE`] is the vehicle
+    /// that carries the sensor.
     pub true_instance: Vec<u16>,
     /// Time of the return after the stamp, nanoseconds.
     pub time_offset_ns: Vec<u32>,
@@ -91,9 +96,16 @@ impl Drive {
             seed,
             mount: Mount::level(sensor.height()),
             clutter: Clutter::default(),
+            sees_vehicle: false,
             noise: 0,
             world: World::new(scene, seed),
         }
+    }
+
+    /// The same with the ego vehicle at rest where the drive begins, while the others move.
+    pub fn standing(mut self) -> Self {
+        self.world.stand();
+        self
     }
 
     /// Frame `number`, 100 ms after the one before; independent of which frames were made earlier.
@@ -107,8 +119,12 @@ impl Drive {
     /// What surrounds the sensor in frame `number`.
     fn view(&self, number: usize) -> View<'_> {
         let time = seconds(number);
-        let world_from_sensor = self.world.ego(time) * self.mount.vehicle_from_sensor();
-        let objects = self.world.objects(time, self.sensor.max_range());
+        let world_from_vehicle = self.world.ego(time);
+        let world_from_sensor = world_from_vehicle * self.mount.vehicle_from_sensor();
+        let mut objects = self.world.objects(time, self.sensor.max_range());
+        if self.sees_vehicle {
+            objects.push(ego_vehicle::placed(world_from_vehicle));
+        }
         let ground = &self.world.ground;
         let key = (self.seed ^ (self.noise << 48), number);
         let mut view = View::new(self.sensor, ground, world_from_sensor, key, objects);

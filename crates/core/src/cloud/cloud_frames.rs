@@ -4,7 +4,8 @@ use std::fmt;
 use std::str::FromStr;
 
 use super::point_cloud::PointCloud;
-use super::sensor_frame::{SensorFrame, Transforms};
+use super::sensor_frame::SensorFrame;
+use super::transforms::Transforms;
 use crate::error::CloudError;
 
 /// What is known of the frames of a recording's clouds.
@@ -28,7 +29,8 @@ pub struct SensorOrigin {
 }
 
 impl CloudFrames {
-    /// Turns a cloud of a topic upright, and gives it what is known of its frame.
+    /// Turns a cloud of a topic upright, and gives it what is known of its frame at the time of its
+    /// stamp, nanoseconds since 1970.
     ///
     /// # Errors
     /// Those of [`SensorFrame::place`].
@@ -36,9 +38,9 @@ impl CloudFrames {
         &self,
         cloud: &mut PointCloud,
         topic: &str,
-        frame_id: &str,
+        (frame_id, stamp_ns): (&str, i64),
     ) -> Result<(), CloudError> {
-        self.sensor_frame.place(cloud, frame_id, &self.transforms)?;
+        self.sensor_frame.place(cloud, frame_id, &self.transforms.at(stamp_ns))?;
         if let Some(origin) = self.sensor_origin(topic) {
             cloud.set_sensor_origin(origin);
         }
@@ -109,7 +111,7 @@ mod tests {
         let sensor_origins = vec!["1,2,3".parse().unwrap()];
         let frames = CloudFrames { sensor_frame, sensor_origins, ..CloudFrames::default() };
         let mut cloud = PointCloud::default();
-        frames.place(&mut cloud, "/points", "lidar").unwrap();
+        frames.place(&mut cloud, "/points", ("lidar", 0)).unwrap();
         let origin = cloud.sensor_origin.unwrap();
         assert!((origin - nalgebra::Vector3::new(2.0, -1.0, 3.0)).norm() < 1e-12, "{origin}");
     }

@@ -1,10 +1,11 @@
 //! Leaving out what is too near, too far, outside a region, or the vehicle itself.
 
-use std::fmt;
 use std::str::FromStr;
 
 use serde::Serialize;
 
+use super::block::Block;
+use super::ego_body::EgoBody;
 use super::point_cloud::{PointCloud, wide};
 
 /// Which returns are looked at; all by default. Positions are those of the cloud's own frame.
@@ -20,13 +21,26 @@ pub struct Crop {
     pub ego: Option<Block>,
 }
 
-/// A block along the axes of a frame, its faces included.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Block {
-    /// Least x, y and z in metres; minus infinity where there is no limit.
-    pub least: [f64; 3],
-    /// Greatest x, y and z in metres; infinity where there is no limit.
-    pub greatest: [f64; 3],
+/// How the vehicle that carries the sensor is told from what is around it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Ego {
+    /// By what stays put in the clouds' frame while all else moves
+    /// ([`EgoSearch`](crate::semantics::ego::EgoSearch)).
+    Auto,
+    /// By a block that it fills.
+    Block(Block),
+}
+
+/// `auto`, or a block as [`Block`] reads it.
+impl FromStr for Ego {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "auto" => Ok(Ego::Auto),
+            block => block.parse().map(Ego::Block).map_err(|problem| format!("{problem}, or auto")),
+        }
+    }
 }
 
 impl Crop {
@@ -40,64 +54,39 @@ impl Crop {
     }
 }
 
-impl Block {
-    /// Whether a position lies inside.
-    pub fn contains(&self, position: [f64; 3]) -> bool {
-        (0..3).all(|axis| (self.least[axis]..=self.greatest[axis]).contains(&position[axis]))
-    }
-}
-
-/// As [`FromStr`] reads it.
-impl fmt::Display for Block {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let limit = |at: f64| if at.is_finite() { at.to_string() } else { String::new() };
-        let sides = self.least.iter().zip(&self.greatest);
-        let sides = sides.map(|(&least, &most)| format!("{}..{}", limit(least), limit(most)));
-        out.write_str(&sides.collect::<Vec<_>>().join(","))
-    }
-}
-
-/// Reads `X0..X1,Y0..Y1,Z0..Z1`, where a limit may be left out.
-impl FromStr for Block {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let usage = || "use X0..X1,Y0..Y1,Z0..Z1 in metres, as in -2..3,-1..1,..2".to_owned();
-        let sides: Vec<&str> = text.split(',').collect();
-        let [x, y, z] = sides[..] else { return Err(usage()) };
-        let limit = |text: &str, none: f64| match text {
-            "" => Ok(none),
-            text => text.parse().ok().filter(|at: &f64| at.is_finite()).ok_or_else(usage),
-        };
-        let side = |text: &str| {
-            let (least, most) = text.split_once("..").ok_or_else(usage)?;
-            let side = (limit(least, f64::NEG_INFINITY)?, limit(most, f64::INFINITY)?);
-            match side.0 <= side.1 {
-                true => Ok(side),
-                false => Err(format!("{text} ends before it begins")),
-            }
-        };
-        let [x, y, z] = [side(x)?, side(y)?, side(z)?];
-        Ok(Block { least: [x.0, y.0, z.0], greatest: [x.1, y.1, z.1] })
-    }
-}
-
 impl PointCloud {
     /// The same cloud with NaN for the positions of returns that are left out, which are marked
     /// ([`PointColumns::cropped`](super::PointColumns::cropped)).
-    pub fn cropped(mut self, crop: &Crop) -> Self {
-        if *crop == Crop::default() {
-            return self;
+    pub fn cropped(self, crop: &Crop) -> Self {
+        match *crop == Crop::default() {
+            true => self,
+            false => self.left_out(|at| !crop.keeps(at)).0,
         }
-        let mut is_cropped = vec![false; self.len()];
+    }
+
+    /// The same cloud without the returns of the vehicle's own body, which are marked like those of
+    /// [`cropped`](Self::cropped), and their number.
+    pub fn without_body(self, body: &EgoBody) -> (Self, usize) {
+        match body.bounds() {
+            Some(bounds) => self.left_out(|at| bounds.contains(at) && body.contains(at)),
+            None => (self, 0),
+        }
+    }
+
+    /// Leaves out returns by their place in the recording's frame, metres; with their number.
+    fn left_out(mut self, is_left_out: impl Fn([f64; 3]) -> bool) -> (Self, usize) {
+        let mut is_cropped = self.cropped.clone().unwrap_or_else(|| vec![false; self.len()]);
+        let mut count = 0;
         for (point, is_cropped) in is_cropped.iter_mut().enumerate() {
-            let keeps = |at: [f32; 3]| crop.keeps(self.recorded_metres(wide(at)));
-            if self.is_return(point) && !keeps(self.position(point)) {
+            let recorded = |at: [f32; 3]| self.recorded_metres(wide(at));
+            if self.is_return(point) && is_left_out(recorded(self.position(point))) {
                 *is_cropped = true;
+                count += 1;
                 self.set_position(point, [f32::NAN; 3]);
             }
         }
-        self.with(|columns| columns.cropped = Some(is_cropped)).expect("a mark for each point")
+        let marked = self.with(|columns| columns.cropped = Some(is_cropped));
+        (marked.expect("a mark for each point"), count)
     }
 }
 
@@ -106,13 +95,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn blocks_are_read_and_written() {
-        let block: Block = "-2..3.5,..1,0..".parse().unwrap();
-        assert_eq!(block.to_string(), "-2..3.5,..1,0..");
-        assert!(block.contains([3.5, -1e9, 0.0]) && !block.contains([3.6, 0.0, 0.0]));
-        for wrong in ["", "1..2", "1..2,3..4", "a..2,..,..", "2..1,..,..", "nan..,..,..", "1,2,3"] {
-            assert!(wrong.parse::<Block>().is_err(), "{wrong}");
-        }
+    fn the_vehicle_is_a_block_or_found() {
+        assert_eq!("auto".parse(), Ok(Ego::Auto));
+        assert_eq!("..,..,..1".parse(), Ok(Ego::Block("..,..,..1".parse().unwrap())));
+        let problem = "automatic".parse::<Ego>().unwrap_err();
+        assert!(problem.contains("X0..X1") && problem.contains("auto"), "{problem}");
+    }
+
+    #[test]
+    fn a_body_is_marked_beside_what_is_cropped() {
+        let x = vec![0.1, 0.3, 9.0, f32::NAN];
+        let cloud = PointCloud::new(x, vec![0.1; 4], vec![0.1; 4]).unwrap();
+        let crop = Crop { max_range: Some(5.0), ..Crop::default() };
+        let body = EgoBody::of_cells([[1, 0, 0], [9, 9, 9]].into());
+        let (cropped, count) = cloud.cropped(&crop).without_body(&body);
+        assert_eq!((cropped.cropped.as_deref(), count), (Some(&[false, true, true, false][..]), 1));
     }
 
     #[test]

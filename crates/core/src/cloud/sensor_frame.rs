@@ -4,13 +4,13 @@
 //! with z up. A recording may hold them otherwise: other axes, a sensor hung upside down or tilted.
 //! The points are then turned before anything else looks at them, and what is found is turned back.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
 use std::str::FromStr;
 
-use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::point_cloud::PointCloud;
+use super::transforms::{Transforms, VEHICLE_FRAMES};
 use super::up::{Axis, ground_area};
 use crate::error::CloudError;
 
@@ -28,19 +28,6 @@ pub enum SensorFrame {
     /// Turned so: from the cloud's frame to the upright one.
     Turned(UnitQuaternion<f64>),
 }
-
-/// Names of frames that stand upright on the vehicle, in ROS's and others' customs.
-pub const VEHICLE_FRAMES: [&str; 9] = [
-    "base_link",
-    "base_footprint",
-    "base",
-    "vehicle",
-    "ego_vehicle",
-    "ego",
-    "chassis",
-    "rear_axle",
-    "car",
-];
 
 /// Names of frames that stand still while the vehicle moves, in ROS's and others' customs.
 const MAP_FRAMES: [&str; 9] =
@@ -193,110 +180,17 @@ impl fmt::Display for SensorFrame {
     }
 }
 
-/// Words in the names of the frames of sensors that measure clouds.
-const SENSOR_WORDS: [&str; 17] = [
-    "lidar",
-    "laser",
-    "velodyne",
-    "vlp",
-    "hdl",
-    "ouster",
-    "os_sensor",
-    "os0",
-    "os1",
-    "os2",
-    "hesai",
-    "pandar",
-    "robosense",
-    "rslidar",
-    "livox",
-    "sensor",
-    "scanner",
-];
-
-/// Words in the names of frames that are no such sensor's, though another word says so.
-const OTHER_WORDS: [&str; 5] = ["imu", "camera", "optical", "radar", "gps"];
-
-/// How frames stand to each other that do not change.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Transforms {
-    /// By parent and child: the pose of the child in the parent.
-    poses: BTreeMap<(String, String), Isometry3<f64>>,
-}
-
-impl Transforms {
-    /// Takes in the pose of a child's frame in its parent's, metres; a later word on the same two
-    /// replaces an earlier one.
-    pub fn insert(&mut self, parent: &str, child: &str, pose: Isometry3<f64>) {
-        let name = |frame: &str| frame.trim_start_matches('/').to_owned();
-        self.poses.insert((name(parent), name(child)), pose);
-    }
-
-    /// The upward direction of the vehicle in a frame, if a chain of transforms leads from there to
-    /// a frame of the vehicle. Of several the nearest counts.
-    pub fn up_in(&self, frame_id: &str) -> Option<Vector3<f64>> {
-        let mut reachable = self.reachable(frame_id).into_iter();
-        let vehicle = reachable.find(|(name, _)| VEHICLE_FRAMES.contains(&name.as_str()));
-        vehicle.map(|(_, pose)| pose * Vector3::z())
-    }
-
-    /// Where sensors stand in a frame that is no sensor's own by its name, metres.
-    pub fn sensors_in(&self, frame_id: &str) -> Vec<Vector3<f64>> {
-        if is_sensor(frame_id) {
-            return Vec::new();
-        }
-        let sensors = self.reachable(frame_id).into_iter().filter(|(name, _)| is_sensor(name));
-        sensors.map(|(_, pose)| pose.translation.vector).collect()
-    }
-
-    /// A frame and those that a chain of transforms leads to, the nearest first, with their poses
-    /// in the first one.
-    fn reachable(&self, frame_id: &str) -> Vec<(String, Isometry3<f64>)> {
-        let start = frame_id.trim_start_matches('/').to_owned();
-        let mut seen = BTreeSet::from([start.clone()]);
-        let mut found = Vec::new();
-        let mut queue = VecDeque::from([(start, Isometry3::identity())]);
-        while let Some((frame, start_from_frame)) = queue.pop_front() {
-            for ((parent, child), parent_from_child) in &self.poses {
-                let (next, pose) = match &frame {
-                    at if at == child => (parent, parent_from_child.inverse()),
-                    at if at == parent => (child, *parent_from_child),
-                    _ => continue,
-                };
-                if seen.insert(next.clone()) {
-                    queue.push_back((next.clone(), start_from_frame * pose));
-                }
-            }
-            found.push((frame, start_from_frame));
-        }
-        found
-    }
-
-    fn describe(&self) -> String {
-        let pairs = self.poses.keys().map(|(parent, child)| format!("{parent} <- {child}"));
-        match pairs.collect::<Vec<_>>().join(", ") {
-            none if none.is_empty() => "none".to_owned(),
-            some => some,
-        }
-    }
-}
-
 /// Whether a frame is a vehicle's or a map's by its name, where no sensor stands at the origin.
 fn is_elsewhere(frame: &str) -> bool {
     let name = frame.trim_start_matches('/');
     VEHICLE_FRAMES.contains(&name) || MAP_FRAMES.contains(&name)
 }
 
-/// Whether a frame is that of a sensor by its name.
-fn is_sensor(frame: &str) -> bool {
-    let name = frame.to_lowercase();
-    let has = |words: &[&str]| words.iter().any(|word| name.contains(word));
-    has(&SENSOR_WORDS) && !has(&OTHER_WORDS)
-}
-
 #[cfg(test)]
 mod tests {
     use std::f64::consts::PI;
+
+    use nalgebra::Isometry3;
 
     use super::*;
 

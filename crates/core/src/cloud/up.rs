@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::extent::sample;
 use super::point_cloud::PointCloud;
 
 /// A direction of the cloud's frame that may be up.
@@ -112,11 +113,16 @@ pub fn ground_area(cloud: &PointCloud, up: Axis) -> f32 {
 }
 
 /// The direction that is up if it clearly is not z: of the surfaces that lie under everything the
-/// largest is several times that which lies under it along z, or above.
+/// largest is several times that which lies under it along z, or above. A camera that looks along z
+/// has y down, where any floor lies under it so: what it sees ahead are walls.
 pub fn unusual_up(cloud: &PointCloud) -> Option<Axis> {
-    /// Square metres that a ground has at least.
+    /// Square metres that a ground has at least, and the part of a floor that a camera sees.
     const LEAST: f32 = 32.0;
+    const LEAST_OF_CAMERA: f32 = 4.0;
     const TIMES: f32 = 3.0;
+    if looks_along_z(cloud) && ground_area(cloud, Axis::MinusY) > LEAST_OF_CAMERA {
+        return Some(Axis::MinusY);
+    }
     let usual = ground_area(cloud, Axis::Z).max(ground_area(cloud, Axis::MinusZ));
     let others = Axis::ALL.into_iter().filter(|axis| !matches!(axis, Axis::Z | Axis::MinusZ));
     let areas = others.map(|axis| (axis, ground_area(cloud, axis)));
@@ -124,8 +130,23 @@ pub fn unusual_up(cloud: &PointCloud) -> Option<Axis> {
     (area > LEAST && area > TIMES * usual).then_some(axis)
 }
 
+/// Whether all returns but some stray ones lie in the view of a camera that looks along z.
+fn looks_along_z(cloud: &PointCloud) -> bool {
+    /// Cosine of half the diagonal of a wide view, 50 degrees.
+    const WIDEST: f32 = 0.64;
+    const STRAY: f64 = 0.01;
+    let returns = sample(cloud).filter(|&point| cloud.is_return(point));
+    let (mut all, mut outside) = (0, 0);
+    for [x, y, z] in returns.map(|point| cloud.position(point)) {
+        all += 1;
+        outside += usize::from(z < WIDEST * Vector3::new(x, y, z).norm());
+    }
+    all > 0 && outside as f64 <= STRAY * f64::from(all)
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::point_cloud::PointColumns;
     use super::*;
 
     /// A floor 1.5 m under the sensor and a wall to its left, in a frame whose axes look so.
@@ -138,6 +159,30 @@ mod tests {
             points.iter().map(along).collect::<Vec<f32>>()
         };
         PointCloud::new(column(0), column(1), column(2)).unwrap()
+    }
+
+    /// What a camera 1 m over a floor sees of it and of a wall 4 m ahead, in steps of a degree; x
+    /// to the right, y down and z ahead.
+    fn camera() -> PointCloud {
+        let degrees = |count: i32| (-count..=count).map(|at| (at as f32).to_radians().tan());
+        let rays = degrees(21).flat_map(|down| degrees(34).map(move |right| (right, down)));
+        let seen = rays.map(|(right, down)| {
+            let range = if down > 0.0 { (1.0 / down).min(4.0) } else { 4.0 };
+            [right * range, down * range, range]
+        });
+        let seen: Vec<[f32; 3]> = seen.collect();
+        let column = |axis: usize| seen.iter().map(|at| at[axis]).collect::<Vec<f32>>();
+        PointCloud::new(column(0), column(1), column(2)).unwrap()
+    }
+
+    #[test]
+    fn a_camera_looks_ahead_along_z() {
+        let cloud = camera();
+        assert!(ground_area(&cloud, Axis::MinusY) < 32.0, "a small part of a floor");
+        assert_eq!(unusual_up(&cloud), Some(Axis::MinusY));
+        let PointColumns { x, y, z, .. } = cloud.into_columns();
+        let upright = PointCloud::new(z, x, y.into_iter().map(|down| -down).collect()).unwrap();
+        assert_eq!(unusual_up(&upright), None, "the same with z up");
     }
 
     #[test]

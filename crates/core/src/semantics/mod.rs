@@ -1,6 +1,7 @@
 //! Where the object mask comes from (ALGORITHM section 2): the classes of a field, ground removal,
 //! or every return.
 
+pub mod ego;
 pub mod evidence;
 pub mod ground;
 mod object_mask;

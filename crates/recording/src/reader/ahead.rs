@@ -60,6 +60,16 @@ pub(super) struct Piece {
     pub(super) is_last: bool,
 }
 
+/// An attachment of which some has been read.
+struct OpenAttachment {
+    /// Where its record begins and ends.
+    record: Range<u64>,
+    /// Where the next piece begins.
+    next: u64,
+    /// Of a stream: the bytes of the record, which are not known to be there before they are read.
+    held: Vec<u8>,
+}
+
 /// What comes next in the file.
 pub(super) enum Next {
     Record(Raw),
@@ -121,8 +131,8 @@ pub(super) struct Ahead {
     unopened: BTreeMap<u64, UnopenedChunk>,
     /// Channels whose messages alone are kept of large chunks; `None`: those of all.
     pub(super) kept: Option<Arc<BTreeSet<u16>>>,
-    /// Where the attachment begins and ends that is being read.
-    attachment: Option<Range<u64>>,
+    /// The attachment that is being read.
+    attachment: Option<OpenAttachment>,
     queue: VecDeque<Result<Next>>,
     /// Of compressed chunks and messages.
     unpacked: UnpackedBytes,
@@ -284,7 +294,9 @@ impl Ahead {
         }
         if opcode == op::ATTACHMENT && source.size.is_some() {
             let end = source.offset + length;
-            return self.read_piece(offset..end, record);
+            let open =
+                OpenAttachment { record: offset..end, next: source.offset, held: Vec::new() };
+            return self.read_piece(open, record);
         }
         // The bytes of a file are there; those of a stream are still to come.
         record.reserve_exact(source.size.map_or(0, |_| length as usize));
@@ -295,24 +307,28 @@ impl Ahead {
         }
         let end = source.offset;
         if opcode == op::ATTACHMENT {
-            let (is_first, is_last) = (true, true);
-            return Ok(Next::Piece(Piece { offset, end, bytes: record, is_first, is_last }));
+            let open = OpenAttachment { record: offset..end, next: offset, held: record };
+            return self.read_piece(open, Vec::new());
         }
         Ok(whole_record(offset, end, opcode, record))
     }
 
     /// Reads on in the record of an attachment, behind its head if that has just been read. All
-    /// bytes of the record are there. Those of a stream are not known to be, so that its
-    /// attachments come whole.
-    fn read_piece(&mut self, attachment: Range<u64>, head: Vec<u8>) -> Result<Next> {
-        let source = &mut self.source;
-        let (is_first, mut bytes) = (!head.is_empty(), head);
-        let length = (attachment.end - source.offset).min(PIECE);
+    /// bytes of the record are there.
+    fn read_piece(&mut self, mut open: OpenAttachment, head: Vec<u8>) -> Result<Next> {
+        let OpenAttachment { record: Range { start, end }, next, held } = &mut open;
+        let (is_first, mut bytes) = (!head.is_empty() || next == start, head);
+        let length = (*end - *next).min(PIECE);
         bytes.reserve_exact(length as usize);
-        source.read(length, &mut bytes)?;
-        let (offset, end) = (attachment.start, source.offset);
-        let is_last = end == attachment.end;
-        self.attachment = (!is_last).then_some(attachment);
+        match held.is_empty() {
+            true => {
+                self.source.read(length, &mut bytes)?;
+            }
+            false => bytes.extend_from_slice(&held[(*next - *start) as usize..][..length as usize]),
+        }
+        *next += length;
+        let (offset, end, is_last) = (*start, *next, next == end);
+        self.attachment = (!is_last).then_some(open);
         Ok(Next::Piece(Piece { offset, end, bytes, is_first, is_last }))
     }
 }

@@ -89,6 +89,11 @@ impl World {
         World { seed, ground: Ground::new(seed, relief, strips), layers, ego }
     }
 
+    /// Keeps the ego vehicle where it begins.
+    pub fn stand(&mut self) {
+        self.ego.speed = 0.0;
+    }
+
     /// The foot of the ego vehicle after `time` seconds: on the ground, x ahead, z along its
     /// normal.
     pub fn ego(&self, time: f64) -> Isometry3<f64> {
@@ -132,6 +137,7 @@ mod tests {
         let count = *layers.iter().max().unwrap();
         let mut taken = vec![false; 1 << 16];
         taken[0] = true;
+        taken[usize::from(crate::EGO_INSTANCE)] = true;
         for layer in 0..count {
             let tiles = if layer == 0 { STATIC_IDS.1 } else { MOVING_IDS.1 };
             for number in -tiles / 2..tiles / 2 {

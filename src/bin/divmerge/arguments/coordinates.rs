@@ -1,7 +1,7 @@
 //! Arguments about the coordinates of clouds: their unit, and which returns are looked at.
 
 use clap::Args;
-use divmerge::cloud::{Block, Crop, LengthUnit};
+use divmerge::cloud::{Block, Crop, Ego, LengthUnit};
 
 use super::values::not_negative;
 
@@ -26,16 +26,27 @@ pub struct CoordinateArguments {
     #[arg(long, value_name = "BLOCK", allow_hyphen_values = true)]
     crop: Option<Block>,
 
-    /// Leave out returns inside a block of the clouds' frame: the vehicle that carries the sensor,
-    /// as in -2.5..2.5,-1..1,-2..0.5
-    #[arg(long, value_name = "BLOCK", allow_hyphen_values = true)]
-    ego: Option<Block>,
+    /// Leave out returns of the vehicle that carries the sensor: those inside a block of the
+    /// clouds' frame, as in -2.5..2.5,-1..1,-2..0.5; or, with `auto`, those within 5 m of the
+    /// sensor and above the ground that stay put while all else moves, found in 24 clouds spread
+    /// over the recording (not a stream)
+    #[arg(long, value_name = "BLOCK|auto", allow_hyphen_values = true)]
+    ego: Option<Ego>,
 }
 
 impl CoordinateArguments {
     /// The unit, if it was given, and which returns are looked at.
     pub fn values(&self) -> (Option<LengthUnit>, Crop) {
-        let CoordinateArguments { min_range, max_range, crop: region, ego, .. } = *self;
+        let CoordinateArguments { min_range, max_range, crop: region, .. } = *self;
+        let ego = match self.ego {
+            Some(Ego::Block(block)) => Some(block),
+            Some(Ego::Auto) | None => None,
+        };
         (self.units, Crop { min_range, max_range, region, ego })
+    }
+
+    /// Whether the vehicle that carries the sensor is to be found.
+    pub fn finds_ego(&self) -> bool {
+        self.ego == Some(Ego::Auto)
     }
 }

@@ -7,7 +7,7 @@ use clap::Args;
 use divmerge::Error;
 use divmerge::cloud::sensor_frame::SensorFrame;
 use divmerge::cloud::{CloudFrames, SensorOrigin};
-use divmerge::frames::recorded_transforms;
+use divmerge::frames::{EgoBodies, recorded_transforms};
 use divmerge::pipeline::Overrides;
 use divmerge::range_image::ProjectionParams;
 
@@ -74,5 +74,23 @@ impl GeometryArguments {
         })?;
         let sensor_origins = self.sensor_origin.clone();
         Ok(CloudFrames { sensor_frame: self.sensor_frame, transforms, sensor_origins })
+    }
+
+    /// The vehicles' own bodies in clouds that stand so, if they are to be found.
+    pub fn ego(&self, recording: &Path, frames: &CloudFrames) -> Result<EgoBodies> {
+        if !self.coordinates.finds_ego() {
+            return Ok(EgoBodies::default());
+        }
+        let mut projection = ProjectionParams::default();
+        self.set(&mut projection);
+        let unit = self.coordinates.values().0.unwrap_or_default();
+        let found = EgoBodies::find(recording, unit, frames, &projection);
+        found.map_err(|error| match error {
+            Error::Parameter(_) => anyhow!(
+                "a stream is read once, too late to find the vehicle in it: give --ego a block, or \
+                 a file"
+            ),
+            _ => error.into(),
+        })
     }
 }

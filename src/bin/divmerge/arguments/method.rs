@@ -135,12 +135,23 @@ impl MethodArguments {
         let box_source = self.boxes.source(self.method == BOXES)?;
         let mut pipeline = self.overrides().config()?;
         let frames = self.geometry.frames(recording)?;
+        let ego = self.geometry.ego(recording, &frames)?;
         let config = self.objects.config(recording)?;
         pipeline.other_method = methods::named(self.method, &config.taxonomy);
         self.boxes.set(&mut pipeline);
         let boxes = BoxArguments::open(box_source.as_ref(), recording, &config.taxonomy)?;
         let (unit, crop) = self.geometry.coordinates.values();
-        Ok(AnnotateConfig { pipeline, boxes, unit, crop, frames, ..config })
+        Ok(AnnotateConfig { pipeline, boxes, unit, crop, ego, frames, ..config })
+    }
+
+    /// The same for a command that does not print what is odd about clouds: it warns of topics in
+    /// which the vehicle cannot be found.
+    pub fn config_with_warnings(&self, recording: &Path) -> Result<AnnotateConfig> {
+        let config = self.config(recording)?;
+        for problem in config.ego.unknown() {
+            eprintln!("warning: {}: {problem}", recording.display());
+        }
+        Ok(config)
     }
 
     fn overrides(&self) -> Overrides {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use divmerge::annotate::{AnnotateConfig, Decoded};
 use divmerge::cloud::up::{Axis, unusual_up};
 use divmerge::cloud::{CloudFrames, Crop, LengthUnit, PointCloud, wide};
-use divmerge::frames::EncodedCloud;
+use divmerge::frames::{EgoBodies, EncodedCloud};
 use divmerge::messages::clouds::PointField;
 use divmerge::range_image::{Geometry, ProjectionParams, RangeImage};
 use divmerge::semantics::GroundParams;
@@ -18,6 +18,7 @@ pub struct GeometryOptions {
     pub projection: ProjectionParams,
     pub unit: Option<LengthUnit>,
     pub crop: Crop,
+    pub ego: EgoBodies,
     pub frames: CloudFrames,
 }
 
@@ -77,6 +78,8 @@ pub struct CloudFacts {
     /// Roll, pitch and yaw by which the cloud was rotated, degrees; `None` if it was not.
     pub turned_degrees: Option<[f64; 3]>,
     pub auto: String,
+    /// What is odd about the cloud's place, and which returns are the vehicle's own.
+    pub remarks: Vec<String>,
     /// Why classes are not taken as they seem to be.
     pub auto_note: Option<String>,
 }
@@ -90,11 +93,13 @@ pub fn cloud_facts(
     let mut method = AnnotateConfig {
         unit: options.unit,
         crop: options.crop,
+        ego: options.ego.clone(),
         frames: options.frames.clone(),
         ..AnnotateConfig::default()
     };
     method.pipeline.projection = options.projection.clone();
-    let Decoded { cloud, semantics, odd_field, .. } = method.decode(&wire, &encoded.key(&wire))?;
+    let decoded = method.decode(&wire, &encoded.key(&wire))?;
+    let Decoded { cloud, semantics, odd_field, remarks, .. } = decoded;
     let is_immense = options.unit.is_none() && cloud.immense_extent().is_some();
     let image = RangeImage::new(&cloud, &options.projection);
     let ground = ground::pose(&cloud, &image, &GroundParams::default());
@@ -120,6 +125,7 @@ pub fn cloud_facts(
         upright_frame,
         turned_degrees: is_turned.then(|| [roll, pitch, yaw].map(f64::to_degrees)),
         auto: semantics,
+        remarks: remarks.into_iter().map(|(_, problem)| problem).collect(),
         auto_note: odd_field.map(|odd| odd.describe()),
     })
 }

@@ -58,6 +58,9 @@ fn print_cloud(cloud: &Cloud) {
     for line in geometry::lines(facts) {
         println!("      {line}");
     }
+    for remark in &facts.remarks {
+        println!("      note: {remark}");
+    }
     println!("      --semantics auto: {}", facts.auto);
     if let Some(note) = &facts.auto_note {
         println!("      warning: {note}");

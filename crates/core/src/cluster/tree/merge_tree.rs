@@ -77,8 +77,8 @@ impl MergeTree {
         }
     }
 
-    /// M: the component of each object pixel from 1, and their number. A leaf is one, and so is each
-    /// pixel that a larger node absorbed; pixels of no node have none.
+    /// M: the component of each object pixel from 1, and their number. A leaf is one, and so is
+    /// each pixel that a larger node absorbed; pixels of no node have none.
     pub(super) fn components(&self) -> (Vec<u32>, u32) {
         let mut label = vec![0; self.node_of_pixel.len()];
         let mut of_leaf = vec![0; self.tree.nodes.len()];
