@@ -193,6 +193,25 @@ fn reported_changes_flip_the_answer_and_smaller_ones_do_not() {
     assert!(flips >= 3, "only {flips}");
 }
 
+/// Two points of each instance, and points beside each other of two instances.
+fn ends_and_neighbours(stages: &Stages) -> Vec<[usize; 2]> {
+    let labels = &stages.labels.instance;
+    let ends = (1..=stages.instances.len() as u32).filter_map(|id| {
+        let first = labels.iter().position(|&of| of == id)?;
+        let last = labels.iter().rposition(|&of| of == id)?;
+        (first != last).then_some([first, last])
+    });
+    let objects = &stages.objects;
+    let point = |object: usize| {
+        stages.image.point_of_pixel.values()[objects.pixel[object] as usize] as usize
+    };
+    let right = |object: usize| objects.neighbours[object][1] as usize;
+    let beside = (0..objects.len()).filter(|&object| right(object) < objects.len());
+    let pairs = beside.map(|object| [object, right(object)].map(point));
+    let apart = pairs.filter(|&[a, b]| labels[a] != labels[b] && labels[a] * labels[b] != 0);
+    ends.chain(apart.step_by(10)).collect()
+}
+
 /// Without classes: the nodes say what the labels say, and the change that is named changes the
 /// cut.
 #[test]
@@ -205,8 +224,8 @@ fn a_cut_is_explained_by_its_nodes_and_by_what_would_change_it() {
     let params = config.cluster.tree.expect("best cuts a tree");
     let clustered = ClusteredCloud { cloud: &frame.cloud, mask, config: &config, stages: &stages };
     let mut flips = [0, 0];
-    for pair in some_points(&stages, 400).windows(2).filter(|pair| pair[0] != pair[1]) {
-        let found = explain(&clustered, Subject::Pair(pair[0], pair[1]));
+    for [a, b] in ends_and_neighbours(&stages) {
+        let found = explain(&clustered, Subject::Pair(a, b));
         let Some(cut) = found.cut() else {
             assert!(found.points.iter().any(|point| point.reason != Reason::None));
             continue;
@@ -226,7 +245,7 @@ fn a_cut_is_explained_by_its_nodes_and_by_what_would_change_it() {
         assert_eq!(is_chosen(flip.score), cut.joined);
         flips[usize::from(cut.joined)] += 1;
     }
-    assert!(flips.iter().all(|&count| count > 10), "{flips:?}");
+    assert!(flips.iter().all(|&count| count > 5), "{flips:?}");
 }
 
 fn divmerge(input: &Path, arguments: &[&str]) -> Output {
