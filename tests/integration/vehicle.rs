@@ -237,9 +237,9 @@ fn clouds_in_a_map_are_seen_from_where_the_vehicle_was() {
             let there = (map_from_base(number as f64 / 10.0) * base_from_sensor()).translation;
             let off = (Vector3::from(place) - there.vector).norm();
             assert!(off < 0.05, "{what}: {off} m");
-            let reasons = found.stages.labels.reason.iter().zip(&expected.stages.labels.reason);
+            let reasons = found.stages.mask.reason.iter().zip(&expected.stages.mask.reason);
             let same = reasons.filter(|(found, expected)| found == expected).count();
-            let count = expected.stages.labels.reason.len();
+            let count = expected.stages.mask.reason.len();
             let [many, control] = [found, expected].map(|of| of.stages.instances.len());
             eprintln!("{what}: {same} of {count} reasons, {many} of {control} instances, {off:.3}");
             assert!(100 * same > 98 * count, "{what}: {same} of {count}");

@@ -22,139 +22,170 @@ pub struct Link {
     pub b: u32,
 }
 
-const NO_OBJECT: u32 = u32::MAX;
-
-/// The image as the window reads it: dense, a value for each pixel.
-struct Dense<'a> {
-    image: &'a RangeImage,
-    /// Object pixel, or [`NO_OBJECT`].
-    object: Vec<u32>,
-    /// The group of pixels within [`TreeMerge::nearest`] that an object pixel is in.
-    group: Vec<u32>,
-    /// Position in metres, heights weighed.
-    place: Vec<[f32; 3]>,
-}
-
-/// Links up to [`TreeMerge::farthest`], ascending by distance to half a millimetre. Within a group
-/// of pixels that lie within [`TreeMerge::nearest`] of one another there are as many as it takes to
-/// hold it together.
+/// Links up to [`TreeMerge::farthest`], ascending by distance to half a millimetre: all those
+/// within the window but those between pixels that shorter ones join already.
 ///
-/// Time O(M) for a window of a given size; O(M log M) where there are several sensors.
+/// `row_step` is the usual angle between two rows, radians. Time O(M) for a window of a given size;
+/// O(M log M) where there are several sensors.
 pub fn links(
     objects: &ObjectPixels,
     image: &RangeImage,
     row_step: f64,
     params: &TreeMerge,
 ) -> Vec<Link> {
+    /// Pixels so near each other are joined first, metres: few links are left between the rest.
+    const NEAR: f64 = 0.25;
     let weight = params.height_weight as f32;
     let place: Vec<[f32; 3]> =
         objects.position.iter().map(|&[x, y, z]| [x, y, weight * z]).collect();
-    let mut dense = Dense {
-        image,
-        object: vec![NO_OBJECT; image.point_of_pixel.len()],
-        group: vec![NO_OBJECT; image.point_of_pixel.len()],
-        place: vec![[0.0; 3]; image.point_of_pixel.len()],
-    };
-    for ((number, &pixel), &place) in (0..).zip(&objects.pixel).zip(&place) {
-        dense.object[pixel as usize] = number;
-        dense.group[pixel as usize] = number;
-        dense.place[pixel as usize] = place;
-    }
-    let mut links = Vec::new();
-    join_nearest(objects, &mut dense, params, &mut links);
     let column_step = image.bands[0].column_step;
-    let reach = |step: f64, least: f64| (params.window / step).ceil().clamp(least, 64.0) as usize;
-    let steps = window(reach(row_step / params.height_weight, 2.0), reach(column_step, 4.0));
-    let farthest = (params.farthest * params.farthest) as f32;
-    dense.visit(objects, &steps, |a, b, squared| {
-        if squared <= farthest {
-            links.push(Link { distance: squared.sqrt(), a, b });
+    let window = Window::new(row_step * params.height_weight, column_step, params.window);
+    let padded = Padded::new(objects, image, &window);
+    let mut links = Vec::new();
+    let mut sets = DisjointSets::new(objects.len());
+    for reach in [params.nearest, NEAR.min(params.farthest), params.farthest] {
+        let group = padded.groups(&mut sets);
+        let first = links.len();
+        padded.visit(&group, &place, (&window.steps, reach), |link| links.push(link));
+        for link in &links[first..] {
+            sets.join(link.a as usize, link.b as usize);
         }
-    });
+    }
     link_sensors(objects, image, &place, params, &mut links);
     sorted(&links, params)
 }
 
-/// Links each pixel to those right beside it that lie within [`TreeMerge::nearest`], and numbers
-/// the groups.
-fn join_nearest(
-    objects: &ObjectPixels,
-    dense: &mut Dense,
-    params: &TreeMerge,
-    links: &mut Vec<Link>,
-) {
-    let mut sets = DisjointSets::new(objects.len());
-    let nearest = (params.nearest * params.nearest) as f32;
-    dense.visit(objects, &[(0, 1), (1, 0), (0, 2), (1, 1), (1, -1)], |a, b, squared| {
-        if squared <= nearest && sets.join(a as usize, b as usize) {
-            links.push(Link { distance: squared.sqrt(), a, b });
+/// A step down and to the right, and the angle that it leads across, radians.
+type Step = (usize, isize, f32);
+
+/// The pixels that one is linked with.
+struct Window {
+    /// Most rows down and most columns to a side.
+    rows: usize,
+    columns: usize,
+    /// By angle, ascending: each pair of pixels is met once.
+    steps: Vec<Step>,
+}
+
+impl Window {
+    /// The window of pixels within an angle, given those between two rows and two columns, radians.
+    fn new(row_step: f64, column_step: f64, angle: f64) -> Self {
+        let most = |step: f64, least: f64| (angle / step).ceil().clamp(least, 64.0) as usize;
+        let (rows, columns) = (most(row_step, 2.0), most(column_step, 4.0));
+        let mut steps = Vec::new();
+        for down in sampled(rows, 3) {
+            for right in sampled(columns, 2) {
+                let across = (down as f64 * row_step).hypot(right as f64 * column_step) as f32;
+                if (down, right) != (0, 0) {
+                    steps.push((down, right as isize, across));
+                }
+                if down > 0 && right > 0 {
+                    steps.push((down, -(right as isize), across));
+                }
+            }
         }
-    });
-    for (number, &pixel) in objects.pixel.iter().enumerate() {
-        dense.group[pixel as usize] = sets.root(number) as u32;
+        steps.sort_by(|a, b| a.2.total_cmp(&b.2));
+        Window { rows, columns, steps }
     }
 }
 
-impl Dense<'_> {
-    /// Visits the pairs of object pixels of different groups that are one of the steps apart, with
-    /// the square of their distance.
+/// 0, 1, 2, ...: steps that grow by one with each `share` steps; rows lie farther apart than columns.
+fn sampled(most: usize, share: usize) -> Vec<usize> {
+    let next = |&at: &usize| Some(at + 1 + at / share);
+    std::iter::successors(Some(0), next).take_while(|&at| at <= most).collect()
+}
+
+const NO_OBJECT: u32 = u32::MAX;
+
+/// The image with a margin as wide as the window below each sensor's rows and beside them, so that
+/// no step leaves it. Beside the seam of a full turn the margin repeats the other side.
+struct Padded {
+    stride: usize,
+    /// Object pixel at each place, or [`NO_OBJECT`].
+    object: Vec<u32>,
+    /// M: the place of each object pixel.
+    place: Vec<u32>,
+    /// M: distance from the sensor, metres.
+    range: Vec<f32>,
+}
+
+impl Padded {
+    fn new(objects: &ObjectPixels, image: &RangeImage, window: &Window) -> Self {
+        let (columns, margin) = (image.columns(), window.columns);
+        let stride = columns + 2 * margin;
+        let rows = image.rows() + image.bands.len() * window.rows;
+        let mut object = vec![NO_OBJECT; rows * stride];
+        let mut place = Vec::with_capacity(objects.len());
+        let mut range = Vec::with_capacity(objects.len());
+        for (number, &pixel) in (0..).zip(&objects.pixel) {
+            let (row, column) = (pixel as usize / columns, pixel as usize % columns);
+            let band = image.band_of_row(row);
+            let start = (row + band * window.rows) * stride;
+            let at = start + margin + column;
+            object[at] = number;
+            if image.wraps && column < margin {
+                object[at + columns] = number;
+            }
+            if image.wraps && column + margin >= columns {
+                object[at - columns] = number;
+            }
+            place.push(at as u32);
+            let position = objects.position[number as usize].map(f64::from);
+            let from_sensor = image.bands[band].from_sensor(position);
+            range.push(from_sensor.iter().map(|x| x * x).sum::<f64>().sqrt() as f32);
+        }
+        Padded { stride, object, place, range }
+    }
+
+    /// The set of each place's pixel, or [`NO_OBJECT`].
+    fn groups(&self, sets: &mut DisjointSets) -> Vec<u32> {
+        let of_object: Vec<u32> =
+            (0..self.place.len()).map(|object| sets.root(object) as u32).collect();
+        let group = |&object: &u32| match object {
+            NO_OBJECT => NO_OBJECT,
+            object => of_object[object as usize],
+        };
+        self.object.iter().map(group).collect()
+    }
+
+    /// Visits the links across some steps up to a distance in metres between pixels of different
+    /// groups.
     fn visit(
         &self,
-        objects: &ObjectPixels,
-        steps: &[(usize, isize)],
-        mut visit: impl FnMut(u32, u32, f32),
+        group: &[u32],
+        position: &[[f32; 3]],
+        (steps, reach): (&[Step], f64),
+        mut visit: impl FnMut(Link),
     ) {
-        let (rows, columns) = (self.image.rows(), self.image.columns());
-        let last_row_of_band: Vec<usize> = (0..rows)
-            .map(|row| self.image.bands[self.image.band_of_row(row)].rows.end.min(rows))
-            .collect();
-        for (a, &pixel) in (0..).zip(&objects.pixel) {
-            let pixel = pixel as usize;
-            let (row, column) = (pixel / columns, pixel % columns);
-            let (group, p) = (self.group[pixel], self.place[pixel]);
-            for &(down, right) in steps {
-                if row + down >= last_row_of_band[row] {
+        /// By how much less a step may lead across than the steps between columns and rows say: the
+        /// rows of a sensor need not be even.
+        const UNEVEN: f32 = 0.7;
+        let reach = reach as f32;
+        let ahead = |&(down, right, across): &Step| {
+            ((down * self.stride).wrapping_add_signed(right), UNEVEN * across)
+        };
+        let steps: Vec<(usize, f32)> = steps.iter().map(ahead).collect();
+        for (a, &at) in (0..).zip(&self.place) {
+            let at = at as usize;
+            let (own, p) = (group[at], position[a as usize]);
+            let widest = reach / self.range[a as usize];
+            for &(ahead, across) in &steps {
+                if across > widest {
+                    break;
+                }
+                let of_other = group[at + ahead];
+                if of_other == own || of_other == NO_OBJECT {
                     continue;
                 }
-                let beside = column as isize + right;
-                let beside = match usize::try_from(beside).ok().filter(|&beside| beside < columns) {
-                    Some(beside) => beside,
-                    None if self.image.wraps => beside.rem_euclid(columns as isize) as usize,
-                    None => continue,
-                };
-                let other = (row + down) * columns + beside;
-                let b = self.object[other];
-                if b == NO_OBJECT || self.group[other] == group {
-                    continue;
+                let b = self.object[at + ahead];
+                let q = position[b as usize];
+                let squared: f32 = (0..3).map(|axis| (p[axis] - q[axis]).powi(2)).sum();
+                if squared <= reach * reach {
+                    visit(Link { distance: squared.sqrt(), a, b });
                 }
-                let q = self.place[other];
-                let squared = (0..3).map(|axis| (p[axis] - q[axis]).powi(2)).sum();
-                visit(a, b, squared);
             }
         }
     }
-}
-
-/// Steps down and to the right: each pair of pixels of a window is met once.
-fn window(rows: usize, columns: usize) -> Vec<(usize, isize)> {
-    let mut steps = Vec::new();
-    for down in sampled(rows) {
-        for right in sampled(columns) {
-            if (down, right) != (0, 0) {
-                steps.push((down, right as isize));
-            }
-            if down > 0 && right > 0 {
-                steps.push((down, -(right as isize)));
-            }
-        }
-    }
-    steps
-}
-
-/// 0, 1, 2, 3, 5, 7, 10, ...: steps that grow by a third of the way.
-fn sampled(most: usize) -> Vec<usize> {
-    let next = |&at: &usize| Some(at + 1 + at / 3);
-    std::iter::successors(Some(0), next).take_while(|&at| at <= most).collect()
 }
 
 /// Links each pixel to its nearest ones of every other sensor.
@@ -214,9 +245,15 @@ mod tests {
 
     #[test]
     fn a_window_meets_every_pair_once() {
-        assert_eq!(sampled(12), [0, 1, 2, 3, 5, 7, 10]);
-        let steps = window(2, 1);
-        assert_eq!(steps, [(0, 1), (1, 0), (1, 1), (1, -1), (2, 0), (2, 1), (2, -1)]);
+        assert_eq!(sampled(12, 2), [0, 1, 2, 4, 7, 11]);
+        assert_eq!(sampled(12, 3), [0, 1, 2, 3, 5, 7, 10]);
+        let window = Window::new(1.0, 1.5, 2.0);
+        assert_eq!((window.rows, window.columns), (2, 4));
+        let steps: Vec<(usize, isize)> = window.steps.iter().map(|step| (step.0, step.1)).collect();
+        assert_eq!(steps[..5], [(1, 0), (0, 1), (1, 1), (1, -1), (2, 0)]);
+        let again = |&(down, right): &(usize, isize)| down > 0 && steps.contains(&(down, -right));
+        assert!(steps.iter().all(|step| step.0 == 0 || step.1 == 0 || again(step)));
+        assert!(window.steps.is_sorted_by(|a, b| a.2 <= b.2));
     }
 
     #[test]
