@@ -4,8 +4,8 @@
 //! objects. A [`Method`] segments them into instances: divide and merge (Zhao, Zhang, Huang, arXiv
 //! 2109.08224) grows local components and lets pairs of pixels on their borders vote; the default,
 //! [`Config::best`], takes connected components and assembles them by the size of their class or,
-//! without classes, by the gaps between them. Every point ends with an instance or with the
-//! [`Reason`] why it has none.
+//! without classes, cuts a tree of merges. Every point ends with an instance or with the [`Reason`]
+//! why it has none.
 //!
 //! # One cloud
 //!

@@ -299,7 +299,7 @@ fn scores_are_joined_as_if_independent() {
 
 #[test]
 fn without_classes_there_are_no_sizes_but_neighbours() {
-    let walls = [wall(10.0, [-2.0, 0.0], CAR), wall(10.0, [0.6, 2.0], CAR)];
+    let walls = [wall(10.0, [-2.0, 0.0], CAR), wall(10.0, [0.5, 2.0], CAR)];
     let Scene { cloud, config, .. } = Scene::best(&walls);
     let objects =
         (0..cloud.len()).map(|point| cloud.class.as_ref().expect("classes")[point] == CAR);
