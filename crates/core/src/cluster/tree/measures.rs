@@ -33,6 +33,7 @@ struct Sums {
     /// Least and greatest extent in each direction, metres.
     low: [f32; DIRECTIONS],
     high: [f32; DIRECTIONS],
+    /// Heights of the lowest and of the highest point, metres, upwards.
     bottom: f32,
     top: f32,
     range: f32,
@@ -66,7 +67,7 @@ impl Sums {
         f64::from(self.high[direction] - self.low[direction])
     }
 
-    fn measures(&self, ground: &GroundHeights) -> NodeMeasures {
+    fn measures(&self, ground: &GroundHeights, up: f64) -> NodeMeasures {
         /// What a face is at least, metres: a single row or column of pixels has no area.
         const LEAST: f64 = 0.05;
         const QUARTER: usize = DIRECTIONS / 2;
@@ -75,7 +76,7 @@ impl Sums {
         let sides = [smallest, smallest + QUARTER].map(|i| self.side(i));
         let height = f64::from(self.top - self.bottom);
         let [x, y] = [0, QUARTER].map(|i| f64::from(self.low[i] + self.high[i]) / 2.0);
-        let above = |ground: f64| [self.bottom, self.top].map(|z| f64::from(z) - ground);
+        let above = |height: f64| [self.bottom, self.top].map(|z| f64::from(z) - up * height);
         let across = (y.atan2(x) + FRAC_PI_2) / PI * DIRECTIONS as f64;
         let across = (across.round() as i64).rem_euclid(DIRECTIONS as i64) as usize;
         let face = self.side(across).max(LEAST) * height.max(LEAST);
@@ -89,12 +90,12 @@ impl Sums {
 }
 
 /// The measures of every node of a tree over M object pixels, given the angle between the rows of
-/// the image at each, radians. Time O(M).
+/// the image at each, radians, the ground, and whether z points up (1) or down (-1). Time O(M).
 pub fn measures(
     tree: &Tree,
     (objects, image): (&ObjectPixels, &RangeImage),
     row_steps: &[f64],
-    ground: &GroundHeights,
+    (ground, up): (&GroundHeights, f64),
 ) -> Vec<NodeMeasures> {
     let axes: [[f32; 2]; DIRECTIONS] = std::array::from_fn(|i| {
         let (sin, cos) = (PI * i as f64 / DIRECTIONS as f64).sin_cos();
@@ -117,13 +118,13 @@ pub fn measures(
             all.add(&Sums {
                 low: along,
                 high: along,
-                bottom: position[2],
-                top: position[2],
+                bottom: up as f32 * position[2],
+                top: up as f32 * position[2],
                 range: squared.sqrt() as f32,
                 seen: (squared * band.column_step * row_steps[pixel / columns]) as f32,
             });
         }
         sums.push(all);
     }
-    sums.iter().map(|sums| sums.measures(ground)).collect()
+    sums.iter().map(|sums| sums.measures(ground, up)).collect()
 }

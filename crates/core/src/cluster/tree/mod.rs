@@ -72,7 +72,9 @@ impl Method for CutTree<'_> {
         let divided_at = Some(Instant::now());
         let tree = Tree::new(input.objects.len(), &links, self.tree);
         let ground = GroundHeights::new(input.cloud, &input.mask.reason);
-        let measures = measures(&tree, (input.objects, input.image), &row_steps, &ground);
+        let up = if input.mask.ground_is_overhead { -1.0 } else { 1.0 };
+        let of = (input.objects, input.image);
+        let measures = measures(&tree, of, &row_steps, (&ground, up));
         let tree = MergeTree::new(tree, measures, self.tree);
         let (mut label, count) = tree.components();
         let instance = tree.instances((&label, count), &links, self.tree);
