@@ -4,12 +4,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::annotate::AnnotateConfig;
 use crate::error::{Error, Result};
-use crate::evaluate::entropy::{NO_PART, entropies, true_parts};
+use crate::evaluate::entropy::{Entropies, entropies, true_parts};
 use crate::evaluate::panoptic::{ClassQuality, MIN_POINTS, Panoptic, PanopticQuality};
 use crate::frames::{LabelledFrame, Truth};
 use divmerge_core::cloud::taxonomy::Taxonomy;
 use divmerge_core::geometry::statistics::{mean_and_deviation, median};
-use divmerge_core::pipeline;
+use divmerge_core::pipeline::{self, Stages};
 
 /// How well and how fast a method segments some clouds. Scores are from 0 to 1.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -93,8 +93,7 @@ impl ScoreSums {
         } else {
             self.sees_classes = false;
         }
-        let objects = objects(frame, &true_class, taxonomy, stages.mask.has_classes());
-        let entropies = entropies(&objects, found);
+        let entropies = frame_entropies(frame, &true_class, taxonomy, &stages);
         self.over.push(entropies.over);
         self.under.push(entropies.under);
         self.cut_ms.push(stages.times.divide_ms + stages.times.merge_ms);
@@ -133,20 +132,24 @@ fn class_numbers(truth: &Truth, taxonomy: &Taxonomy, frame: &LabelledFrame) -> R
     })
 }
 
-/// The true parts over which entropies are summed.
-fn objects(
+/// The entropies of a frame; where classes are seen, of the true things alone, points of no thing
+/// left out.
+fn frame_entropies(
     frame: &LabelledFrame,
     true_class: &[u16],
     taxonomy: &Taxonomy,
-    sees_classes: bool,
-) -> Vec<u32> {
-    if sees_classes {
-        // Ids count from 1 here: 0 is no part.
-        let thing = |(&class, &id): (&u16, &u32)| {
-            let is_thing = taxonomy.classes()[usize::from(class)].is_thing;
-            if is_thing { id.saturating_add(1) } else { NO_PART }
-        };
-        return true_class.iter().zip(&frame.truth.id).map(thing).collect();
+    stages: &Stages,
+) -> Entropies {
+    let found = &stages.labels.instance;
+    if !stages.mask.has_classes() {
+        let classes = (&frame.truth.class[..], true_class);
+        return entropies(&true_parts(&frame.cloud, &frame.truth.id, classes, taxonomy), found);
     }
-    true_parts(&frame.cloud, &frame.truth.id, (&frame.truth.class, true_class), taxonomy)
+    let of_point = true_class.iter().zip(&frame.truth.id).zip(found);
+    let things =
+        of_point.filter(|((class, _), _)| taxonomy.classes()[usize::from(**class)].is_thing);
+    // Ids count from 1 here: 0 is no part.
+    let (things, found): (Vec<u32>, Vec<u32>) =
+        things.map(|((_, &id), &found)| (id.saturating_add(1), found)).unzip();
+    entropies(&things, &found)
 }
