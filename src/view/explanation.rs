@@ -1,6 +1,6 @@
 //! The figure of an explanation: the neighbourhood of its points, and the pairs that voted.
 
-use super::canvas::{Anchor, Area, Canvas, Stroke, opaque};
+use super::canvas::{Anchor, Area, Canvas, Stroke, TextStyle, opaque};
 use super::font::{self, Weight};
 use super::layout::{self, Caption, GAP, INNER_WIDTH, MARGIN, WIDTH, slot_width};
 use super::legend::Key;
@@ -75,10 +75,17 @@ fn draw_tree(canvas: &mut Canvas, row: &TreeRow, scene: &FrameScene, points: &[P
     row.draw(canvas, None);
     Panel { scene, window: &row.window, area: row.image }.marks(canvas, points);
     let icicle = row.icicle();
-    for (name, point) in named(points) {
-        if let Some(place) = point.object.and_then(|object| icicle.place(object as u32)) {
-            mark(canvas, icicle.plot, place, name);
-        }
+    let place = |point: &PointFacts| icicle.place(point.object? as u32);
+    let places: Vec<_> =
+        named(points).filter_map(|(name, point)| Some((name, place(point)?))).collect();
+    for (number, &(name, [x, y])) in places.iter().enumerate() {
+        ring(canvas, [x, y]);
+        let other = places.get(1 - number).map(|&(_, [other, _])| x - other);
+        let beside = match other.filter(|other| other.abs() < 16.0) {
+            Some(other) => 8.0_f64.copysign(other),
+            None => 0.0,
+        };
+        canvas.text([x + beside, y - 11.0], name, letter());
     }
     row.bottom()
 }
@@ -211,13 +218,21 @@ fn named(points: &[PointFacts]) -> impl Iterator<Item = (&'static str, &PointFac
 
 /// A ring around a place, and a letter beside it that stays within the area.
 fn mark(canvas: &mut Canvas, area: Area, [x, y]: [f64; 2], name: &str) {
-    canvas.circle([x, y], 6.5, None, Some(Stroke::solid(opaque(theme::PANEL), 4.5)));
-    canvas.circle([x, y], 6.5, None, Some(Stroke::solid(opaque(theme::FOCUS), 2.0)));
+    ring(canvas, [x, y]);
     let is_left = x > area.right() - 24.0;
     let x = if is_left { x - 15.0 } else { x + 15.0 };
     let y = (y - 6.0).max(area.y + 13.0);
-    let style = theme::label(theme::HEADING, opaque(theme::FOCUS), Anchor::Middle);
-    canvas.text([x, y], name, style);
+    canvas.text([x, y], name, letter());
+}
+
+fn ring(canvas: &mut Canvas, place: [f64; 2]) {
+    for (colour, width) in [(theme::PANEL, 4.5), (theme::FOCUS, 2.0)] {
+        canvas.circle(place, 6.5, None, Some(Stroke::solid(opaque(colour), width)));
+    }
+}
+
+fn letter() -> TextStyle {
+    theme::label(theme::HEADING, opaque(theme::FOCUS), Anchor::Middle)
 }
 
 /// The instances from above around the points.

@@ -53,10 +53,11 @@ pub struct Icicle<'a> {
     scene: &'a FrameScene<'a>,
     tree: &'a MergeTree,
     tops: &'a [u32],
-    /// Where the boxes are.
-    pub plot: Area,
+    plot: Area,
     /// The least and the greatest gap of the tree, metres.
     gaps: [f64; 2],
+    /// The nodes, each after the one that it is part of.
+    boxes: Vec<NodeBox>,
 }
 
 /// A node on the page.
@@ -85,7 +86,20 @@ impl<'a> Icicle<'a> {
         let high = nodes().map(|node| f64::from(node.death)).fold(low, f64::max);
         // A logarithm needs a gap, and an axis two ends.
         let low = low.clamp(1e-3, 1e3);
-        Icicle { scene, tree, tops, plot, gaps: [low, high.max(low * 1.01)] }
+        let gaps = [low, high.max(low * 1.01)];
+        let mut icicle = Icicle { scene, tree, tops, plot, gaps, boxes: Vec::new() };
+        icicle.boxes = icicle.laid_out();
+        icicle
+    }
+
+    /// Number of its nodes.
+    pub fn node_count(&self) -> usize {
+        self.boxes.len()
+    }
+
+    /// Number of its nodes that are objects.
+    pub fn object_count(&self) -> usize {
+        self.objects().count()
     }
 
     /// Draws boxes, names of objects and axes.
@@ -93,12 +107,11 @@ impl<'a> Icicle<'a> {
         canvas.rect(self.plot, Some(opaque(theme::PANEL)), None);
         self.gap_axis(canvas);
         self.pixel_axis(canvas);
-        let boxes = self.boxes();
-        for node in &boxes {
+        for node in &self.boxes {
             let rim = (node.area.width > 3.0).then(|| Stroke::solid(opaque(theme::PANEL), 0.7));
             canvas.rect(node.area, Some(opaque(self.colour(node))), rim);
         }
-        for node in boxes.iter().filter(|node| node.facts.is_chosen) {
+        for node in self.objects() {
             let is_focus = focus == Some(node.facts.node);
             let colour = if is_focus { opaque(theme::FOCUS) } else { theme::ON_PANEL };
             canvas.rect(node.area, None, Some(Stroke::solid(colour, 1.6)));
@@ -106,32 +119,46 @@ impl<'a> Icicle<'a> {
         }
     }
 
-    /// The place of an object pixel: the lower end of the smallest node that holds it.
+    /// The place of an object pixel, at the lower end of the smallest node that holds it.
     pub fn place(&self, object: u32) -> Option<[f64; 2]> {
+        /// Above the end, so that a ring around the place lies within a box that is high enough.
+        const RAISED: f64 = 9.0;
         let node = (*self.tree.node_of_pixel.get(object as usize)?)?;
-        let found = self.boxes().into_iter().find(|found| found.facts.node == node)?;
+        let found = self.boxes.iter().find(|found| found.facts.node == node)?;
         let pixels = self.tree.tree.pixels_of(&found.facts.place);
         let place = pixels.iter().position(|&pixel| pixel == object)? as f64 + 0.5;
-        let Area { x, width, .. } = found.area;
-        Some([x + place / pixels.len() as f64 * width, found.area.bottom()])
+        let Area { x, width, height, .. } = found.area;
+        let y = found.area.bottom() - RAISED.min(height / 2.0);
+        Some([x + place / pixels.len() as f64 * width, y])
     }
 
-    /// Number of its nodes.
-    pub fn node_count(&self) -> usize {
-        self.boxes().len()
+    /// The colour of each pixel of the range image that lies in the part of the tree.
+    pub fn colour_of_pixel(&self) -> Vec<Option<[u8; 3]>> {
+        let image = &self.scene.stages.image;
+        let mut colours = vec![None; image.rows() * image.columns()];
+        let mut fill = |node: &NodeFacts, colour: [u8; 3]| {
+            for &object in self.tree.tree.pixels_of(&node.place) {
+                let pixel = self.scene.stages.objects.pixel[object as usize];
+                colours[pixel as usize] = Some(colour);
+            }
+        };
+        for node in &self.boxes {
+            // Parts come after the whole.
+            fill(&node.facts, self.own_colour(node));
+        }
+        colours
     }
 
-    /// Number of nodes that are objects.
-    pub fn object_count(&self) -> usize {
-        self.boxes().iter().filter(|node| node.facts.is_chosen).count()
+    fn objects(&self) -> impl Iterator<Item = &NodeBox> {
+        self.boxes.iter().filter(|node| node.facts.is_chosen)
     }
 
     /// The nodes, each after the one that it is part of.
-    fn boxes(&self) -> Vec<NodeBox> {
+    fn laid_out(&self) -> Vec<NodeBox> {
         let mut boxes = Vec::new();
         for (top, area) in self.columns() {
-            let above = self.tree.tree.path(top).skip(1);
-            let object = above.filter(|&node| self.tree.facts(node).is_chosen).next();
+            let mut above = self.tree.tree.path(top).skip(1);
+            let object = above.find(|&node| self.tree.facts(node).is_chosen);
             let first = self.tree.facts(top).place;
             let mut open = vec![(top, object)];
             while let Some((node, object)) = open.pop() {
@@ -175,8 +202,11 @@ impl<'a> Icicle<'a> {
 
     fn colour(&self, node: &NodeBox) -> [u8; 3] {
         let score = node.facts.score.map_or(0.0, |score| score.total);
-        let own = node.object.map_or(GREY, |object| self.scene.colour(self.instance(object)));
-        between(theme::PANEL, own, shade(score))
+        between(theme::PANEL, self.own_colour(node), shade(score))
+    }
+
+    fn own_colour(&self, node: &NodeBox) -> [u8; 3] {
+        node.object.map_or(GREY, |object| self.scene.colour(self.instance(object)))
     }
 
     /// The instance that an object became.
@@ -229,7 +259,7 @@ impl<'a> Icicle<'a> {
 
 /// How much of its colour a node of a score has.
 fn shade(score: f64) -> f64 {
-    0.16 + 0.84 * score.clamp(0.0, 1.0)
+    0.2 + 0.8 * score.clamp(0.0, 1.0)
 }
 
 /// The shades of scores from 0 to 1 for a legend.
@@ -245,8 +275,9 @@ fn name(canvas: &mut Canvas, node: &NodeBox) {
     let ways = [vec![format!("{body} {total}")], vec![body, total.clone()], vec![total]];
     let fits = |rows: &Vec<String>| {
         let is_narrow =
-            |row: &String| font::width(row, NAME, Weight::Medium) + 5.0 <= node.area.width;
-        rows.iter().all(is_narrow) && rows.len() as f64 * ROW + 3.0 <= node.area.height
+            |row: &String| font::width(row, NAME, Weight::Medium) + 3.0 <= node.area.width;
+        // A single row may be higher than its box: no other name is above or below.
+        rows.iter().all(is_narrow) && (rows.len() == 1 || node.area.height >= 2.0 * ROW + 3.0)
     };
     let Some(rows) = ways.into_iter().find(fits) else { return };
     let middle = node.area.y + node.area.height / 2.0;
@@ -255,5 +286,135 @@ fn name(canvas: &mut Canvas, node: &NodeBox) {
         let at = [node.area.x + node.area.width / 2.0, baseline];
         canvas.text(at, row, theme::label(NAME, theme::ON_PANEL, Anchor::Middle));
         baseline += ROW;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use divmerge_core::cloud::PointCloud;
+    use divmerge_core::pipeline::{self, Config, Stages};
+    use divmerge_core::semantics::{GroundParams, MaskSource};
+    use divmerge_simulate::{Drive, Scene, Sensor};
+
+    const AREA: Area = Area { x: 20.0, y: 10.0, width: 480.0, height: 300.0 };
+
+    fn clustered() -> (PointCloud, Stages) {
+        let cloud = Drive::new(Sensor::Vlp16, Scene::Parking, 3).frame(2).cloud;
+        let ground = GroundParams::default();
+        let stages = pipeline::run(&cloud, MaskSource::NotGround(&ground), &Config::best());
+        (cloud, stages)
+    }
+
+    fn scene<'a>((cloud, stages): &'a (PointCloud, Stages)) -> FrameScene<'a> {
+        FrameScene {
+            cloud,
+            stages,
+            classes: &[],
+            intensity: None,
+            merge_ratio: 0.5,
+            colour_numbers: Vec::new(),
+            heading: String::new(),
+            remark: String::new(),
+        }
+    }
+
+    /// Calls with the icicle around each object.
+    fn for_each_icicle(mut call: impl FnMut(&Icicle, u32)) {
+        let clustered = clustered();
+        let scene = scene(&clustered);
+        let tree = clustered.1.post_merge.tree.as_ref().expect("a tree");
+        assert!(tree.cut.chosen.len() > 5, "{:?}", tree.cut.chosen);
+        for &object in &tree.cut.chosen {
+            let tops = tops(tree, &[object]);
+            call(&Icicle::new(&scene, tree, &tops, AREA), object);
+        }
+    }
+
+    #[test]
+    fn children_lie_below_their_parent_and_beside_each_other() {
+        let mut families = 0;
+        for_each_icicle(|icicle, _| {
+            let area = |node: u32| {
+                icicle.boxes.iter().find(|found| found.facts.node == node).expect("a box").area
+            };
+            for parent in &icicle.boxes {
+                let plot = Area { width: icicle.plot.width + 1e-9, ..icicle.plot };
+                assert!(plot.holds(&parent.area), "{parent:?}");
+                let Some([one, other]) = parent.facts.place.children.map(|pair| pair.map(area))
+                else {
+                    continue;
+                };
+                families += 1;
+                for child in [one, other] {
+                    assert_eq!(child.y, parent.area.bottom());
+                    assert!(child.x >= parent.area.x - 1e-9);
+                    assert!(child.right() <= parent.area.right() + 1e-9);
+                }
+                assert!(one.right() <= other.x + 1e-9);
+            }
+        });
+        assert!(families > 50, "{families}");
+    }
+
+    #[test]
+    fn all_objects_below_the_tops_are_there_in_their_colours() {
+        for_each_icicle(|icicle, object| {
+            let is_below =
+                |&node: &u32| icicle.tree.tree.path(node).any(|above| icicle.tops.contains(&above));
+            let chosen = icicle.tree.cut.chosen.iter().copied();
+            let expected: Vec<u32> = chosen.filter(is_below).collect();
+            let mut drawn: Vec<u32> = icicle.objects().map(|node| node.facts.node).collect();
+            drawn.sort_unstable();
+            assert!(drawn == expected && drawn.contains(&object));
+            let stages = icicle.scene.stages;
+            for (pixel, colour) in icicle.colour_of_pixel().into_iter().enumerate() {
+                let Some(colour) = colour.filter(|&colour| colour != GREY) else { continue };
+                let point = stages.image.point_at(pixel).expect("an object pixel");
+                assert_eq!(colour, icicle.scene.colour(stages.labels.instance[point]));
+            }
+        });
+    }
+
+    #[test]
+    fn every_pixel_has_a_place_in_the_plot() {
+        for_each_icicle(|icicle, object| {
+            let tree = &icicle.tree.tree;
+            let mut last = icicle.plot.x - 1.0;
+            for &pixel in tree.pixels_of(&tree.nodes[object as usize]) {
+                let [x, y] = icicle.place(pixel).expect("a place");
+                assert!(x > last && icicle.plot.holds(&Area { x, y, width: 0.0, height: 0.0 }));
+                last = x;
+            }
+        });
+    }
+
+    #[test]
+    fn gaps_are_on_a_logarithmic_axis() {
+        for_each_icicle(|icicle, _| {
+            let [low, high] = icicle.gaps;
+            let middle = (low * high).sqrt();
+            let y = [low, middle, high].map(|gap| icicle.y(gap as f32));
+            let Area { y: top, height, .. } = icicle.plot;
+            let expected = [top + height, top + height / 2.0, top];
+            assert!(y.iter().zip(expected).all(|(y, expected)| (y - expected).abs() < 1e-3));
+        });
+    }
+
+    #[test]
+    fn points_of_two_trees_have_two_tops_and_points_of_one_object_its_surroundings() {
+        let (_, stages) = clustered();
+        let tree = stages.post_merge.tree.as_ref().expect("a tree");
+        let root = |node: u32| tree.tree.path(node).last();
+        let chosen = &tree.cut.chosen;
+        let apart = chosen.iter().find(|&&other| root(other) != root(chosen[0]));
+        let apart = *apart.expect("an object of another tree");
+        assert_eq!(tops(tree, &[chosen[0], apart]).len(), 2);
+        for &object in chosen {
+            let top = tops(tree, &[object, object]);
+            let above: Vec<u32> = tree.tree.path(object).skip(1).collect();
+            let scored = above.iter().find(|&&node| tree.scores[node as usize].is_some());
+            assert_eq!(top, [*scored.unwrap_or(&object)]);
+        }
     }
 }

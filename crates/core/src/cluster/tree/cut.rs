@@ -36,7 +36,7 @@ pub fn cut(nodes: &[Node], gain: &[f64]) -> Cut {
 
 /// The most that the parts of a node add up to.
 pub fn of_parts(node: &Node, best: &[f64]) -> f64 {
-    node.children.iter().flatten().map(|&child| best[child as usize]).sum()
+    node.children.iter().flatten().fold(0.0, |sum, &child| sum + best[child as usize])
 }
 
 #[cfg(test)]
