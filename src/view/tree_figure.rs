@@ -2,7 +2,7 @@
 //! image, and beside them the part of the tree around the object.
 
 use super::canvas::{Area, Canvas, Stroke, between, opaque};
-use super::icicle::{Icicle, score_ramp, tops};
+use super::icicle::{BACKGROUND, Icicle, score_ramp, tops};
 use super::layout::{self, Caption, GAP, HEADING_ROW, MARGIN, slot_width};
 use super::legend::Key;
 use super::numbers::extent;
@@ -15,6 +15,8 @@ use divmerge_core::cluster::{MergeTree, NodeFacts};
 use divmerge_core::pipeline::Stages;
 
 const HEIGHT: f64 = 320.0;
+/// Room for the uppermost number of the axis.
+const BELOW_CAPTION: f64 = 4.0;
 
 /// The objects that were cut from the tree of merges, those of a crop with a pixel in it; `None` if
 /// the run had no tree.
@@ -95,13 +97,14 @@ impl<'a> TreeRow<'a> {
         y: f64,
     ) -> Self {
         let width = slot_width(2);
-        let pixels = tops.iter().flat_map(|&top| pixels(scene, tree, top)).collect();
-        let pixels = beside_seam(pixels, scene.stages.image.columns());
-        let window = scene.window_around(pixels.into_iter(), aspect, width / HEIGHT);
+        let columns = scene.stages.image.columns();
+        let side = |&top: &u32| beside_seam(pixels(scene, tree, top).collect(), columns);
+        let pixels = tops.iter().flat_map(side);
+        let window = scene.window_around(pixels, aspect, width / HEIGHT);
         let image = Area { x: MARGIN, y, width, height: HEIGHT };
         let row = TreeRow { scene, tree, window, tops, corner: [MARGIN, y], image };
         let captions = Caption::height(&row.captions(None), width);
-        TreeRow { image: Area { y: y + captions, ..image }, ..row }
+        TreeRow { image: Area { y: y + captions + BELOW_CAPTION, ..image }, ..row }
     }
 
     /// Draws both with their captions; `focus` is an object that is pointed out.
@@ -171,15 +174,15 @@ impl<'a> TreeRow<'a> {
 
     fn captions(&self, focus: Option<u32>) -> [Caption; 2] {
         let icicle = self.icicle();
-        let count = "(dimmed: not in the tree of b)".to_owned();
-        let keys = focus.map(|_| Key::line(theme::FOCUS, "this object".to_owned()));
-        let keys = keys.into_iter().collect();
+        let count = "(dimmed: not in b)".to_owned();
+        let focus = focus.map(|_| Key::line(theme::FOCUS, "this object".to_owned()));
+        let keys = focus.into_iter().chain([Key::square(BACKGROUND, "background")]).collect();
         let image = Caption { letter: Some(0), title: "instances", count, keys };
         let [nodes, objects] = [(icicle.node_count(), "node"), (icicle.object_count(), "object")]
             .map(|(count, noun)| counted(count, noun));
         let keys = vec![
             Key::Ramp(["score 0".into(), "1".into()], score_ramp),
-            Key::Words("in colour: objects".into()),
+            Key::Words("in colour: objects and their parts".into()),
         ];
         let count = format!("({nodes}, {objects})");
         [image, Caption { letter: Some(1), title: "tree of merges", count, keys }]

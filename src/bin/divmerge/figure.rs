@@ -76,11 +76,12 @@ pub struct Arguments {
     #[arg(long, value_name = "X/Y", value_parser = region, allow_hyphen_values = true)]
     view: Option<PlaneRegion>,
 
-    /// Write numbered pictures of the merge, step by step, to this folder
+    /// Write numbered pictures to this folder: the merge, step by step; without classes each object
+    /// and the tree of merges around it
     #[arg(long, value_name = "DIR")]
     steps: Option<PathBuf>,
 
-    /// One picture for each new instance, or for each decision to merge
+    /// One picture for each new instance, or for each decision to merge by votes
     #[arg(long, value_name = "STEP", default_value = "instance", value_parser = one_of(STEPS))]
     #[arg(requires = "steps")]
     steps_by: Step,

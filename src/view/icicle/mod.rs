@@ -13,12 +13,17 @@ use super::theme;
 use crate::text::grouped;
 use divmerge_core::cluster::{MergeTree, NodeFacts};
 
+#[cfg(test)]
+mod tests;
+
 /// Left of the plot, for the numbers of the axis.
 const AXIS: f64 = 40.0;
 /// Between two parts of the tree.
 const BESIDE: f64 = 14.0;
 /// Nodes that are no objects or parts of one.
 const GREY: [u8; 3] = [206, 210, 218];
+/// Their pixels that are in no object.
+pub const BACKGROUND: [u8; 3] = [148, 152, 160];
 /// Size of the names of objects.
 const NAME: f64 = 10.0;
 
@@ -132,7 +137,8 @@ impl<'a> Icicle<'a> {
         Some([x + place / pixels.len() as f64 * width, y])
     }
 
-    /// The colour of each pixel of the range image that lies in the part of the tree.
+    /// The colour of each pixel of the range image that lies in the part of the tree: that of its
+    /// object, or [`BACKGROUND`].
     pub fn colour_of_pixel(&self) -> Vec<Option<[u8; 3]>> {
         let image = &self.scene.stages.image;
         let mut colours = vec![None; image.rows() * image.columns()];
@@ -144,7 +150,7 @@ impl<'a> Icicle<'a> {
         };
         for node in &self.boxes {
             // Parts come after the whole.
-            fill(&node.facts, self.own_colour(node));
+            fill(&node.facts, node.object.map_or(BACKGROUND, |object| self.object_colour(object)));
         }
         colours
     }
@@ -202,11 +208,12 @@ impl<'a> Icicle<'a> {
 
     fn colour(&self, node: &NodeBox) -> [u8; 3] {
         let score = node.facts.score.map_or(0.0, |score| score.total);
-        between(theme::PANEL, self.own_colour(node), shade(score))
+        let own = node.object.map_or(GREY, |object| self.object_colour(object));
+        between(theme::PANEL, own, shade(score))
     }
 
-    fn own_colour(&self, node: &NodeBox) -> [u8; 3] {
-        node.object.map_or(GREY, |object| self.scene.colour(self.instance(object)))
+    fn object_colour(&self, object: u32) -> [u8; 3] {
+        self.scene.colour(self.instance(object))
     }
 
     /// The instance that an object became.
@@ -286,135 +293,5 @@ fn name(canvas: &mut Canvas, node: &NodeBox) {
         let at = [node.area.x + node.area.width / 2.0, baseline];
         canvas.text(at, row, theme::label(NAME, theme::ON_PANEL, Anchor::Middle));
         baseline += ROW;
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use divmerge_core::cloud::PointCloud;
-    use divmerge_core::pipeline::{self, Config, Stages};
-    use divmerge_core::semantics::{GroundParams, MaskSource};
-    use divmerge_simulate::{Drive, Scene, Sensor};
-
-    const AREA: Area = Area { x: 20.0, y: 10.0, width: 480.0, height: 300.0 };
-
-    fn clustered() -> (PointCloud, Stages) {
-        let cloud = Drive::new(Sensor::Vlp16, Scene::Parking, 3).frame(2).cloud;
-        let ground = GroundParams::default();
-        let stages = pipeline::run(&cloud, MaskSource::NotGround(&ground), &Config::best());
-        (cloud, stages)
-    }
-
-    fn scene<'a>((cloud, stages): &'a (PointCloud, Stages)) -> FrameScene<'a> {
-        FrameScene {
-            cloud,
-            stages,
-            classes: &[],
-            intensity: None,
-            merge_ratio: 0.5,
-            colour_numbers: Vec::new(),
-            heading: String::new(),
-            remark: String::new(),
-        }
-    }
-
-    /// Calls with the icicle around each object.
-    fn for_each_icicle(mut call: impl FnMut(&Icicle, u32)) {
-        let clustered = clustered();
-        let scene = scene(&clustered);
-        let tree = clustered.1.post_merge.tree.as_ref().expect("a tree");
-        assert!(tree.cut.chosen.len() > 5, "{:?}", tree.cut.chosen);
-        for &object in &tree.cut.chosen {
-            let tops = tops(tree, &[object]);
-            call(&Icicle::new(&scene, tree, &tops, AREA), object);
-        }
-    }
-
-    #[test]
-    fn children_lie_below_their_parent_and_beside_each_other() {
-        let mut families = 0;
-        for_each_icicle(|icicle, _| {
-            let area = |node: u32| {
-                icicle.boxes.iter().find(|found| found.facts.node == node).expect("a box").area
-            };
-            for parent in &icicle.boxes {
-                let plot = Area { width: icicle.plot.width + 1e-9, ..icicle.plot };
-                assert!(plot.holds(&parent.area), "{parent:?}");
-                let Some([one, other]) = parent.facts.place.children.map(|pair| pair.map(area))
-                else {
-                    continue;
-                };
-                families += 1;
-                for child in [one, other] {
-                    assert_eq!(child.y, parent.area.bottom());
-                    assert!(child.x >= parent.area.x - 1e-9);
-                    assert!(child.right() <= parent.area.right() + 1e-9);
-                }
-                assert!(one.right() <= other.x + 1e-9);
-            }
-        });
-        assert!(families > 50, "{families}");
-    }
-
-    #[test]
-    fn all_objects_below_the_tops_are_there_in_their_colours() {
-        for_each_icicle(|icicle, object| {
-            let is_below =
-                |&node: &u32| icicle.tree.tree.path(node).any(|above| icicle.tops.contains(&above));
-            let chosen = icicle.tree.cut.chosen.iter().copied();
-            let expected: Vec<u32> = chosen.filter(is_below).collect();
-            let mut drawn: Vec<u32> = icicle.objects().map(|node| node.facts.node).collect();
-            drawn.sort_unstable();
-            assert!(drawn == expected && drawn.contains(&object));
-            let stages = icicle.scene.stages;
-            for (pixel, colour) in icicle.colour_of_pixel().into_iter().enumerate() {
-                let Some(colour) = colour.filter(|&colour| colour != GREY) else { continue };
-                let point = stages.image.point_at(pixel).expect("an object pixel");
-                assert_eq!(colour, icicle.scene.colour(stages.labels.instance[point]));
-            }
-        });
-    }
-
-    #[test]
-    fn every_pixel_has_a_place_in_the_plot() {
-        for_each_icicle(|icicle, object| {
-            let tree = &icicle.tree.tree;
-            let mut last = icicle.plot.x - 1.0;
-            for &pixel in tree.pixels_of(&tree.nodes[object as usize]) {
-                let [x, y] = icicle.place(pixel).expect("a place");
-                assert!(x > last && icicle.plot.holds(&Area { x, y, width: 0.0, height: 0.0 }));
-                last = x;
-            }
-        });
-    }
-
-    #[test]
-    fn gaps_are_on_a_logarithmic_axis() {
-        for_each_icicle(|icicle, _| {
-            let [low, high] = icicle.gaps;
-            let middle = (low * high).sqrt();
-            let y = [low, middle, high].map(|gap| icicle.y(gap as f32));
-            let Area { y: top, height, .. } = icicle.plot;
-            let expected = [top + height, top + height / 2.0, top];
-            assert!(y.iter().zip(expected).all(|(y, expected)| (y - expected).abs() < 1e-3));
-        });
-    }
-
-    #[test]
-    fn points_of_two_trees_have_two_tops_and_points_of_one_object_its_surroundings() {
-        let (_, stages) = clustered();
-        let tree = stages.post_merge.tree.as_ref().expect("a tree");
-        let root = |node: u32| tree.tree.path(node).last();
-        let chosen = &tree.cut.chosen;
-        let apart = chosen.iter().find(|&&other| root(other) != root(chosen[0]));
-        let apart = *apart.expect("an object of another tree");
-        assert_eq!(tops(tree, &[chosen[0], apart]).len(), 2);
-        for &object in chosen {
-            let top = tops(tree, &[object, object]);
-            let above: Vec<u32> = tree.tree.path(object).skip(1).collect();
-            let scored = above.iter().find(|&&node| tree.scores[node as usize].is_some());
-            assert_eq!(top, [*scored.unwrap_or(&object)]);
-        }
     }
 }
