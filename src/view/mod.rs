@@ -3,7 +3,8 @@
 //!
 //! A [`FrameScene`] is what is shown. [`figure`](figure()), [`step_figure`](step_figure()),
 //! [`object_figure`] and [`explanation`](explanation()) lay it out on a [`Canvas`]; [`png`](png())
-//! and [`svg`](svg()) draw that. No display and no font of the system is needed: the same input gives the same bytes.
+//! and [`svg`](svg()) draw that. No display and no font of the system is needed: the same input
+//! gives the same bytes.
 
 mod canvas;
 mod chart;

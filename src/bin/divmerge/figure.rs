@@ -76,8 +76,8 @@ pub struct Arguments {
     #[arg(long, value_name = "X/Y", value_parser = region, allow_hyphen_values = true)]
     view: Option<PlaneRegion>,
 
-    /// Write numbered pictures to this folder: the merge, step by step; without classes, each object
-    /// and the tree of merges around it
+    /// Write numbered pictures to this folder: the merge, step by step; without classes, each
+    /// object and the tree of merges around it
     #[arg(long, value_name = "DIR")]
     steps: Option<PathBuf>,
 

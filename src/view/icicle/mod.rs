@@ -142,15 +142,12 @@ impl<'a> Icicle<'a> {
     pub fn colour_of_pixel(&self) -> Vec<Option<[u8; 3]>> {
         let image = &self.scene.stages.image;
         let mut colours = vec![None; image.rows() * image.columns()];
-        let mut fill = |node: &NodeFacts, colour: [u8; 3]| {
-            for &object in self.tree.tree.pixels_of(&node.place) {
+        for node in &self.boxes {
+            let colour = node.object.map_or(BACKGROUND, |object| self.object_colour(object));
+            for &object in self.tree.tree.own_pixels_of(&node.facts.place) {
                 let pixel = self.scene.stages.objects.pixel[object as usize];
                 colours[pixel as usize] = Some(colour);
             }
-        };
-        for node in &self.boxes {
-            // Parts come after the whole.
-            fill(&node.facts, node.object.map_or(BACKGROUND, |object| self.object_colour(object)));
         }
         colours
     }
@@ -222,7 +219,8 @@ impl<'a> Icicle<'a> {
         let pixels = self.tree.tree.pixels_of(&self.tree.tree.nodes[object as usize]).iter();
         let point =
             |&pixel: &u32| stages.image.point_at(stages.objects.pixel[pixel as usize] as usize);
-        pixels.filter_map(point).map(|point| stages.labels.instance[point]).next().unwrap_or(0)
+        let point = pixels.filter_map(point).next();
+        point.map_or(0, |point| stages.labels.instance[point])
     }
 
     fn gap_axis(&self, canvas: &mut Canvas) {
