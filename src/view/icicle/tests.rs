@@ -75,11 +75,17 @@ fn all_objects_below_the_tops_are_there_in_their_colours() {
         let mut drawn: Vec<u32> = icicle.objects().map(|node| node.facts.node).collect();
         drawn.sort_unstable();
         assert!(drawn == expected && drawn.contains(&object));
-        let stages = icicle.scene.stages;
-        for (pixel, colour) in icicle.colour_of_pixel().into_iter().enumerate() {
-            let Some(colour) = colour.filter(|&colour| colour != BACKGROUND) else { continue };
+        let (stages, tree) = (icicle.scene.stages, &icicle.tree.tree);
+        let colours = icicle.colour_of_pixel();
+        for &object in icicle.tops.iter().flat_map(|&top| tree.pixels_of(&tree.nodes[top as usize]))
+        {
+            let pixel = stages.objects.pixel[object as usize] as usize;
             let point = stages.image.point_at(pixel).expect("an object pixel");
-            assert_eq!(colour, icicle.scene.colour(stages.labels.instance[point]));
+            let instance = stages.labels.instance[point];
+            let smallest = icicle.tree.node_of_pixel[object as usize].expect("a node");
+            let is_object = tree.path(smallest).any(|node| expected.contains(&node));
+            let colour = if is_object { icicle.scene.colour(instance) } else { BACKGROUND };
+            assert_eq!(colours[pixel], Some(colour));
         }
     });
 }
