@@ -1,13 +1,15 @@
 //! The figure of an explanation: the neighbourhood of its points, and the pairs that voted.
 
-use super::canvas::{Anchor, Area, Canvas, Stroke, opaque};
+use super::canvas::{Anchor, Area, Canvas, Stroke, TextStyle, opaque};
 use super::font::{self, Weight};
 use super::layout::{self, Caption, GAP, INNER_WIDTH, MARGIN, WIDTH, slot_width};
 use super::legend::Key;
+use super::options::FigureOptions;
 use super::plane::{Plane, PlaneRegion};
 use super::plane_panel::birds_eye;
 use super::scene::{FrameScene, Window, row_from_top};
-use super::{range_panel, theme};
+use super::tree_figure::TreeRow;
+use super::{icicle, range_panel, theme};
 use crate::diagnose::explain::{BorderPair, Explanation, Place, PointFacts};
 use crate::text::grouped;
 
@@ -19,37 +21,73 @@ const FEW_ROWS: usize = 40;
 const ROWS_BESIDE: usize = 16;
 const HEADLINE_LINES: usize = 3;
 
-/// Draws an explanation under its headline: components with the pairs of pixels that voted,
-/// instances, and the plane around the points, which are marked A and B.
+/// Draws an explanation under its headline: components with the pairs of pixels that voted, and
+/// instances; or instances, and the part of the tree of merges around the points where there are no
+/// classes. Below them is the plane. The points are marked A and B.
 pub fn explanation(scene: &FrameScene, found: &Explanation, headline: &str, dpi: f64) -> Canvas {
     let mut canvas = layout::page();
     let top = title(&mut canvas, scene, headline);
+    let bottom = match tree_row(scene, &found.points, top) {
+        Some(row) => draw_tree(&mut canvas, &row, scene, &found.points),
+        None => draw_votes(&mut canvas, scene, found, top),
+    };
+    let slot = Area { x: MARGIN, y: bottom + GAP, width: INNER_WIDTH, height: 0.42 * WIDTH };
+    let caption = Caption { letter: Some(2), title: "bird's-eye view", ..Caption::default() };
+    let area = captioned(&mut canvas, slot, caption);
+    plane(&mut canvas, scene, &found.points, area, dpi);
+    canvas.height = (area.bottom() + MARGIN).ceil();
+    canvas
+}
+
+/// Draws components with the pairs that voted, and instances. Returns where they end.
+fn draw_votes(canvas: &mut Canvas, scene: &FrameScene, found: &Explanation, top: f64) -> f64 {
     let pairs = found.pairs();
     let window = window(scene, &found.points);
     let width = slot_width(2);
     let height = width * window.rows.len() as f64 / window.columns.len() as f64;
     let height = height.clamp(130.0, 420.0).round();
     let slot = Area { x: MARGIN, y: top, width, height };
-    let area = captioned(&mut canvas, slot, components_caption(&pairs));
+    let area = captioned(canvas, slot, components_caption(&pairs));
     let panel = Panel { scene, window: &window, area };
     canvas.picture(area, range_panel::components(scene, &window));
-    panel.votes(&mut canvas, &pairs);
-    panel.marks(&mut canvas, &found.points);
+    panel.votes(canvas, &pairs);
+    panel.marks(canvas, &found.points);
 
     let slot = Area { x: MARGIN + width + GAP, ..slot };
     let caption = Caption { letter: Some(1), title: "instances", ..Caption::default() };
-    let area = captioned(&mut canvas, slot, caption);
+    let area = captioned(canvas, slot, caption);
     let panel = Panel { area, ..panel };
     canvas.picture(area, range_panel::instances(scene, &window));
-    panel.marks(&mut canvas, &found.points);
+    panel.marks(canvas, &found.points);
+    area.bottom()
+}
 
-    let y = area.bottom() + GAP;
-    let slot = Area { x: MARGIN, y, width: INNER_WIDTH, height: 0.42 * WIDTH };
-    let caption = Caption { letter: Some(2), title: "bird's-eye view", ..Caption::default() };
-    let area = captioned(&mut canvas, slot, caption);
-    plane(&mut canvas, scene, &found.points, area, dpi);
-    canvas.height = (area.bottom() + MARGIN).ceil();
-    canvas
+/// Instances and the tree of merges around the points; `None` if one of them is not in a tree.
+fn tree_row<'a>(scene: &'a FrameScene, points: &[PointFacts], y: f64) -> Option<TreeRow<'a>> {
+    let tree = scene.stages.post_merge.tree.as_ref()?;
+    let nodes = points.iter().map(|point| tree.node_of_pixel[point.object?]);
+    let tops = icicle::tops(tree, &nodes.collect::<Option<Vec<u32>>>()?);
+    Some(TreeRow::new(scene, tree, tops, FigureOptions::default().aspect, y))
+}
+
+/// Draws them with the places of the points. Returns where they end.
+fn draw_tree(canvas: &mut Canvas, row: &TreeRow, scene: &FrameScene, points: &[PointFacts]) -> f64 {
+    row.draw(canvas, None);
+    Panel { scene, window: &row.window, area: row.image }.marks(canvas, points);
+    let icicle = row.icicle();
+    let place = |point: &PointFacts| icicle.place(point.object? as u32);
+    let places: Vec<_> =
+        named(points).filter_map(|(name, point)| Some((name, place(point)?))).collect();
+    for (number, &(name, [x, y])) in places.iter().enumerate() {
+        ring(canvas, [x, y]);
+        let other = places.get(1 - number).map(|&(_, [other, _])| x - other);
+        let beside = match other.filter(|other| other.abs() < 16.0) {
+            Some(other) => 8.0_f64.copysign(other),
+            None => 0.0,
+        };
+        canvas.text([x + beside, y - 11.0], name, letter());
+    }
+    row.bottom()
 }
 
 /// Draws the headline and below it the frame. Returns where they end.
@@ -180,13 +218,21 @@ fn named(points: &[PointFacts]) -> impl Iterator<Item = (&'static str, &PointFac
 
 /// A ring around a place, and a letter beside it that stays within the area.
 fn mark(canvas: &mut Canvas, area: Area, [x, y]: [f64; 2], name: &str) {
-    canvas.circle([x, y], 6.5, None, Some(Stroke::solid(opaque(theme::PANEL), 4.5)));
-    canvas.circle([x, y], 6.5, None, Some(Stroke::solid(opaque(theme::FOCUS), 2.0)));
+    ring(canvas, [x, y]);
     let is_left = x > area.right() - 24.0;
     let x = if is_left { x - 15.0 } else { x + 15.0 };
     let y = (y - 6.0).max(area.y + 13.0);
-    let style = theme::label(theme::HEADING, opaque(theme::FOCUS), Anchor::Middle);
-    canvas.text([x, y], name, style);
+    canvas.text([x, y], name, letter());
+}
+
+fn ring(canvas: &mut Canvas, place: [f64; 2]) {
+    for (colour, width) in [(theme::PANEL, 4.5), (theme::FOCUS, 2.0)] {
+        canvas.circle(place, 6.5, None, Some(Stroke::solid(opaque(colour), width)));
+    }
+}
+
+fn letter() -> TextStyle {
+    theme::label(theme::HEADING, opaque(theme::FOCUS), Anchor::Middle)
 }
 
 /// The instances from above around the points.

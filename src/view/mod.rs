@@ -1,9 +1,10 @@
 //! Pictures of a clustered cloud: figures as PNG or SVG, pages of triage cases, and the stream to
 //! the Rerun viewer (`rerun_stream`, with the feature `rerun`). Viewing changes no result.
 //!
-//! A [`FrameScene`] is what is shown. [`figure`](figure()), [`step_figure`](step_figure()) and
-//! [`explanation`](explanation()) lay it out on a [`Canvas`]; [`png`](png()) and [`svg`](svg())
-//! draw that. No display and no font of the system is needed: the same input gives the same bytes.
+//! A [`FrameScene`] is what is shown. [`figure`](figure()), [`step_figure`](step_figure()),
+//! [`object_figure`] and [`explanation`](explanation()) lay it out on a [`Canvas`]; [`png`](png())
+//! and [`svg`](svg()) draw that. No display and no font of the system is needed: the same input
+//! gives the same bytes.
 
 mod canvas;
 mod chart;
@@ -12,6 +13,7 @@ mod explanation;
 mod figure;
 mod font;
 mod frame_scene;
+mod icicle;
 mod layout;
 mod legend;
 mod matrix;
@@ -30,6 +32,7 @@ mod steps;
 mod svg;
 mod target;
 mod theme;
+mod tree_figure;
 pub mod triage_report;
 mod viewer_layout;
 mod visible;
@@ -50,4 +53,5 @@ pub use step_figure::step_figure;
 pub use steps::{FigureStep, steps};
 pub use svg::{inline_svg, svg};
 pub use target::Target;
+pub use tree_figure::{cut_objects, object_figure};
 pub use viewer_layout::{ShownTopic, viewer_layout};

@@ -70,6 +70,40 @@ impl FrameScene<'_> {
         (0..image.rows() * image.columns()).filter_map(|pixel| image.point_at(pixel))
     }
 
+    /// The part of the image with some pixels in its middle, for a panel of a shape (width over
+    /// height). Pixels, each a row from the top and a column, have their shape on a whole image of
+    /// an aspect (height over width); of a part that is wider they are narrower.
+    pub(super) fn window_around(
+        &self,
+        pixels: impl Iterator<Item = [usize; 2]>,
+        aspect: f64,
+        shape: f64,
+    ) -> Window {
+        const LEAST_ROWS: usize = 24;
+        let size = [self.stages.image.rows(), self.stages.image.columns()];
+        let (mut low, mut high) = (size, [0, 0]);
+        for pixel in pixels {
+            low = [0, 1].map(|axis| low[axis].min(pixel[axis]));
+            high = [0, 1].map(|axis| high[axis].max(pixel[axis]));
+        }
+        if low[0] > high[0] {
+            (low, high) = ([0, 0], size.map(|side| side - 1));
+        }
+        // Columns to a row of the panel.
+        let columns = shape * aspect * size[1] as f64 / size[0] as f64;
+        let with_margin = |axis: usize| (high[axis] + 1 - low[axis]) as f64 * 1.3 + 2.0;
+        let least = LEAST_ROWS.min(size[0]) as f64;
+        let tall = with_margin(0).max(with_margin(1) / columns).max(least).min(size[0] as f64);
+        let part = |axis: usize, length: f64| {
+            let length = (length.round() as usize).clamp(1, size[axis]);
+            let middle = (low[axis] + high[axis]) / 2;
+            let start = middle.saturating_sub(length / 2).min(size[axis] - length);
+            start..start + length
+        };
+        let wide = (tall * columns).max(with_margin(1));
+        Window { rows: part(0, tall), columns: part(1, wide) }
+    }
+
     /// Row from the top and column of each object pixel with its component; 0 for none.
     pub(super) fn object_pixels(&self) -> impl Iterator<Item = (usize, usize, u32)> + '_ {
         let Stages { image, objects, components, .. } = self.stages;

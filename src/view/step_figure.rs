@@ -137,36 +137,13 @@ impl StepPanel<'_> {
         canvas.picture(area, raster);
     }
 
-    /// The part of the image with the components in focus in its middle, in the shape of the area.
+    /// The part of the image around the components in focus, in the shape of the area.
     fn window(&self, area: Area) -> Window {
-        const LEAST_ROWS: usize = 24;
-        let image = &self.scene.stages.image;
-        let size = [image.rows(), image.columns()];
-        let (mut low, mut high) = (size, [0, 0]);
-        for (row, column, label) in self.scene.object_pixels() {
-            if label != 0 && self.roles[label as usize - 1].is_in_focus() {
-                low = [low[0].min(row), low[1].min(column)];
-                high = [high[0].max(row), high[1].max(column)];
-            }
-        }
-        if low[0] > high[0] {
-            (low, high) = ([0, 0], size.map(|side| side - 1));
-        }
-        // Columns to a row of the area, in the pixels' shape.
-        let pixel_shape = self.options.aspect * size[1] as f64 / size[0] as f64;
-        let shape = area.width / area.height * pixel_shape;
-        let with_margin = |axis: usize| (high[axis] + 1 - low[axis]) as f64 * 1.3 + 2.0;
-        let least = LEAST_ROWS.min(size[0]) as f64;
-        let tall = with_margin(0).max(with_margin(1) / shape).max(least).min(size[0] as f64);
-        let wide = tall * shape;
-        let part = |axis: usize, length: f64| {
-            let length = (length.round() as usize).clamp(1, size[axis]);
-            let middle = (low[axis] + high[axis]) / 2;
-            let start = middle.saturating_sub(length / 2).min(size[axis] - length);
-            start..start + length
-        };
-        // A wider part is shown whole, with narrower pixels.
-        Window { rows: part(0, tall), columns: part(1, wide.max(with_margin(1))) }
+        let scene = self.scene;
+        let is_in_focus = |label: u32| label != 0 && self.roles[label as usize - 1].is_in_focus();
+        let pixels = scene.object_pixels().filter(|&(_, _, label)| is_in_focus(label));
+        let pixels = pixels.map(|(row, column, _)| [row, column]);
+        scene.window_around(pixels, self.options.aspect, area.width / area.height)
     }
 
     /// The components in focus from above, with the votes between them.

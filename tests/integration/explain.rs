@@ -328,6 +328,27 @@ fn pictures_are_the_same_twice_and_existing_ones_stay() {
 }
 
 #[test]
+fn pictures_without_classes_show_the_tree() {
+    let (folder, input) = drive(1);
+    let output = folder.path().join("tree.svg");
+    let output = output.to_str().expect("a path in UTF-8");
+    let question = ["--instance", "1", "--instance", "2", "--no-what-if", "-o", output];
+    let draw = |semantics: &str| {
+        let done =
+            divmerge(&input, &[&question[..], &["--force", "--semantics", semantics]].concat());
+        assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
+        std::fs::read_to_string(output).expect("a picture")
+    };
+    let svg = draw("ground");
+    for words in ["tree of merges", ">0.08 m<", ">2 m<", " pixels<", ">A<", ">B<"] {
+        assert!(svg.contains(words), "{words}");
+    }
+    // Each letter is on the image, in the tree and on the plane.
+    assert_eq!([">A<", ">B<"].map(|letter| svg.matches(letter).count()), [3, 3]);
+    assert!(!draw("auto").contains("tree of merges"));
+}
+
+#[test]
 fn bad_questions_are_answered_with_what_there_is() {
     let (_folder, input) = drive(2);
     for (arguments, code, says) in [

@@ -144,6 +144,35 @@ fn steps_and_video_are_numbered() {
     assert!(text(&done.stderr).contains("--force"), "{}", text(&done.stderr));
 }
 
+/// Without classes there is a picture for each object that was cut from the tree.
+#[test]
+fn objects_of_a_tree_have_steps() {
+    let (folder, input) = drive(1);
+    let count = |name: &str, more: &[&str]| {
+        let steps = folder.path().join(name);
+        let arguments = [path(&input), "--dpi", "48", "--semantics", "ground"];
+        let done = figure(&[&arguments[..], &["--steps", path(&steps)], more].concat());
+        let said = text(&done.stdout);
+        assert!(said.ends_with("one for each object\n"), "{said}{}", text(&done.stderr));
+        let files = std::fs::read_dir(&steps).expect("steps").count();
+        assert!(said.starts_with(&format!("wrote {files} pictures")), "{said}");
+        let first = std::fs::read(steps.join("step_00001.png")).expect("a picture");
+        let (width, height, colours) = decoded(&first);
+        assert!(width == 500 && height > 150, "{width} x {height}");
+        let distinct = colours.into_iter().collect::<BTreeSet<_>>().len();
+        assert!(distinct > 20, "{distinct} colours");
+        files
+    };
+    let all = count("all", &[]);
+    let part = count("part", &["--window", "0..400"]);
+    assert!(part > 1 && part < all, "{part} of {all}");
+    let steps = folder.path().join("decisions");
+    let by = ["--semantics", "ground", "--steps-by", "decision", "--steps", path(&steps)];
+    let done = figure(&[&[path(&input)], &by[..]].concat());
+    assert_eq!(done.status.code(), Some(1));
+    assert!(text(&done.stderr).contains("merges by votes"), "{}", text(&done.stderr));
+}
+
 #[test]
 fn an_empty_frame_can_be_drawn() {
     use divmerge::datasets::drive::cloud_message;

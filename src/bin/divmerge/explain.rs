@@ -66,7 +66,7 @@ pub struct Arguments {
     #[arg(long)]
     json: bool,
 
-    /// Also draw it, as .png or .svg
+    /// Also draw it, as .png or .svg; without classes, with the tree of merges around the points
     #[arg(short, long, value_name = "OUT", value_parser = picture)]
     output: Option<PathBuf>,
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use clap::{ArgGroup, Args};
 use divmerge::annotate::AnnotateConfig;
 use divmerge::annotate::time_spec::TimeSpec;
@@ -12,7 +12,8 @@ use divmerge::error::{Error, NoCloud};
 use divmerge::frames::{CloudAt, EncodedCloud, EncodedClouds, encoded_cloud_at};
 use divmerge::recording::Overview;
 use divmerge::view::{
-    self, ClusteredMessage, ColourTracker, FigureOptions, FrameScene, Panel, PixelCrop, PlaneRegion,
+    self, Canvas, ClusteredMessage, ColourTracker, FigureOptions, FrameScene, Panel, PixelCrop,
+    PlaneRegion,
 };
 
 use crate::arguments::method::MethodArguments;
@@ -75,11 +76,12 @@ pub struct Arguments {
     #[arg(long, value_name = "X/Y", value_parser = region, allow_hyphen_values = true)]
     view: Option<PlaneRegion>,
 
-    /// Write numbered pictures of the merge, step by step, to this folder
+    /// Write numbered pictures to this folder: the merge, step by step; without classes, each
+    /// object and the tree of merges around it
     #[arg(long, value_name = "DIR")]
     steps: Option<PathBuf>,
 
-    /// One picture for each new instance, or for each decision to merge
+    /// One picture for each new instance, or for each decision to merge by votes
     #[arg(long, value_name = "STEP", default_value = "instance", value_parser = one_of(STEPS))]
     #[arg(requires = "steps")]
     steps_by: Step,
@@ -245,24 +247,52 @@ fn steps(
     outputs: &mut Outputs,
     folder: &Path,
 ) -> Result<()> {
+    if let Some(objects) = view::cut_objects(scene, options)? {
+        if by == Step::Decision {
+            bail!("--steps-by decision draws merges by votes; these objects were cut from a tree");
+        }
+        let page = |number: usize| {
+            let object = &objects[number - 1];
+            view::object_figure(scene, options, object, number, objects.len())
+        };
+        let series = Series { folder, count: objects.len(), each: "object", dpi: options.dpi };
+        return series.write(outputs, page);
+    }
     let by_decision = by == Step::Decision;
     let steps = view::steps(scene, options, by_decision)?;
-    let name = |number: usize| folder.join(format!("step_{number:05}.png"));
-    let pictures = (1..=steps.len()).map(|number| outputs.file(&name(number)));
-    let pictures: Vec<OutputFile> = pictures.collect::<Result<_, _>>()?;
-    let bar = frame_bar("drawing", steps.len() as u64);
-    for ((number, step), picture) in (1..).zip(&steps).zip(&pictures) {
-        let page = view::step_figure(scene, options, step, number, steps.len());
-        picture.write_picture(&page, options.dpi)?;
-        bar.inc(1);
-    }
-    bar.finish_and_clear();
-    let pictures = counted(steps.len() as u64, "picture");
+    let page =
+        |number: usize| view::step_figure(scene, options, &steps[number - 1], number, steps.len());
     let each = if by_decision { "decision" } else { "instance with neighbours" };
-    println!("wrote {pictures} to {}, one for each {each}", folder.join("step_*.png").display());
-    Ok(())
+    Series { folder, count: steps.len(), each, dpi: options.dpi }.write(outputs, page)
 }
 
+/// Pictures that are numbered from 1.
+struct Series<'a> {
+    folder: &'a Path,
+    count: usize,
+    /// What each of them shows.
+    each: &'static str,
+    dpi: f64,
+}
+
+impl Series<'_> {
+    fn write(&self, outputs: &mut Outputs, page: impl Fn(usize) -> Canvas) -> Result<()> {
+        let Series { folder, count, each, dpi } = self;
+        let name = |number: usize| folder.join(format!("step_{number:05}.png"));
+        let pictures = (1..=*count).map(|number| outputs.file(&name(number)));
+        let pictures: Vec<OutputFile> = pictures.collect::<Result<_, _>>()?;
+        let bar = frame_bar("drawing", *count as u64);
+        for (number, picture) in (1..).zip(&pictures) {
+            picture.write_picture(&page(number), *dpi)?;
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        let pictures = counted(*count as u64, "picture");
+        let names = folder.join("step_*.png");
+        println!("wrote {pictures} to {}, one for each {each}", names.display());
+        Ok(())
+    }
+}
 /// Reads the name of a panel.
 fn panel(text: &str) -> Result<Panel, String> {
     let found = Panel::NAMES.iter().find(|(name, _)| *name == text);

@@ -65,7 +65,7 @@ pub struct PointFacts {
     pub neighbours: Vec<BorderPair>,
     /// Object pixel number, its own or the one it takes its label from.
     #[serde(skip)]
-    pub(super) object: Option<usize>,
+    pub(crate) object: Option<usize>,
 }
 
 impl PointFacts {
