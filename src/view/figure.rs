@@ -172,6 +172,9 @@ impl Panels<'_> {
                 ("local components", count, keys)
             }
             Panel::Instances => ("merged instances", instance_count(scene), instance_keys(scene)),
+            Panel::Votes if stages.post_merge.tree.is_some() => {
+                ("votes", "(none: without classes a tree of merges is cut)".into(), Vec::new())
+            }
             Panel::Votes => {
                 let pairs = text(stages.votes.pairs.len());
                 let count = format!("({pairs} pairs of components; wider: more votes)");
@@ -222,14 +225,18 @@ fn mask_keys(scene: &FrameScene) -> Vec<Key> {
 
 fn instance_count(scene: &FrameScene) -> String {
     let (instances, merged) = (scene.stages.instances.len(), scene.stages.merge.count as usize);
-    match merged == instances {
-        true => format!("(n = {})", text(instances)),
-        false => format!("(n = {}; {} after the votes alone)", text(instances), text(merged)),
+    match &scene.stages.post_merge.tree {
+        Some(tree) => {
+            let objects = text(tree.cut.chosen.len());
+            format!("(n = {}; {objects} of them objects of the cut)", text(instances))
+        }
+        None if merged == instances => format!("(n = {})", text(instances)),
+        None => format!("(n = {}; {} after the votes alone)", text(instances), text(merged)),
     }
 }
 
 fn instance_keys(scene: &FrameScene) -> Vec<Key> {
-    let reasons = [Reason::TooSmall, Reason::Unreached];
+    let reasons = [Reason::TooSmall, Reason::Unreached, Reason::Scattered];
     let occurring =
         reasons.into_iter().filter(|reason| scene.stages.labels.reason.contains(reason));
     let of_reason = |reason: Reason| Key::square(reason_colour(reason as u8), reason.describe());
