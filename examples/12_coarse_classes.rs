@@ -1,5 +1,5 @@
-//! Coarse classes of instances without classes against truth, as the Markdown tables of
-//! docs/results.md: `cargo run --release --example 12_coarse_classes -- ../shared/data/semantickitti`
+//! Coarse classes of instances against truth, as the Markdown tables of docs/results.md:
+//! `cargo run --release --example 12_coarse_classes -- ../shared/data/semantickitti`
 //!
 //! 1. Instances of 10 points or more by what most of their points are, a row per true kind.
 //! 2. The curves of `cluster/tree/calibration.rs` fitted to the labelled drives, and how far
@@ -180,8 +180,8 @@ fn print_kinds(groups: &[Group]) {
 
 fn print_curves(real: &[Group], simulated: &[Group]) {
     println!(
-        "| body | nodes | right | offset | slope | as written | drives left out | simulated drives | \
-         fitted to simulated, real drives |"
+        "| body | nodes | right | offset | slope | as written | drives left out | simulated drives \
+         | fitted to simulated, real drives |"
     );
     println!("| --- |{}", " ---: |".repeat(8));
     for body in Body::ALL {

@@ -53,10 +53,11 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
 /// "autoware"), "all" for those of background too, or several of these words; flavor: "auto" or
 /// "foxglove". compression: "zstd", "lz4" or "none"; that of most chunks of the input if not said.
 /// unchecked: take over chunks without clouds unopened. assemble: cluster whole turns put together
-/// of several messages: "auto", "10" (messages) or "0.1s". only: write the added topics alone; in_place: put the fields into the clouds themselves. resume: go on
-/// where a run with resume=True was cut off, and leave what is done if this one is. force: replace
-/// an existing output. threads: that unpack, cluster and compress; one for each core up to eight if
-/// not said. progress: is called with the bytes read and the bytes in all (0 of a stream); what it
+/// of several messages: "auto", "10" (messages) or "0.1s". only: write the added topics alone;
+/// in_place: put the fields into the clouds themselves. resume: go on where a run with resume=True
+/// was cut off, and leave what is done if this one is. force: replace an existing output. threads:
+/// that unpack, cluster and compress; one for each core up to eight if not said. progress: is
+/// called with the bytes read and the bytes in all (0 of a stream); what it
 /// raises ends the run.
 ///
 /// Other threads of Python run meanwhile. KeyboardInterrupt ends the run, and nothing half written

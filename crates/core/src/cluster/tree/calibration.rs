@@ -1,13 +1,12 @@
 //! How likely a node of the cut is one of the body that it looks like most.
 //!
 //! Scores compare the nodes of one tree. They are no probabilities: on labelled drives most nodes
-//! of a score of 0.6 are pieces of bushes and walls. Leaves have no part in a score, since no node
-//! is chosen for being smooth; so what is judged is the product of both, the *evidence*. A logistic
-//! curve of each body turns it into the share of such nodes that are of the body, which never falls
-//! as evidence rises.
+//! with a score of 0.6 are pieces of bushes and walls. A score does not tell leaves from surfaces,
+//! so it is multiplied by how smooth the node is; the product is the *evidence*. For each body, a
+//! logistic curve takes the evidence to a probability, which never falls as evidence rises.
 //!
-//! Curves were fitted to labelled drives by `examples/12_coarse_classes.rs`, which also measures
-//! how far they are off on drives that they were not fitted to.
+//! The curves were fitted to labelled drives by `examples/12_coarse_classes.rs`, which also
+//! measures how far they are off on drives that they were not fitted to.
 
 use super::score::Score;
 use crate::cloud::Body;
