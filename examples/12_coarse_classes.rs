@@ -180,8 +180,8 @@ fn print_kinds(groups: &[Group]) {
 
 fn print_curves(real: &[Group], simulated: &[Group]) {
     println!(
-        "| body | nodes | right | offset | slope | as written | drives left out | simulated drives \
-         | fitted to simulated, real drives |"
+        "| body | nodes | right | no evidence | full evidence | as written | drives left out | \
+         simulated drives | fitted to simulated, real drives |"
     );
     println!("| --- |{}", " ---: |".repeat(8));
     for body in Body::ALL {
@@ -199,10 +199,11 @@ fn print_curves(real: &[Group], simulated: &[Group]) {
             error(all.iter().map(|sample| (of(of_simulated, sample.evidence), sample.is_right()))),
         ];
         println!(
-            "| {} | {} | {} | {offset:.2} | {slope:.2} | {} |",
+            "| {} | {} | {} | {offset:.3} | {:.3} | {} |",
             body.name(),
             all.len(),
             all.iter().filter(|sample| sample.is_right()).count(),
+            offset + slope,
             errors.map(|error| format!("{:.1}", 100.0 * error)).join(" | ")
         );
     }

@@ -14,8 +14,9 @@ use crate::cloud::Body;
 /// The probability that a node is of the body of its score, given how smooth it is, 0 to 1
 /// ([`ShapeMeasures::smoothness`](crate::cloud::shape::ShapeMeasures::smoothness)).
 pub fn probability(score: &Score, smoothness: f64) -> f64 {
-    let [offset, slope] = curve(score.body);
-    1.0 / (1.0 + (-(offset + slope * evidence(score, smoothness))).exp())
+    let [without, with] = log_odds(score.body);
+    let log_odds = without + (with - without) * evidence(score, smoothness);
+    1.0 / (1.0 + (-log_odds).exp())
 }
 
 /// What the probability is a function of, 0 to 1.
@@ -23,14 +24,14 @@ pub fn evidence(score: &Score, smoothness: f64) -> f64 {
     score.total * smoothness
 }
 
-/// Logarithm of the odds without evidence, and by how much full evidence raises it.
-fn curve(body: Body) -> [f64; 2] {
+/// Logarithm of the odds without evidence and with full evidence; between them it is linear.
+fn log_odds(body: Body) -> [f64; 2] {
     match body {
-        Body::Car => [-4.21, 6.28],
-        Body::Person => [-5.58, 5.33],
+        Body::Car => [-4.208, 2.072],
+        Body::Person => [-5.580, -0.246],
         // One of 456 nodes was a two-wheeler: no slope can be told from that.
-        Body::TwoWheeler => [-6.12, 0.0],
-        Body::LargeVehicle => [-4.86, 4.17],
+        Body::TwoWheeler => [-6.120, -6.120],
+        Body::LargeVehicle => [-4.858, -0.690],
     }
 }
 

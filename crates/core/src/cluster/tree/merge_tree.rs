@@ -134,14 +134,14 @@ impl MergeTree {
         }
         let mut number = vec![0; count as usize];
         let mut last = self.cut.chosen.len() as u32;
-        for component in 0..count as usize {
+        for (component, instance) in instance.iter_mut().enumerate() {
             let root = sets.root(component);
-            if instance[component] == 0 && pixels[root] >= params.least_points {
+            if *instance == 0 && pixels[root] >= params.least_points {
                 if number[root] == 0 {
                     last += 1;
                     number[root] = last;
                 }
-                instance[component] = number[root];
+                *instance = number[root];
             }
         }
         instance
