@@ -318,18 +318,19 @@ fn texts<'py>(
     numpy.call_method1("array", (texts, "str"))
 }
 
+/// The name of its coarse class, empty where there are classes.
+fn coarse_class(instance: &Instance) -> &str {
+    instance.coarse_class.map_or("", |found| found.class.name())
+}
+
 fn instance_records<'py>(py: Python<'py>, all: &[Instance]) -> PyResult<Bound<'py, PyAny>> {
     let probability = |one: &Instance| one.coarse_class.map_or(f64::NAN, |found| found.probability);
-    let coarse = |one: &Instance| one.coarse_class.map_or("", |found| found.class.name());
     let columns = [
         ("id", list(py, all, |one| one.id)),
         ("semantic", list(py, all, |one| one.semantic)),
         ("class_name", texts(py, all, |one| one.class_name.as_str())?),
         ("confidence", list(py, all, |one| one.confidence.unwrap_or(f64::NAN))),
-        (
-            "likeness",
-            texts(py, all, |one| one.coarse_class.map_or("", |found| found.class.name()))?,
-        ),
+        ("likeness", texts(py, all, coarse_class)?),
         ("probability", list(py, all, probability)),
         ("points", list(py, all, |one| one.points)),
         ("pixels", list(py, all, |one| one.pixels)),
