@@ -7,7 +7,6 @@
 //! 2. The same of preset `best` by drive or by sensor.
 //! 3. What each term of a node's score is worth.
 //! 4. Parameters chosen on all drives but one, scored on that one.
-//! 5. What instances look like against what they are, a row per true kind.
 //!
 //! The folder holds SemanticKITTI sequences and may be left out; a sequence after it does that one
 //! alone. Simulated drives need none.
@@ -16,7 +15,6 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::Result;
-use divmerge::cloud::ShapeClass;
 use divmerge::cluster::Method;
 use divmerge::cluster::params::TreeMerge;
 use divmerge::comparison::methods::Euclidean;
@@ -30,26 +28,18 @@ use divmerge::semantics::{GroundParams, MaskSource};
 use divmerge::simulate::{Drive, Scene, Sensor};
 use divmerge::{PointCloud, Taxonomy};
 
-/// Names of true kinds and SemanticKITTI's ids.
-const KINDS: [(&str, &[u16]); 9] = [
+/// Names of the kinds of things and SemanticKITTI's ids.
+const THINGS: usize = 3;
+const KINDS: [(&str, &[u16]); THINGS] = [
     ("car, truck, bus", &[10, 13, 16, 18, 20, 252, 256, 257, 258, 259]),
     ("person", &[30, 254]),
     ("bicycle, rider", &[11, 15, 31, 32, 253, 255]),
-    ("pole, sign", &[80, 81]),
-    ("trunk", &[71]),
-    ("building", &[50]),
-    ("fence", &[51]),
-    ("vegetation", &[70]),
-    ("ground", &[40, 44, 48, 49, 60, 72]),
 ];
-/// The first three are of things.
-const THINGS: usize = 3;
 
 /// A cloud with its truth, a row per point.
 struct Frame {
     group: String,
     cloud: PointCloud,
-    classes: Vec<u16>,
     /// Parts for the entropies.
     parts: Vec<u32>,
     /// Word of a thing with an id, or 0.
@@ -106,8 +96,6 @@ fn tables(title: &str, frames: &[Frame]) {
         header(title);
         left_out(frames, &groups);
     }
-    println!("\nInstances of 10 points or more by true kind (rows) and likeness (columns):\n");
-    likeness_table(frames);
 }
 
 fn ways() -> Vec<(String, Config)> {
@@ -209,7 +197,7 @@ fn score<'a>(frames: impl IntoIterator<Item = &'a Frame>, config: &Config) -> Sc
 }
 
 fn header(first: &str) {
-    let kinds = KINDS[..THINGS].iter().map(|(name, _)| *name).collect::<Vec<_>>().join(" | ");
+    let kinds = KINDS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(" | ");
     println!(
         "| {first} | things | found whole, % | {kinds} | S_assoc | OSE | USE | instances | under 5 \
          points |"
@@ -235,39 +223,6 @@ fn row(name: &str, score: &Score) {
         mean(score.instances as f64),
         mean(score.small as f64)
     );
-}
-
-/// Counts of instances by the true kind that most of their points are of.
-fn likeness_table(frames: &[Frame]) {
-    let mut counts = [[0_usize; ShapeClass::ALL.len()]; KINDS.len()];
-    for frame in frames {
-        for (kind, likeness) in kinds_and_likenesses(frame, &frame.run(&Config::best())) {
-            counts[kind][likeness as usize] += 1;
-        }
-    }
-    let names = ShapeClass::ALL.map(ShapeClass::name);
-    println!("| true | {} |", names.join(" | "));
-    println!("| --- |{}", " ---: |".repeat(names.len()));
-    for ((name, _), counts) in KINDS.iter().zip(counts) {
-        println!("| {name} | {} |", counts.map(|count| count.to_string()).join(" | "));
-    }
-    println!();
-}
-
-fn kinds_and_likenesses(frame: &Frame, stages: &Stages) -> Vec<(usize, ShapeClass)> {
-    let mut points = vec![[0_usize; KINDS.len()]; stages.instances.len() + 1];
-    for (&instance, class) in stages.labels.instance.iter().zip(&frame.classes) {
-        if let Some(kind) = kind(*class) {
-            points[instance as usize][kind] += 1;
-        }
-    }
-    let seen = stages.instances.iter().filter(|instance| instance.points >= 10);
-    let judged = seen.filter_map(|instance| {
-        let points = points[instance.id as usize];
-        let most = (0..KINDS.len()).max_by_key(|&kind| points[kind])?;
-        (2 * points[most] > instance.points as usize).then_some((most, instance.shape?.class))
-    });
-    judged.collect()
 }
 
 fn kind(class: u16) -> Option<usize> {
@@ -296,7 +251,7 @@ impl Frame {
         let numbers = taxonomy
             .known_class_numbers(&classes)
             .map_err(|class| anyhow::anyhow!("class {class} is not of the taxonomy"))?;
-        let is_thing = |word: u32| kind(word as u16).is_some_and(|kind| kind < THINGS);
+        let is_thing = |word: u32| kind(word as u16).is_some();
         let counts = |&word: &u32| word as u16 > 1 && (!is_thing(word) || word >> 16 != 0);
         let thing = |&word: &u32| if is_thing(word) && word >> 16 != 0 { word } else { 0 };
         Ok(Frame {
@@ -305,7 +260,6 @@ impl Frame {
             things: words.iter().map(thing).collect(),
             counts: words.iter().map(counts).collect(),
             cloud,
-            classes,
         })
     }
 

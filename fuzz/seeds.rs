@@ -93,6 +93,7 @@ pub fn markers() -> Vec<Vec<u8>> {
             probability: 1.0,
             title: format!("{id} car"),
             points: 9,
+            is_object: true,
         })
         .collect();
     let layouts = [Layout::Cdr(ByteOrder::Little), Layout::Cdr(ByteOrder::Big)];

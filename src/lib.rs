@@ -87,11 +87,11 @@ pub use annotate::{
 pub use cloud::sensor_frame::SensorFrame;
 pub use cloud::taxonomy::{Class, Taxonomy};
 pub use cloud::transforms::Transforms;
-pub use cloud::{CloudFrames, SensorOrigin};
 pub use cloud::{
-    Detection, Instance, PointClasses, PointCloud, PointColumns, PointLabels, Reason, ShapeClass,
-    UprightBox,
+    Body, Classification, CoarseClass, Detection, Instance, PointClasses, PointCloud, PointColumns,
+    PointLabels, Reason, UprightBox,
 };
+pub use cloud::{CloudFrames, SensorOrigin};
 pub use cluster::{ClusterParams, Method, MethodInput, Segmentation};
 pub use diagnose::explain::{Explanation, Subject};
 pub use diagnose::failures::{Failure, Failures};

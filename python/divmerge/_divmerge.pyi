@@ -42,6 +42,7 @@ _Method: TypeAlias = Literal[
     "one-per-class",
 ]
 _Compression: TypeAlias = Literal["zstd", "lz4", "none"]
+_Boxes: TypeAlias = Literal["markers", "detection3d", "autoware", "all"]
 _Runtime: TypeAlias = Literal["auto", "onnxruntime", "tract"]
 _Device: TypeAlias = Literal["auto", "cpu", "cuda", "tensorrt"]
 
@@ -262,7 +263,7 @@ def annotate(
     topics: str | Iterable[str] = (),
     from_: float | str | None = None,
     to: float | str | None = None,
-    objects: Literal["markers", "detection3d", "autoware"] | None = None,
+    objects: _Boxes | Iterable[_Boxes] | None = None,
     flavor: Literal["auto", "foxglove"] = "auto",
     compression: _Compression | None = None,
     unchecked: bool = False,
@@ -313,7 +314,7 @@ def annotate_slice(
     topics: str | Iterable[str] = (),
     from_: float | str | None = None,
     to: float | str | None = None,
-    objects: Literal["markers", "detection3d", "autoware"] | None = None,
+    objects: _Boxes | Iterable[_Boxes] | None = None,
     flavor: Literal["auto", "foxglove"] = "auto",
     compression: _Compression | None = None,
     unchecked: bool = False,

@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 
 use divmerge::annotate::time_spec::{self, TimeSpec};
 use divmerge::annotate::{
-    self as library, AnnotateOptions, AnnotationReport, Flavor, Form, MessageTypes, ObjectOptions,
-    RunEvent, Slice,
+    self as library, AnnotateOptions, AnnotationReport, BoxedInstances, Flavor, Form, MessageTypes,
+    ObjectOptions, RunEvent, Slice,
 };
 use divmerge::messages::objects::ObjectKind;
 use divmerge::recording::Compression;
 use pyo3::exceptions::PyUserWarning;
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict};
+use pyo3::types::{PyBool, PyDict, PyString};
 
 use crate::errors::{Error, exists_already, raised, wrong, wrong_type};
 use crate::parameters::{
@@ -49,14 +49,15 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
 /// gap_rows, min_points, bev, method, rows, columns, fov: as for `cluster`. topics: cloud topics to
 /// annotate, one or several; all if not said. from_, to: leave out messages before the one and from
 /// the other on: seconds from the start (12.5), or text as at the command line ("@1317384506.4",
-/// "2011-09-30T12:28:26Z", "frame:100"). objects: type of the boxes: "markers", "detection3d" or
-/// "autoware"; flavor: "auto" or "foxglove". compression: "zstd", "lz4" or "none"; that of most
-/// chunks of the input if not said. unchecked: take over chunks without clouds unopened. assemble:
-/// cluster whole turns put together of several messages: "auto", "10" (messages) or "0.1s". only:
-/// write the added topics alone; in_place: put the fields into the clouds themselves. resume: go on
-/// where a run with resume=True was cut off, and leave what is done if this one is. force: replace
-/// an existing output. threads: that unpack, cluster and compress; one for each core up to eight if
-/// not said. progress: is called with the bytes read and the bytes in all (0 of a stream); what it
+/// "2011-09-30T12:28:26Z", "frame:100"). objects: type of the boxes ("markers", "detection3d" or
+/// "autoware"), "all" for those of background too, or several of these words; flavor: "auto" or
+/// "foxglove". compression: "zstd", "lz4" or "none"; that of most chunks of the input if not said.
+/// unchecked: take over chunks without clouds unopened. assemble: cluster whole turns put together
+/// of several messages: "auto", "10" (messages) or "0.1s". only: write the added topics alone;
+/// in_place: put the fields into the clouds themselves. resume: go on where a run with resume=True
+/// was cut off, and leave what is done if this one is. force: replace an existing output. threads:
+/// that unpack, cluster and compress; one for each core up to eight if not said. progress: is
+/// called with the bytes read and the bytes in all (0 of a stream); what it
 /// raises ends the run.
 ///
 /// Other threads of Python run meanwhile. KeyboardInterrupt ends the run, and nothing half written
@@ -169,17 +170,7 @@ impl AnnotateArguments {
             "topics" => options.topics = names(name, value)?,
             "from_" => self.from = Some(moment(name, value)?),
             "to" => self.to = Some(moment(name, value)?),
-            "objects" => {
-                options.types.objects = Some(choice(
-                    name,
-                    value,
-                    &[
-                        ("markers", ObjectKind::Markers),
-                        ("detection3d", ObjectKind::Detection3d),
-                        ("autoware", ObjectKind::Autoware),
-                    ],
-                )?);
-            }
+            "objects" => set_boxes(&mut options.types, name, value)?,
             "flavor" => {
                 let flavors = [("auto", Flavor::Auto), ("foxglove", Flavor::Foxglove)];
                 options.types =
@@ -205,6 +196,23 @@ impl AnnotateArguments {
         }
         Ok(())
     }
+}
+
+/// The type of the boxes, "all", or several of these words.
+fn set_boxes(types: &mut MessageTypes, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
+    let kinds = [
+        ("markers", Some(ObjectKind::Markers)),
+        ("detection3d", Some(ObjectKind::Detection3d)),
+        ("autoware", Some(ObjectKind::Autoware)),
+        ("all", None),
+    ];
+    for word in names(name, value)? {
+        match choice(name, PyString::new(value.py(), &word).as_any(), &kinds)? {
+            Some(kind) => types.objects = Some(kind),
+            None => types.boxed = BoxedInstances::All,
+        }
+    }
+    Ok(())
 }
 
 /// True or false.

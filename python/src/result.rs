@@ -233,7 +233,7 @@ impl ClusterResult {
     ///
     /// The box stands upright: `centre` (3,) and `size` (3,: length, width, height) in metres,
     /// `yaw` in radians from the x axis, in the frame of the points turned by `rotation`.
-    /// `confidence` is NaN where classes came without any; `likeness` (what it looks like) and its
+    /// `confidence` is NaN where classes came without any; `likeness` (its coarse class) and its
     /// `probability` are empty and NaN where there are classes.
     #[getter]
     fn instances(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
@@ -318,14 +318,19 @@ fn texts<'py>(
     numpy.call_method1("array", (texts, "str"))
 }
 
+/// The name of its coarse class, empty where there are classes.
+fn coarse_class(instance: &Instance) -> &str {
+    instance.coarse_class.map_or("", |found| found.class.name())
+}
+
 fn instance_records<'py>(py: Python<'py>, all: &[Instance]) -> PyResult<Bound<'py, PyAny>> {
-    let probability = |one: &Instance| one.shape.map_or(f64::NAN, |l| l.probability);
+    let probability = |one: &Instance| one.coarse_class.map_or(f64::NAN, |found| found.probability);
     let columns = [
         ("id", list(py, all, |one| one.id)),
         ("semantic", list(py, all, |one| one.semantic)),
         ("class_name", texts(py, all, |one| one.class_name.as_str())?),
         ("confidence", list(py, all, |one| one.confidence.unwrap_or(f64::NAN))),
-        ("likeness", texts(py, all, |one| one.shape.map_or("", |shape| shape.class.name()))?),
+        ("likeness", texts(py, all, coarse_class)?),
         ("probability", list(py, all, probability)),
         ("points", list(py, all, |one| one.points)),
         ("pixels", list(py, all, |one| one.pixels)),

@@ -177,7 +177,7 @@ def test_recordings_asked_for_what_they_do_not_have(drives, tmp_path):
         (dict(from_="noon"), "from_: use seconds from the start", ValueError),
         (dict(from_=2, to=1), "from: must lie before the end", ValueError),
         (dict(topics=3), "topics: expected str or several, got int", TypeError),
-        (dict(objects="cubes"), "objects: `cubes` is none of markers, detection3d, autoware", ValueError),
+        (dict(objects="cubes"), "objects: `cubes` is none of markers, detection3d, autoware, all", ValueError),
         (dict(compression="zip"), "compression: `zip` is none of zstd, lz4, none", ValueError),
         (dict(threads=0), "threads: expected 1 to 1024, got 0", ValueError),
         (dict(only=True, in_place=True), "in_place: not together with only", ValueError),

@@ -50,4 +50,4 @@ pub use run::annotate;
 pub use slice_files::{SliceFile, by_recording};
 pub use slices::Slice;
 pub use times::FrameTimes;
-pub use types::{Flavor, MessageTypes};
+pub use types::{BoxedInstances, Flavor, MessageTypes};

@@ -19,6 +19,18 @@ pub struct MessageTypes {
     pub flavor: Flavor,
     /// Of the boxes; none means what viewers draw.
     pub objects: Option<ObjectKind>,
+    /// Instances that have a box.
+    pub boxed: BoxedInstances,
+}
+
+/// Which instances have a box. Those with classes are all objects.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum BoxedInstances {
+    /// Objects.
+    #[default]
+    Objects,
+    /// Objects and background.
+    All,
 }
 
 /// In which messages annotated clouds are written.
@@ -50,7 +62,7 @@ impl MessageTypes {
         self.object_kind(encoding).schema(encoding)
     }
 
-    /// Writes the boxes of the instances beside an annotated cloud, in its coordinate frame and
+    /// Writes the boxes of instances beside an annotated cloud, in its coordinate frame and
     /// unit, replacing what is in `out`. The instances were found in `upright`.
     ///
     /// # Errors
@@ -65,8 +77,10 @@ impl MessageTypes {
         let frame =
             cloud.isometry() * Translation3::from(upright.offset) * upright.turned.inverse();
         let per_metre = upright.unit.per_metre();
-        let object = |instance| ObjectBox::of(instance, per_metre, &frame);
-        let boxes: Vec<ObjectBox> = instances.iter().map(object).collect();
+        let has_all = self.boxed == BoxedInstances::All;
+        let boxed = instances.iter().filter(|instance| has_all || instance.is_object());
+        let boxes: Vec<ObjectBox> =
+            boxed.map(|instance| ObjectBox::of(instance, per_metre, &frame)).collect();
         let encoding = encoding(cloud.format, cloud.byte_order);
         let header = (cloud.stamp_sec as i32, cloud.stamp_nanosec, cloud.frame_id.as_str());
         self.object_kind(encoding).write(encoding, header, &boxes, out)

@@ -22,6 +22,9 @@ pub fn instance_colour(id: u32) -> [u8; 3] {
     TABLE[id.wrapping_sub(1) as usize % INSTANCE_COLOURS]
 }
 
+/// sRGB colour of an instance of background.
+pub const BACKGROUND_COLOUR: [u8; 3] = [136; 3];
+
 /// sRGB colour of a point without an instance, by the code of the reason: greys, those
 /// of objects (4 to 6) tinted so that they can be seen.
 ///

@@ -69,7 +69,7 @@ mod tests {
             semantic,
             class_name: String::new(),
             confidence: None,
-            shape: None,
+            coarse_class: None,
             points: 1,
             pixels: 1,
             components: 1,

@@ -181,6 +181,7 @@ fn boxes_in_another_frame_end_the_run() {
         probability: 1.0,
         title: "1 car".into(),
         points: 1,
+        is_object: true,
     };
     let mut message = Vec::new();
     let encoding = ObjectEncoding::Ros(Layout::Cdr(ByteOrder::Little));

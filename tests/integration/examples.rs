@@ -2,6 +2,10 @@
 
 use std::process::Command;
 
+use divmerge::cloud::Body;
+use divmerge::cluster::tree::calibration::probability;
+use divmerge::cluster::tree::score::Score;
+
 use crate::shared_data::shared_data;
 
 fn example(name: &str, arguments: &[&str]) -> std::process::Output {
@@ -39,12 +43,39 @@ fn objects() {
     let output = example("06_objects", &[&root.to_string_lossy(), "01"]);
     assert!(output.status.success(), "{output:?}");
     let text = String::from_utf8_lossy(&output.stdout);
-    assert!(
-        text.contains("| `best` |")
-            && text.contains("| as it is |")
-            && text.contains("| vegetation |"),
-        "{text}"
-    );
+    assert!(text.contains("| `best` |") && text.contains("| as it is |"), "{text}");
+}
+
+/// Curves that were fitted are those that are written in the source.
+#[test]
+fn coarse_classes() {
+    let Some(data) = shared_data() else { return };
+    let root = data.join("semantickitti");
+    let output = example("12_coarse_classes", &[&root.to_string_lossy()]);
+    assert!(output.status.success(), "{output:?}");
+    let text = String::from_utf8_lossy(&output.stdout);
+    let score = |body| Score {
+        body,
+        total: 0.0,
+        size: 1.0,
+        isolation: 1.0,
+        wholeness: 1.0,
+        standing: 1.0,
+        filled: 1.0,
+    };
+    let (_, curves) = text.split_once("| body |").expect("the table of curves");
+    for body in Body::ALL {
+        let start = format!("| {} | ", body.name());
+        let row = curves.lines().find_map(|line| line.strip_prefix(&start)).expect("a row");
+        let fitted: Vec<f64> = row.split(" | ").flat_map(|cell| cell.parse()).collect();
+        let odds = |total| {
+            let p = probability(&Score { total, ..score(body) }, 1.0);
+            (p / (1.0 - p)).ln()
+        };
+        let written = [0.0, 1.0].map(odds);
+        let is_same = |i: usize| (written[i] - fitted[2 + i]).abs() < 0.0006;
+        assert!(is_same(0) && is_same(1), "{written:?}, fitted: {row}");
+    }
 }
 
 #[test]

@@ -1,8 +1,16 @@
-//! Objects without classes: the cut of the tree of merges, and what instances look like.
+//! Objects without classes: the cut of the tree of merges, and the coarse classes of instances.
 
-use divmerge::cloud::{Reason, ShapeClass};
+use divmerge::annotate::{
+    AnnotateConfig, Annotated, BoxedInstances, MessageTypes, Semantics, annotate_message,
+};
+use divmerge::cloud::{Body, CoarseClass, Reason};
+use divmerge::comparison::methods::Euclidean;
+use divmerge::datasets::drive::cloud_message;
 use divmerge::datasets::semantic_kitti::{labelled_scans, read_labels, read_scan};
 use divmerge::evaluate::things::thing_scores;
+use divmerge::frames::EncodedCloud;
+use divmerge::messages::boxes::marker_boxes;
+use divmerge::messages::clouds::CloudFormat;
 use divmerge::pipeline::{self, Config, Stages};
 use divmerge::semantics::{GroundParams, MaskSource};
 use divmerge::simulate::{Drive, Scene, Sensor};
@@ -89,7 +97,7 @@ fn the_same_objects_whatever_the_order_of_the_points() {
 }
 
 #[test]
-fn with_classes_no_tree_is_cut_and_nothing_is_likened() {
+fn with_classes_no_tree_is_cut_and_there_are_no_coarse_classes() {
     let cloud = Drive::new(Sensor::Vlp16, Scene::Parking, 4).frame(1).cloud;
     let taxonomy = Taxonomy::semantic_kitti();
     let mask = MaskSource::Classes(&taxonomy);
@@ -98,10 +106,11 @@ fn with_classes_no_tree_is_cut_and_nothing_is_likened() {
     assert!(best.post_merge.tree.is_none());
     assert_eq!(best.labels, without.labels);
     assert_eq!(best.instances, without.instances);
-    assert!(best.instances.iter().all(|instance| instance.shape.is_none()));
+    assert!(best.instances.iter().all(|instance| instance.coarse_class.is_none()));
+    assert!(best.instances.iter().all(|instance| instance.is_object()));
 }
 
-/// The likeliest kinds of the instances that hold most of a true thing of 200 points or more.
+/// The coarse classes of the instances that hold most of a true car of 200 points or more.
 #[test]
 fn simulated_cars_look_like_vehicles() {
     let frame = Drive::new(Sensor::Hdl64e, Scene::Street, 11).frame(2);
@@ -115,14 +124,72 @@ fn simulated_cars_look_like_vehicles() {
     let is_car =
         |id: u32| points[id as usize].0 >= 200 && 2 * points[id as usize].1 > points[id as usize].0;
     let cars: Vec<_> = stages.instances.iter().filter(|instance| is_car(instance.id)).collect();
-    let alike =
-        cars.iter().filter(|car| car.shape.is_some_and(|shape| shape.class == ShapeClass::Vehicle));
+    let is_vehicle = |class| matches!(class, CoarseClass::Body(Body::Car | Body::LargeVehicle));
+    let alike = cars.iter().filter(|car| car.coarse_class.is_some_and(|of| is_vehicle(of.class)));
     let alike = alike.count();
     assert!(cars.len() > 5 && 10 * alike >= 8 * cars.len(), "{alike} of {}", cars.len());
     let title = cars.iter().map(|car| car.title()).find(|title| title.contains("vehicle-like"));
     assert!(title.is_some_and(|title| title.ends_with(" %")));
     for instance in &stages.instances {
-        let shape = instance.shape.expect("no classes");
-        assert!(shape.probability > 0.0 && shape.probability <= 1.0, "{shape:?}");
+        let found = instance.coarse_class.expect("no classes");
+        assert!(found.probability > 0.0 && found.probability <= 1.0, "{found:?}");
     }
+}
+
+/// As many instances are objects as the cut chose nodes, and they come first: the rest is
+/// background. That holds where small instances are dropped, too.
+#[test]
+fn what_the_cut_chose_is_an_object_and_nothing_else() {
+    let cloud = Drive::new(Sensor::Vlp16, Scene::Street, 6).frame(2).cloud;
+    for min_pixels in [0, 40] {
+        let mut config = Config::best();
+        config.cluster.min_pixels = min_pixels;
+        let stages = run(&cloud, &config);
+        let tree = stages.post_merge.tree.as_ref().expect("no classes");
+        let nodes = tree.cut.chosen.iter().map(|&node| &tree.tree.nodes[node as usize]);
+        let pixels: Vec<u32> =
+            nodes.map(|node| node.len).filter(|&pixels| pixels as usize >= min_pixels).collect();
+        let objects = stages.instances.iter().filter(|instance| instance.is_object());
+        assert!(objects.map(|object| object.pixels).eq(pixels.iter().copied()));
+        assert!(stages.instances[..pixels.len()].iter().all(|instance| instance.is_object()));
+        assert!(stages.instances.len() > pixels.len() && !pixels.is_empty());
+    }
+}
+
+/// Boxes are those of objects, or of all instances; with classes all instances are objects.
+#[test]
+fn background_has_boxes_on_request() {
+    let frame = Drive::new(Sensor::Vlp16, Scene::Street, 6).frame(2);
+    let mut message = Vec::new();
+    cloud_message(&frame, &mut message).expect("a message");
+    let encoded = EncodedCloud::of_message(CloudFormat::Ros2, message);
+    let boxes = |semantics: Semantics, boxed: BoxedInstances| {
+        let method = AnnotateConfig { semantics, ..AnnotateConfig::default() };
+        let types = MessageTypes { boxed, ..MessageTypes::default() };
+        let mut made = Annotated::default();
+        let clustered = annotate_message(&encoded, &method, &types, &mut made).expect("annotated");
+        let taxonomy = Taxonomy::semantic_kitti();
+        let boxes = marker_boxes(&made.objects, true, &taxonomy).expect("markers");
+        (boxes.expect("a stamp").detections.len(), clustered.stages.instances)
+    };
+    let (objects, instances) = boxes(Semantics::Ground, BoxedInstances::Objects);
+    let (all, _) = boxes(Semantics::Ground, BoxedInstances::All);
+    assert_eq!(objects, instances.iter().filter(|instance| instance.is_object()).count());
+    assert_eq!(all, instances.len());
+    assert!(0 < objects && objects < all);
+    for boxed in [BoxedInstances::Objects, BoxedInstances::All] {
+        let (boxes, instances) = boxes(Semantics::Auto, boxed);
+        assert_eq!(boxes, instances.len());
+    }
+}
+
+/// A method that cuts no tree tells nothing of bodies: shapes tell vehicles and people then.
+#[test]
+fn without_a_cut_shapes_tell_vehicles() {
+    let cloud = Drive::new(Sensor::Hdl64e, Scene::Street, 11).frame(2).cloud;
+    let other = std::sync::Arc::new(Euclidean { reach: 0.5 });
+    let stages = run(&cloud, &Config { other_method: Some(other), ..Config::best() });
+    let classes = stages.instances.iter().filter_map(|instance| instance.coarse_class);
+    assert!(classes.clone().any(|found| found.class == CoarseClass::Body(Body::Car)));
+    assert!(classes.clone().any(|found| !found.class.is_object()));
 }

@@ -40,17 +40,18 @@ fn write_classification(boxed: &ObjectBox, writer: &mut RosWriter) {
 }
 
 /// Autoware's class for a name of SemanticKITTI's, nuScenes' or Autoware's own classes, or of a
-/// likeness.
+/// coarse class. Of two that a coarse class may be it is the one whose motion fits both: TRUCK for
+/// BUS, BICYCLE for MOTORCYCLE.
 fn label(name: &str) -> u8 {
     let name = name.to_ascii_lowercase();
     let name = name.strip_prefix("moving-").unwrap_or(&name);
     match name {
         "car" | "vehicle-like" => 1,
-        "truck" => 2,
+        "truck" | "large-vehicle-like" => 2,
         "bus" | "bus_bendy" | "bus_rigid" => 3,
         "trailer" => 4,
         "motorcycle" | "motorcyclist" => 5,
-        "bicycle" | "bicyclist" => 6,
+        "bicycle" | "bicyclist" | "two-wheeler-like" => 6,
         "person" | "pedestrian" | "person-like" => 7,
         "animal" => 8,
         _ => UNKNOWN,
@@ -109,6 +110,8 @@ mod tests {
             car.clone(),
             named("person-like", 0.75),
             named("structure", 0.9),
+            named("two-wheeler-like", 0.5),
+            named("large-vehicle-like", 0.5),
             named("", 0.0),
             named("moving-bus", 1.0),
         ];
@@ -120,6 +123,8 @@ mod tests {
         let classes: Vec<_> = objects.into_iter().map(|(classes, _)| classes).collect();
         let unknown = vec![(UNKNOWN, 1.0)];
         let person = vec![(7, 0.75), (UNKNOWN, 0.25)];
-        assert_eq!(classes, [vec![(1, 1.0)], person, unknown.clone(), unknown, vec![(3, 1.0)]]);
+        let [bicycle, truck] = [6, 2].map(|label| vec![(label, 0.5), (UNKNOWN, 0.5)]);
+        let [car, bus] = [1, 3].map(|label| vec![(label, 1.0)]);
+        assert_eq!(classes, [car, person, unknown.clone(), bicycle, truck, unknown, bus]);
     }
 }

@@ -3,7 +3,6 @@
 use nalgebra::{Isometry3, Translation3};
 
 use super::object_box::{BOX_ALPHA, ObjectBox, SHORTEST_SIDE, TEXT_HEIGHT, write_pose};
-use crate::messages::palette::instance_colour;
 use crate::messages::ros::{Layout, RosWriter};
 
 const CUBE: i32 = 1;
@@ -54,7 +53,7 @@ impl<'a> Marker<'a> {
     }
 
     fn cube(boxed: &'a ObjectBox) -> Self {
-        let [red, green, blue] = instance_colour(boxed.id).map(|value| f32::from(value) / 255.0);
+        let [red, green, blue] = boxed.colour();
         Marker {
             namespace: "boxes",
             id: boxed.id as i32,
@@ -117,6 +116,7 @@ fn write_marker(layout: Layout, writer: &mut RosWriter, header: (i32, u32, &str)
 mod tests {
     use super::super::tests::upright;
     use super::*;
+    use crate::messages::palette::{BACKGROUND_COLOUR, instance_colour};
     use crate::messages::ros::{ByteOrder, RosReader};
 
     const LAYOUTS: [Layout; 3] =
@@ -188,6 +188,16 @@ mod tests {
             assert!(pose[2] > 3.5);
             assert_eq!((pose[9], *colour), (TEXT_HEIGHT, [1.0; 4]));
         }
+    }
+
+    #[test]
+    fn background_is_grey() {
+        let mut boxed = upright(12, [1.0, 2.0, 3.0], [4.0, 2.0, 1.0], 0.0);
+        boxed.is_object = false;
+        let markers = read(LAYOUTS[0], &written(LAYOUTS[0], &[boxed]));
+        let grey = BACKGROUND_COLOUR.map(|value| f32::from(value) / 255.0);
+        assert_eq!(markers[1].3[..3], grey);
+        assert!(grey[0] == grey[1] && grey[1] == grey[2]);
     }
 
     #[test]

@@ -136,6 +136,7 @@ pub(crate) mod tests {
             probability: 1.0,
             title: format!("{id} car"),
             points: 99,
+            is_object: true,
         }
     }
 

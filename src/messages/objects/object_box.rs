@@ -2,8 +2,9 @@
 
 use nalgebra::Isometry3;
 
+use crate::messages::palette::{BACKGROUND_COLOUR, instance_colour};
 use crate::messages::ros::RosWriter;
-use divmerge_core::cloud::{Instance, Shape, ShapeClass};
+use divmerge_core::cloud::{Classification, CoarseClass, Instance};
 
 /// Opacity of a box.
 pub(super) const BOX_ALPHA: f32 = 0.35;
@@ -15,7 +16,7 @@ pub(super) const TEXT_HEIGHT: f64 = 0.4;
 /// One instance as messages show it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObjectBox {
-    /// Instance, which gives the box its id and its colour.
+    /// Instance, which gives the box its id and, if it is an object, its colour.
     pub id: u32,
     /// From the box's own axes (x along the length, y along the width, z along the height, origin
     /// in the centre) to the coordinate frame of the message, in its unit.
@@ -24,7 +25,7 @@ pub struct ObjectBox {
     pub size: [f64; 3],
     /// Class in the recording's own ids, 0 without classes.
     pub class: u16,
-    /// Name of the class or of what the object looks like; empty where nothing is known.
+    /// Name of the class or of the coarse class; empty where nothing is known.
     pub name: String,
     /// How likely that is, 0 to 1; 1 for a class of the recording.
     pub probability: f64,
@@ -32,6 +33,8 @@ pub struct ObjectBox {
     pub title: String,
     /// Points in it.
     pub points: u32,
+    /// Whether it is an object; background is drawn grey.
+    pub is_object: bool,
 }
 
 impl ObjectBox {
@@ -41,9 +44,9 @@ impl ObjectBox {
         let mut bounds = instance.bounds;
         bounds.centre = bounds.centre.map(|along| along * per_metre);
         bounds.size = bounds.size.map(|along| along * per_metre);
-        let (name, probability) = match instance.shape {
-            Some(Shape { class: ShapeClass::Unknown, .. }) => ("", 0.0),
-            Some(Shape { class, probability, .. }) => (class.name(), probability),
+        let (name, probability) = match instance.coarse_class {
+            Some(Classification { class: CoarseClass::Unknown, .. }) => ("", 0.0),
+            Some(Classification { class, probability, .. }) => (class.name(), probability),
             None => (instance.class_name.as_str(), instance.confidence.unwrap_or(1.0)),
         };
         ObjectBox {
@@ -55,7 +58,14 @@ impl ObjectBox {
             probability,
             title: instance.title(),
             points: instance.points,
+            is_object: instance.is_object(),
         }
+    }
+
+    /// Red, green and blue of the box, 0 to 1.
+    pub(super) fn colour(&self) -> [f32; 3] {
+        let colour = if self.is_object { instance_colour(self.id) } else { BACKGROUND_COLOUR };
+        colour.map(|value| f32::from(value) / 255.0)
     }
 
     /// Where the text of a box stands: above its middle.

@@ -12,7 +12,6 @@ use serde_json::{Value, json};
 
 use super::object_box::{BOX_ALPHA, ObjectBox, SHORTEST_SIDE, TEXT_HEIGHT};
 use crate::messages::definitions::MessageSchema;
-use crate::messages::palette::instance_colour;
 
 /// Name of the type in both encodings.
 const NAME: &str = "foxglove.SceneUpdate";
@@ -95,7 +94,7 @@ fn metadata(boxed: &ObjectBox) -> [(String, String); 4] {
 }
 
 fn cube(boxed: &ObjectBox) -> CubePrimitive {
-    let [r, g, b] = instance_colour(boxed.id).map(|value| f64::from(value) / 255.0);
+    let [r, g, b] = boxed.colour().map(f64::from);
     let [x, y, z] = boxed.pose.translation.vector.into();
     let [i, j, k, w] = boxed.pose.rotation.coords.into();
     let [length, width, height] = boxed.size.map(|side| side.max(SHORTEST_SIDE));

@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use super::shape::{Shape, ShapeClass};
+use super::coarse_class::CoarseClass;
+use super::shape::Classification;
 use super::upright_box::UprightBox;
 
 /// Why a point has no instance. The numbers are those of the field `reason` in an annotated cloud.
@@ -99,9 +100,9 @@ pub struct Instance {
     /// Mean over its points of the confidence in that class, 0 where a point has another; `None`
     /// where classes come without any.
     pub confidence: Option<f64>,
-    /// What it looks like, where there are no classes.
+    /// Its coarse class, where there are no classes.
     #[serde(rename = "likeness")]
-    pub shape: Option<Shape>,
+    pub coarse_class: Option<Classification>,
     /// Number of its points.
     pub points: u32,
     /// Number of its pixels.
@@ -115,12 +116,36 @@ pub struct Instance {
 impl Instance {
     /// Its number and what is known of it, as in `12 car` or `12 vehicle-like 83 %`.
     pub fn title(&self) -> String {
-        match self.shape {
-            Some(Shape { class: ShapeClass::Unknown, .. }) => self.id.to_string(),
-            Some(Shape { class, probability, .. }) => {
-                format!("{} {} {:.0} %", self.id, class.name(), probability * 100.0)
+        match self.coarse_class {
+            Some(Classification { class: CoarseClass::Unknown, .. }) => self.id.to_string(),
+            Some(Classification { class, probability, .. }) => {
+                format!("{} {} {}", self.id, class.name(), percent(probability))
             }
             None => format!("{} {}", self.id, self.class_name).trim_end().to_owned(),
         }
+    }
+
+    /// Whether it is an object: all are where there are classes, else those with the coarse class
+    /// of one.
+    pub fn is_object(&self) -> bool {
+        self.coarse_class.is_none_or(|found| found.class.is_object())
+    }
+}
+
+/// A probability for people, as in `83 %`; never 0.
+fn percent(probability: f64) -> String {
+    match probability < 0.01 {
+        true => "<1 %".to_owned(),
+        false => format!("{:.0} %", probability * 100.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_probability_in_percent_is_never_0() {
+        assert_eq!([0.002, 0.01, 0.834, 1.0].map(percent), ["<1 %", "1 %", "83 %", "100 %"]);
     }
 }

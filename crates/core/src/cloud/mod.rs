@@ -2,6 +2,7 @@
 
 pub mod block;
 pub mod cloud_frames;
+pub mod coarse_class;
 pub mod crop;
 pub mod ego_body;
 mod extent;
@@ -19,11 +20,12 @@ pub mod upright_box;
 
 pub use block::Block;
 pub use cloud_frames::{CloudFrames, SensorOrigin};
+pub use coarse_class::{Body, CoarseClass};
 pub use crop::{Crop, Ego};
 pub use ego_body::EgoBody;
 pub use instances::{Instance, PointLabels, Reason};
 pub use length_unit::LengthUnit;
 pub use point_cloud::{PointClasses, PointCloud, PointColumns, wide};
-pub use shape::{Shape, ShapeClass};
+pub use shape::Classification;
 pub use transforms::Transforms;
 pub use upright_box::{Detection, UprightBox};

@@ -1,11 +1,22 @@
-//! The shape of an instance without a class: vehicle, person, pole, structure or vegetation, by
-//! size and shape.
+//! The coarse class of an instance by its shape: vehicle, person, pole, structure or vegetation, by
+//! size, thickness and roughness.
 //!
 //! Each class has a score between 0 and 1, a product of soft limits (logistic curves) on what can
 //! be measured; the scores and a constant for "none of these", divided by their sum, are the
-//! probabilities. Limits come from what the classes are; the docs of [`ShapeClass`] give them. One
-//! was taken from labelled drives, the roughness of leaves. The probability says how far the
-//! measures are inside the limits of one class alone. It is not calibrated.
+//! probabilities. Limits come from what the classes are; the functions below give them:
+//!
+//! - vehicle: car to bus, or a face of one: 1.2 to 12 m long, up to 2.9 m wide (the 2.55 m that a
+//!   bus may be, and mirrors), 0.5 to 3.8 m high and no higher than its length allows, standing on
+//!   the ground, smooth;
+//! - person: upright, 1.2 to 2.05 m tall, within 1.1 m by 0.9 m (arms and stride), standing on the
+//!   ground;
+//! - pole: upright and thin: to 0.6 m across and taller than people, or to 0.3 m and 0.5 m tall;
+//! - structure: smooth, and flat or larger than a vehicle; longer than 4 m or reaching higher than
+//!   2.3 m: buildings, walls, fences;
+//! - vegetation: rough: leaves, branches.
+//!
+//! One limit was taken from labelled drives, the roughness of leaves. The probability says how far
+//! the measures are inside the limits of one class alone. It is not calibrated.
 //!
 //! The measure that tells leaves from walls is *roughness*: by how much the range of a pixel
 //! departs from the mean of its neighbours in the row, half of them by more. Along a smooth
@@ -15,73 +26,41 @@
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use serde::Serialize;
 
+use super::coarse_class::{Body, CoarseClass};
 use super::upright_box::UprightBox;
 use crate::geometry::statistics::median_by;
 
-/// The class of a shape.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ShapeClass {
-    /// Car to bus, or a face of one: 1.2 to 12 m long, up to 2.9 m wide (the 2.55 m that a bus may
-    /// be, and mirrors), 0.5 to 3.8 m high and no higher than its length allows, standing on the
-    /// ground, smooth.
-    Vehicle,
-    /// Upright, 1.2 to 2.05 m tall, within 1.1 m by 0.9 m (arms and stride), standing on the
-    /// ground.
-    Person,
-    /// Upright and thin: to 0.6 m across and taller than people, or to 0.3 m and 0.5 m tall.
-    Pole,
-    /// Smooth, and flat or larger than a vehicle; longer than 4 m or reaching higher than 2.3 m:
-    /// buildings, walls, fences.
-    Structure,
-    /// Rough: leaves, branches.
-    Vegetation,
-    /// None of these, or too few points to tell.
-    Unknown,
-}
-
-impl ShapeClass {
-    /// All classes in their order.
-    pub const ALL: [ShapeClass; 6] = [
-        ShapeClass::Vehicle,
-        ShapeClass::Person,
-        ShapeClass::Pole,
-        ShapeClass::Structure,
-        ShapeClass::Vegetation,
-        ShapeClass::Unknown,
-    ];
-
-    /// Its name as markers show it.
-    pub fn name(self) -> &'static str {
-        match self {
-            ShapeClass::Vehicle => "vehicle-like",
-            ShapeClass::Person => "person-like",
-            ShapeClass::Pole => "pole-like",
-            ShapeClass::Structure => "structure",
-            ShapeClass::Vegetation => "vegetation-like",
-            ShapeClass::Unknown => "unknown",
-        }
-    }
-}
-
-/// The likeliest class of an instance's shape.
+/// The coarse class of an instance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Shape {
+pub struct Classification {
     /// The class.
     #[serde(rename = "kind")]
-    pub class: ShapeClass,
+    pub class: CoarseClass,
     /// Its probability, 0 to 1.
     pub probability: f64,
     /// What was measured.
     pub measures: ShapeMeasures,
 }
 
-/// The likeliest class of a shape.
-pub fn classify_shape(measures: ShapeMeasures) -> Shape {
+/// The likeliest coarse class of a shape.
+pub fn classify_shape(measures: ShapeMeasures) -> Classification {
+    likeliest(measures, |_| true)
+}
+
+/// The likeliest coarse class of a shape that is known to be no object: neither a vehicle nor a
+/// person.
+pub fn classify_background(measures: ShapeMeasures) -> Classification {
+    likeliest(measures, |class| !class.is_object())
+}
+
+fn likeliest(measures: ShapeMeasures, is_possible: impl Fn(CoarseClass) -> bool) -> Classification {
     let scores = measures.scores();
-    let total: f64 = scores.iter().sum();
-    let best = (0..scores.len()).fold(0, |a, b| if scores[b] > scores[a] { b } else { a });
-    Shape { class: ShapeClass::ALL[best], probability: scores[best] / total, measures }
+    let possible = || scores.iter().filter(|(class, _)| is_possible(*class));
+    let total: f64 = possible().map(|(_, score)| score).sum();
+    let none = (CoarseClass::Unknown, 0.0);
+    let (class, score) =
+        possible().fold(none, |best, next| if next.1 > best.1 { *next } else { best });
+    Classification { class, probability: score / total, measures }
 }
 
 /// What is measured on an instance.
@@ -120,13 +99,18 @@ impl ShapeMeasures {
         }
     }
 
-    /// Scores in the order of [`ShapeClass::ALL`].
-    fn scores(&self) -> [f64; 6] {
+    /// A score for each class that a shape may tell.
+    fn scores(&self) -> [(CoarseClass, f64); 6] {
         const NONE_OF_THESE: f64 = 0.1;
         let seen = above(self.points as f64, 8.0, 2.0);
-        let known = [self.vehicle(), self.person(), self.pole(), self.structure(), self.leaves()];
-        let [a, b, c, d, e] = known.map(|score| score * seen);
-        [a, b, c, d, e, NONE_OF_THESE]
+        [
+            (CoarseClass::Body(Body::Car), seen * self.vehicle()),
+            (CoarseClass::Body(Body::Person), seen * self.person()),
+            (CoarseClass::Pole, seen * self.pole()),
+            (CoarseClass::Structure, seen * self.structure()),
+            (CoarseClass::Vegetation, seen * self.leaves()),
+            (CoarseClass::Unknown, NONE_OF_THESE),
+        ]
     }
 
     /// Height of the highest point above the ground, or the height of the box where there is no
@@ -153,7 +137,8 @@ impl ShapeMeasures {
         self.roughness.map_or(UNMEASURED, |roughness| above((roughness / at).ln(), 0.0, 0.2))
     }
 
-    fn smooth(&self) -> f64 {
+    /// Whether it is smoother than leaves, 0 to 1.
+    pub fn smoothness(&self) -> f64 {
         1.0 - self.rougher(LEAVES)
     }
 
@@ -170,7 +155,7 @@ impl ShapeMeasures {
             * above(height, 0.5, 0.1)
             * below(self.top(), highest, 0.2)
             * self.stands(0.9)
-            * self.smooth()
+            * self.smoothness()
     }
 
     fn person(&self) -> f64 {
@@ -201,7 +186,7 @@ impl ShapeMeasures {
         let long =
             above(length, 4.0, 0.4) * above(height, 0.5, 0.1) * surface.max(longer_than_vehicles);
         let high = above(length, 1.0, 0.1) * above(self.top(), 2.3, 0.15) * surface;
-        long.max(high) * self.smooth()
+        long.max(high) * self.smoothness()
     }
 
     fn leaves(&self) -> f64 {
@@ -256,7 +241,7 @@ mod tests {
         }
     }
 
-    fn class(measures: ShapeMeasures) -> ShapeClass {
+    fn class(measures: ShapeMeasures) -> CoarseClass {
         let found = classify_shape(measures);
         assert!(found.probability > 0.5 && found.probability <= 1.0, "{found:?} of {measures:?}");
         found.class
@@ -264,33 +249,46 @@ mod tests {
 
     #[test]
     fn things_of_usual_size() {
-        assert_eq!(class(standing([4.6, 1.9, 1.4], 0.4, 0.012)), ShapeClass::Vehicle);
-        assert_eq!(class(standing([1.8, 0.3, 1.3], 0.1, 0.012)), ShapeClass::Vehicle);
-        assert_eq!(class(standing([0.7, 0.5, 1.65], 0.1, 0.02)), ShapeClass::Person);
-        assert_eq!(class(standing([0.2, 0.15, 5.5], 0.05, 0.01)), ShapeClass::Pole);
-        assert_eq!(class(standing([0.2, 0.2, 0.8], 0.05, 0.01)), ShapeClass::Pole);
-        assert_eq!(class(standing([15.0, 0.8, 6.0], 0.2, 0.012)), ShapeClass::Structure);
-        assert_eq!(class(standing([8.0, 0.2, 1.6], 0.05, 0.012)), ShapeClass::Structure);
-        assert_eq!(class(standing([3.0, 2.0, 1.5], 0.5, 0.12)), ShapeClass::Vegetation);
+        assert_eq!(class(standing([4.6, 1.9, 1.4], 0.4, 0.012)), CoarseClass::Body(Body::Car));
+        assert_eq!(class(standing([1.8, 0.3, 1.3], 0.1, 0.012)), CoarseClass::Body(Body::Car));
+        assert_eq!(class(standing([0.7, 0.5, 1.65], 0.1, 0.02)), CoarseClass::Body(Body::Person));
+        assert_eq!(class(standing([0.2, 0.15, 5.5], 0.05, 0.01)), CoarseClass::Pole);
+        assert_eq!(class(standing([0.2, 0.2, 0.8], 0.05, 0.01)), CoarseClass::Pole);
+        assert_eq!(class(standing([15.0, 0.8, 6.0], 0.2, 0.012)), CoarseClass::Structure);
+        assert_eq!(class(standing([8.0, 0.2, 1.6], 0.05, 0.012)), CoarseClass::Structure);
+        assert_eq!(class(standing([3.0, 2.0, 1.5], 0.5, 0.12)), CoarseClass::Vegetation);
+    }
+
+    #[test]
+    fn background_is_neither_a_vehicle_nor_a_person() {
+        let of = |measures| classify_background(measures).class;
+        assert_eq!(of(standing([4.6, 1.9, 1.4], 0.4, 0.012)), CoarseClass::Unknown);
+        assert_eq!(of(standing([15.0, 0.8, 6.0], 0.2, 0.012)), CoarseClass::Structure);
+        assert_eq!(of(standing([3.0, 2.0, 1.5], 0.5, 0.12)), CoarseClass::Vegetation);
+        let [pole, wall] = [[0.2, 0.2, 0.8], [4.5, 0.2, 1.6]];
+        for measures in [standing(pole, 0.05, 0.01), standing(wall, 0.05, 0.012)] {
+            let found = classify_background(measures);
+            assert!(found.probability >= classify_shape(measures).probability, "{found:?}");
+        }
     }
 
     #[test]
     fn few_points_tell_nothing() {
         let few = ShapeMeasures { points: 3, ..standing([4.6, 1.9, 1.4], 0.4, 0.012) };
-        assert_eq!(classify_shape(few).class, ShapeClass::Unknown);
+        assert_eq!(classify_shape(few).class, CoarseClass::Unknown);
         let one = ShapeMeasures { points: 1, roughness: None, ..standing([0.0; 3], 0.0, 0.0) };
-        assert_eq!(classify_shape(one).class, ShapeClass::Unknown);
+        assert_eq!(classify_shape(one).class, CoarseClass::Unknown);
         assert!(classify_shape(one).probability > 0.9, "{:?}", classify_shape(one));
     }
 
     #[test]
     fn what_floats_is_no_person() {
         let mut floating = standing([0.7, 0.5, 1.2], 0.1, 0.02);
-        assert_eq!(classify_shape(floating).class, ShapeClass::Person);
+        assert_eq!(classify_shape(floating).class, CoarseClass::Body(Body::Person));
         floating.above_ground = Some([3.0, 4.2]);
-        assert_ne!(classify_shape(floating).class, ShapeClass::Person);
+        assert_ne!(classify_shape(floating).class, CoarseClass::Body(Body::Person));
         floating.above_ground = None;
-        assert_eq!(classify_shape(floating).class, ShapeClass::Person);
+        assert_eq!(classify_shape(floating).class, CoarseClass::Body(Body::Person));
     }
 
     #[test]

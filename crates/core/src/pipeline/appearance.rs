@@ -1,7 +1,7 @@
-//! The shapes of instances without a class, measured on the run.
+//! What is measured on instances without a class.
 
 use crate::cloud::point_cloud::{PointCloud, wide};
-use crate::cloud::shape::{Shape, ShapeMeasures, classify_shape};
+use crate::cloud::shape::ShapeMeasures;
 use crate::cloud::{Reason, UprightBox};
 use crate::cluster::{MethodInput, ObjectPixels};
 use crate::range_image::{NO_NEIGHBOUR, RangeImage};
@@ -26,19 +26,19 @@ impl Appearance {
         Appearance { ground: GroundHeights::new(cloud, reason), departures }
     }
 
-    /// The shape of an instance, given its points and its box.
-    pub fn shape(
+    /// The measures of an instance, given its points and its box.
+    pub fn measures(
         &mut self,
         cloud: &PointCloud,
         id: u32,
         points: &[u32],
         bounds: &UprightBox,
-    ) -> Shape {
+    ) -> ShapeMeasures {
         let positions: Vec<[f64; 3]> =
             points.iter().map(|&point| wide(cloud.position(point as usize))).collect();
         let ground = self.ground.at(bounds.centre);
         let departures = &mut self.departures[id as usize - 1];
-        classify_shape(ShapeMeasures::new(&positions, bounds, ground, departures))
+        ShapeMeasures::new(&positions, bounds, ground, departures)
     }
 }
 

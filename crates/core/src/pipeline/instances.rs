@@ -1,19 +1,24 @@
-//! Instances described: class, confidence, box, counts, and their shape where there are no classes.
+//! Instances described: class, confidence, box, counts, and their coarse class where there are no
+//! classes.
 
 use std::collections::BTreeMap;
 
 use super::appearance::Appearance;
 use super::labels::InstancePixels;
 use crate::cloud::point_cloud::PointCloud;
-use crate::cloud::{Instance, PointLabels, UprightBox};
+use crate::cloud::shape::{ShapeMeasures, classify_background, classify_shape};
+use crate::cloud::{Classification, CoarseClass, Instance, PointLabels, UprightBox};
 use crate::cluster::MethodInput;
+use crate::cluster::tree::MergeTree;
+use crate::cluster::tree::calibration::probability;
 use crate::geometry::statistics::most_voted;
 use crate::semantics::{MaskSource, ObjectMask};
 
-/// Describes the instances; the points of an instance take its class.
+/// Describes the instances, given where the mask came from and the tree that they are cut from, if
+/// they are; the points of an instance take its class.
 pub(super) fn describe(
     input: &MethodInput,
-    source: MaskSource,
+    (source, tree): (MaskSource, Option<&MergeTree>),
     pixels: &InstancePixels,
     labels: &mut PointLabels,
 ) -> Vec<Instance> {
@@ -39,7 +44,7 @@ pub(super) fn describe(
             semantic,
             class_name: source.class_name(class).to_owned(),
             confidence,
-            shape: None,
+            coarse_class: None,
             points: points.len() as u32,
             pixels: pixels.pixels[id as usize - 1],
             components: pixels.components[id as usize - 1],
@@ -51,10 +56,26 @@ pub(super) fn describe(
         let mut appearance = Appearance::new(input, &labels.reason, of_pixels);
         for instance in &mut instances {
             let (id, points) = (instance.id, members.of(instance.id));
-            instance.shape = Some(appearance.shape(cloud, id, points, &instance.bounds));
+            let measures = appearance.measures(cloud, id, points, &instance.bounds);
+            let merged = pixels.merged[id as usize - 1];
+            instance.coarse_class = Some(coarse_class(measures, merged, tree));
         }
     }
     instances
+}
+
+/// The coarse class of an instance of the last merge: that of its body if the cut chose it as an
+/// object, else one of background; where no tree was cut, the one that its shape is likeliest of.
+fn coarse_class(measures: ShapeMeasures, merged: u32, tree: Option<&MergeTree>) -> Classification {
+    let Some(tree) = tree else { return classify_shape(measures) };
+    match tree.object(merged) {
+        Some(score) => Classification {
+            class: CoarseClass::Body(score.body),
+            probability: probability(score, measures.smoothness()),
+            measures,
+        },
+        None => classify_background(measures),
+    }
 }
 
 /// The points of all instances.

@@ -14,6 +14,8 @@ pub(super) struct InstancePixels {
     pub pixels: Vec<u32>,
     /// Components of each final instance; instance k at k - 1.
     pub components: Vec<u32>,
+    /// The instance of the last merge that each final instance is; instance k at k - 1.
+    pub merged: Vec<u32>,
     /// Why a pixel without a component has none.
     unlabelled: Reason,
     /// Pixels of each instance after the last merge, before small ones are dropped; instance k at
@@ -41,10 +43,11 @@ impl InstancePixels {
             is_there[merged[label as usize] as usize] = true;
         }
         let mut number = vec![0_u32; count + 1];
-        let mut pixels = Vec::new();
+        let (mut pixels, mut kept) = (Vec::new(), Vec::new());
         for instance in 1..=count {
             if is_there[instance] && sizes[instance] as usize >= min_pixels {
                 pixels.push(sizes[instance]);
+                kept.push(instance as u32);
                 number[instance] = pixels.len() as u32;
             }
         }
@@ -56,6 +59,7 @@ impl InstancePixels {
             instance,
             of_component,
             pixels,
+            merged: kept,
             unlabelled: segmentation.unlabelled,
             before_drop: sizes.split_off(1),
         }

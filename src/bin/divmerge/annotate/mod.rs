@@ -10,8 +10,8 @@ use anyhow::{Result, bail};
 use clap::Args;
 use divmerge::annotate::time_spec::TimeSpec;
 use divmerge::annotate::{
-    AnnotateOptions, AnnotationReport, Assemble, Flavor, Form, MessageTypes, RunEvent, Slice,
-    annotate, slices::Plan,
+    AnnotateOptions, AnnotationReport, Assemble, BoxedInstances, Flavor, Form, MessageTypes,
+    RunEvent, Slice, annotate, slices::Plan,
 };
 use divmerge::messages::objects::ObjectKind;
 use divmerge::recording::{Compression, STANDARD_STREAM};
@@ -34,7 +34,7 @@ use tasks::{CheckedTask, CheckedTasks, Tasks};
 /// Keeps every message, channel, schema, attachment and metadata record as it is. Each cloud topic
 /// T gains T/instances (the same clouds in the same message type, with the additional fields
 /// instance, component, semantic, reason and colours) and T/objects (a numbered box for each
-/// instance, in the type of --objects). Chunks with the output's compression are copied byte for
+/// object, in the type of --objects). Chunks with the output's compression are copied byte for
 /// byte; annotations are written to chunks of their own.
 #[derive(Args)]
 pub struct Arguments {
@@ -58,10 +58,13 @@ pub struct Arguments {
     #[command(flatten)]
     method: MethodArguments,
 
-    /// Type of the boxes on T/objects [default: what viewers draw: markers, or a SceneUpdate beside
-    /// Foxglove's clouds]
-    #[arg(long, value_name = "TYPE", value_parser = one_of(OBJECT_TYPES))]
-    objects: Option<ObjectKind>,
+    /// Boxes on T/objects: their type, `all` for those of background too, or both (detection3d,all)
+    /// [default: objects alone, in what viewers draw: markers, or a SceneUpdate beside Foxglove's
+    /// clouds]. Without classes, background is what looks like no person and no vehicle; with
+    /// classes every instance is an object
+    #[arg(long, value_name = "TYPE|all", value_parser = one_of(OBJECT_CHOICES))]
+    #[arg(value_delimiter = ',')]
+    objects: Vec<ObjectChoice>,
 
     /// Message types of T/instances and T/objects. `foxglove` is for recordings without ROS: in a
     /// recording with the profile ros1 or ros2, ROS readers fail on other messages
@@ -159,19 +162,44 @@ fn slice(text: &str) -> Result<PlannedSlice, String> {
     }
 }
 
-const OBJECT_TYPES: &[NamedValue<ObjectKind>] = &[
-    ("markers", "visualization_msgs/MarkerArray: what viewers draw", ObjectKind::Markers),
+/// One of the words of `--objects`.
+#[derive(Clone, Copy)]
+enum ObjectChoice {
+    Type(ObjectKind),
+    All,
+}
+
+const OBJECT_CHOICES: &[NamedValue<ObjectChoice>] = &[
+    (
+        "markers",
+        "visualization_msgs/MarkerArray: what viewers draw",
+        ObjectChoice::Type(ObjectKind::Markers),
+    ),
     (
         "detection3d",
         "vision_msgs/Detection3DArray: boxes with classes, for programs",
-        ObjectKind::Detection3d,
+        ObjectChoice::Type(ObjectKind::Detection3d),
     ),
     (
         "autoware",
         "autoware_perception_msgs/DetectedObjects: boxes with Autoware's classes (ROS 2)",
-        ObjectKind::Autoware,
+        ObjectChoice::Type(ObjectKind::Autoware),
     ),
+    ("all", "Boxes of background too, in grey", ObjectChoice::All),
 ];
+
+/// The types of the added messages. Of several types of boxes the last one counts, as elsewhere at
+/// the command line.
+fn message_types(arguments: &Arguments) -> MessageTypes {
+    let mut types = MessageTypes { flavor: arguments.flavor, ..MessageTypes::default() };
+    for &choice in &arguments.objects {
+        match choice {
+            ObjectChoice::Type(kind) => types.objects = Some(kind),
+            ObjectChoice::All => types.boxed = BoxedInstances::All,
+        }
+    }
+    types
+}
 
 const FLAVORS: &[NamedValue<Flavor>] = &[
     ("auto", "Those of the topic's clouds", Flavor::Auto),
@@ -317,7 +345,7 @@ fn options(arguments: &Arguments, input: &Path) -> Result<AnnotateOptions> {
     let (from_ns, to_ns) = window(input, moments, &arguments.topics)?;
     Ok(AnnotateOptions {
         config: arguments.method.config(input)?,
-        types: MessageTypes { flavor: arguments.flavor, objects: arguments.objects },
+        types: message_types(arguments),
         topics: arguments.topics.clone(),
         from_ns,
         to_ns,

@@ -11,35 +11,9 @@
 //!   vans to 6 m long and 2.6 m high;
 //! - large vehicle: up to 2.6 m wide, 4.0 m high and 18.75 m long (Directive 96/53/EC).
 
-use serde::Serialize;
-
 use super::measures::NodeMeasures;
 
-/// A kind of body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Body {
-    /// On foot.
-    Person,
-    /// Bicycle or motorcycle, with or without a rider.
-    TwoWheeler,
-    /// Car or van.
-    Car,
-    /// Truck, bus, tram.
-    LargeVehicle,
-}
-
-impl Body {
-    /// Its name for people.
-    pub fn name(self) -> &'static str {
-        match self {
-            Body::Person => "person",
-            Body::TwoWheeler => "two-wheeler",
-            Body::Car => "car",
-            Body::LargeVehicle => "large vehicle",
-        }
-    }
-}
+pub use crate::cloud::Body;
 
 /// Rises from 0 to 1 between the first two values, stays at 1, and falls to 0 between the last two.
 pub(super) type Trapezoid = [f64; 4];

@@ -77,6 +77,13 @@ impl MergeTree {
         }
     }
 
+    /// The score of the object that an instance of the cut is, numbered from 1 before small ones
+    /// are dropped; `None` of background.
+    pub fn object(&self, instance: u32) -> Option<&Score> {
+        let node = *self.cut.chosen.get(instance as usize - 1)?;
+        self.scores[node as usize].as_ref()
+    }
+
     /// M: the component of each object pixel from 1, and their number. A leaf is one, and so is
     /// each pixel that a larger node absorbed; pixels of no node have none.
     pub(super) fn components(&self) -> (Vec<u32>, u32) {

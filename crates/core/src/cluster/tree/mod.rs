@@ -23,6 +23,7 @@
 //! Time O(M log M) in the object pixels.
 
 pub mod bodies;
+pub mod calibration;
 pub mod cut;
 pub mod links;
 pub mod measures;
