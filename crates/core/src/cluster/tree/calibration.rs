@@ -27,11 +27,11 @@ pub fn evidence(score: &Score, smoothness: f64) -> f64 {
 /// Logarithm of the odds without evidence and with full evidence; between them it is linear.
 fn log_odds(body: Body) -> [f64; 2] {
     match body {
-        Body::Car => [-4.208, 2.072],
-        Body::Person => [-5.580, -0.246],
-        // One of 456 nodes was a two-wheeler: no slope can be told from that.
-        Body::TwoWheeler => [-6.120, -6.120],
-        Body::LargeVehicle => [-4.858, -0.690],
+        Body::Car => [-4.372, 2.185],
+        Body::Person => [-5.074, -0.457],
+        // One of 470 nodes was a two-wheeler: no slope can be told from that.
+        Body::TwoWheeler => [-6.151, -6.151],
+        Body::LargeVehicle => [-4.573, -0.762],
     }
 }
 
