@@ -14,7 +14,7 @@ use divmerge::nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector
 use divmerge::range_image::Evidence;
 use divmerge::recording::WriteOptions;
 use divmerge::simulate::{Drive, EGO_INSTANCE, Mount, Scene, Sensor, SimulatedFrame};
-use divmerge::{AnnotateConfig, Reason, Semantics};
+use divmerge::{AnnotateConfig, Instance, Reason, Semantics};
 use tempfile::TempDir;
 
 use crate::cli::{divmerge, path as text_of, text};
@@ -240,8 +240,13 @@ fn clouds_in_a_map_are_seen_from_where_the_vehicle_was() {
             let reasons = found.stages.mask.reason.iter().zip(&expected.stages.mask.reason);
             let same = reasons.filter(|(found, expected)| found == expected).count();
             let count = expected.stages.mask.reason.len();
-            let [many, control] = [found, expected].map(|of| of.stages.instances.len());
-            eprintln!("{what}: {same} of {count} reasons, {many} of {control} instances, {off:.3}");
+            // Groups of a few points come and go with the rounding of the map's coordinates.
+            let is_large = |instance: &&Instance| instance.points >= 30;
+            let large = |of: &Clustered| of.stages.instances.iter().filter(is_large).count();
+            let [many, control] = [found, expected].map(large);
+            eprintln!(
+                "{what}: {same} of {count} reasons, {many} of {control} large instances, {off:.3}"
+            );
             assert!(100 * same > 98 * count, "{what}: {same} of {count}");
             assert!(20 * many.abs_diff(control) <= 2 * control, "{what}: {many} for {control}");
         }

@@ -25,7 +25,8 @@ use crate::viewer;
 /// Shows the pixels and components of the points; the merges between them with the votes in favour
 /// (V+) and against (V-), and the pixel pairs that cast the votes; what the later stages did; and
 /// the smallest change of each single parameter that gives the other answer. Without classes: the
-/// nodes of the tree of merges that hold the points, the terms of their scores, and what was chosen.
+/// nodes of the tree of merges that hold the points, the terms of their scores, and what was
+/// chosen.
 #[derive(Args)]
 pub struct Arguments {
     /// The recording (MCAP)

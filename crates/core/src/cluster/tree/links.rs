@@ -70,8 +70,11 @@ struct Window {
 impl Window {
     /// The window of pixels within an angle, given those between two rows and two columns, radians.
     fn new(row_step: f64, column_step: f64, angle: f64) -> Self {
+        /// Rows and columns at least: where a sensor samples coarsely, or at random, what lies next
+        /// to each other in space need not in the image.
+        const LEAST: [f64; 2] = [4.0, 8.0];
         let most = |step: f64, least: f64| (angle / step).ceil().clamp(least, 64.0) as usize;
-        let (rows, columns) = (most(row_step, 2.0), most(column_step, 4.0));
+        let (rows, columns) = (most(row_step, LEAST[0]), most(column_step, LEAST[1]));
         let mut steps = Vec::new();
         for down in sampled(rows, 3) {
             for right in sampled(columns, 2) {
@@ -89,7 +92,8 @@ impl Window {
     }
 }
 
-/// 0, 1, 2, ...: steps that grow by one with each `share` steps; rows lie farther apart than columns.
+/// 0, 1, 2, ...: steps that grow by one with each `share` steps; rows lie farther apart than
+/// columns.
 fn sampled(most: usize, share: usize) -> Vec<usize> {
     let next = |&at: &usize| Some(at + 1 + at / share);
     std::iter::successors(Some(0), next).take_while(|&at| at <= most).collect()
@@ -248,7 +252,7 @@ mod tests {
         assert_eq!(sampled(12, 2), [0, 1, 2, 4, 7, 11]);
         assert_eq!(sampled(12, 3), [0, 1, 2, 3, 5, 7, 10]);
         let window = Window::new(1.0, 1.5, 2.0);
-        assert_eq!((window.rows, window.columns), (2, 4));
+        assert_eq!((window.rows, window.columns), (4, 8));
         let steps: Vec<(usize, isize)> = window.steps.iter().map(|step| (step.0, step.1)).collect();
         assert_eq!(steps[..5], [(1, 0), (0, 1), (1, 1), (1, -1), (2, 0)]);
         let again = |&(down, right): &(usize, isize)| down > 0 && steps.contains(&(down, -right));
