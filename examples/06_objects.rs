@@ -68,7 +68,7 @@ fn main() -> Result<()> {
         tables("Drive", &labelled(Path::new(&root), only.as_deref())?);
     }
     if only.is_none() {
-        tables("Sensor, simulated, two seeds each", &simulated());
+        tables("Sensor", &simulated());
     }
     Ok(())
 }
