@@ -38,7 +38,7 @@ pub struct MethodScores {
 /// Runs a method over clouds with truth and scores it.
 ///
 /// Entropies are over the true things where the method is given classes, else over the true objects
-/// of [`entropy`].
+/// of [`entropy`](crate::evaluate::entropy).
 ///
 /// # Errors
 /// Those of the clouds, of [`AnnotateConfig::prepare`] and of [`AnnotateConfig::detections`];

@@ -16,7 +16,7 @@
 //! 4. *Cut*: the disjoint nodes whose scores add up to most are the objects ([`mod@cut`]).
 //! 5. *Background*: what no object holds is put together across gaps of
 //!    [`TreeMerge::background`]. Groups of fewer than [`TreeMerge::least_points`] pixels are no
-//!    instances ([`Reason::Scattered`](crate::cloud::Reason::Scattered)).
+//!    instances ([`Reason::Scattered`]).
 //!
 //! Parameters were chosen on labelled drives and simulated ones by `examples/06_objects.rs`.
 //!
