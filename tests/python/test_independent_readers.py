@@ -43,7 +43,7 @@ def pair(request, tmp_path):
     elif not source.exists():
         pytest.skip(f"no {source}")
     output = tmp_path / "out.mcap"
-    run("annotate", source, "-o", output)
+    run("annotate", source, "-o", output, "--objects", "all")
     return source, output
 
 
