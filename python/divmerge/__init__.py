@@ -69,3 +69,5 @@ class Reason(IntEnum):
     """Its instance had fewer pixels than the minimum."""
     CROPPED = 7
     """The point was left out by its place: too near, too far, outside or inside a block."""
+    SCATTERED = 8
+    """Of a group of fewer than five pixels, where there are no classes."""
