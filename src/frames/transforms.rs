@@ -129,6 +129,10 @@ impl Beginning {
             true => clouds_with_messages(overview),
             false => BTreeMap::new(),
         };
+        // Opening alone reads ahead.
+        if left == 0 && clouds.is_empty() {
+            return Ok(());
+        }
         let mut walk =
             Walk::open(overview, channels.with(overview, &clouds), &Selection::default())?;
         let mut lacks_sensor = false;
