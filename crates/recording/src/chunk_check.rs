@@ -21,8 +21,6 @@ pub(crate) struct ChunkCheck {
     /// so that its index is believed.
     file: Option<BufReader<Box<dyn Input>>>,
     place: u64,
-    /// Bytes that were read.
-    pub(crate) bytes_read: u64,
 }
 
 impl ChunkCheck {
@@ -32,7 +30,7 @@ impl ChunkCheck {
             true => None,
             false => Some(BufReader::with_capacity(PIECE, open(path).ok()?)),
         };
-        Some(ChunkCheck { file, place: 0, bytes_read: 0 })
+        Some(ChunkCheck { file, place: 0 })
     }
 
     /// Whether the chunk's header has the same times, sizes and compression, and its message
@@ -77,7 +75,6 @@ impl ChunkCheck {
         let mut bytes = Vec::new();
         file.take(length).read_to_end(&mut bytes).ok()?;
         self.place = start + bytes.len() as u64;
-        self.bytes_read += bytes.len() as u64;
         (bytes.len() as u64 == length).then_some(bytes)
     }
 }

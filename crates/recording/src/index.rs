@@ -15,7 +15,8 @@ use crate::summary::visit_summary;
 pub(crate) struct Index {
     /// In the order of the file.
     pub(crate) chunks: Vec<IndexedChunk>,
-    /// Bytes of the file that were read for this.
+    /// Bytes of the summary. What chunks were asked to confirm is not among them: a remote object
+    /// is not asked, and the same recording has the same figures wherever it lies.
     pub(crate) bytes_read: u64,
 }
 
@@ -66,8 +67,7 @@ impl Index {
             && counted.map(u64::from) == Some(chunks.len() as u64)
             && is_ordered
             && is_inside;
-        let bytes_read = size.saturating_sub(seen.start) + check.bytes_read;
-        is_sound.then_some(Index { chunks, bytes_read })
+        is_sound.then_some(Index { chunks, bytes_read: size.saturating_sub(seen.start) })
     }
 }
 
