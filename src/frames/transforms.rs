@@ -16,13 +16,14 @@ use crate::messages::stamp::stamp_ns;
 use divmerge_core::ParameterError;
 use divmerge_core::cloud::sensor_frame::SensorFrame;
 use divmerge_core::cloud::transforms::{Pair, Transforms};
-use divmerge_recording::{Channel, Overview, Record, is_stream};
+use divmerge_recording::{Channel, Overview, Record, is_remote, is_stream};
 
 /// How far into a recording it is looked for which transforms there are, bytes: static ones are
 /// published when a drive begins, and a recorder that joins later gets them first.
 const FAR_ENOUGH: u64 = 64 << 20;
 
-/// The transforms that a sensor frame needs of a recording.
+/// The transforms that a sensor frame needs of a recording. Of a remote object `/tf` is read only
+/// for [`SensorFrame::Recorded`].
 ///
 /// # Errors
 /// For [`SensorFrame::Recorded`]: [`Error::Parameter`](crate::error::Error::Parameter) if the
@@ -37,6 +38,11 @@ pub fn recorded_transforms(frame: &SensorFrame, recording: &Path) -> Result<Tran
         }
         (_, true) => Ok(Transforms::default()),
         (SensorFrame::Recorded, false) => transforms(recording),
+        // What moves is asked of a remote object only if it is wanted: the clouds that say whether
+        // it is needed would be fetched for that alone.
+        (_, false) if is_remote(recording) => {
+            Ok(read_transforms(recording, false).unwrap_or_default())
+        }
         (_, false) => Ok(transforms(recording).unwrap_or_default()),
     }
 }
@@ -48,8 +54,13 @@ pub fn recorded_transforms(frame: &SensorFrame, recording: &Path) -> Result<Tran
 /// # Errors
 /// Those of [`Overview::read`] and [`RecordingReader`](divmerge_recording::RecordingReader).
 pub fn transforms(recording: &Path) -> Result<Transforms> {
+    read_transforms(recording, true)
+}
+
+/// The [`transforms`] of a recording, those of `/tf` only if they are wanted.
+fn read_transforms(recording: &Path, with_moving: bool) -> Result<Transforms> {
     let overview = Overview::read(recording)?;
-    let channels = TransformChannels::of(&overview);
+    let channels = TransformChannels::of(&overview, with_moving);
     let mut beginning = Beginning::default();
     beginning.read(&overview, &channels)?;
     let mut transforms = beginning.transforms;
@@ -75,7 +86,7 @@ struct TransformChannel {
 }
 
 impl TransformChannels {
-    fn of(overview: &Overview) -> Self {
+    fn of(overview: &Overview, with_moving: bool) -> Self {
         let of = |channel: &Channel| {
             let is_static = match channel.topic.trim_start_matches('/') {
                 "tf_static" => true,
@@ -83,7 +94,8 @@ impl TransformChannels {
                 _ => return None,
             };
             let is_ros1 = channel.message_encoding == "ros1";
-            let is_read = type_name(overview, channel).ends_with("TFMessage");
+            let is_wanted = is_static || with_moving;
+            let is_read = is_wanted && type_name(overview, channel).ends_with("TFMessage");
             is_read.then_some((channel.id, TransformChannel { is_static, is_ros1 }))
         };
         TransformChannels { channels: overview.channels.values().filter_map(of).collect() }
