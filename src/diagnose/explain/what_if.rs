@@ -85,6 +85,15 @@ struct Dial {
     set: fn(&mut ClusterParams, f64),
 }
 
+const MINIMUM_SIZE: Dial = Dial {
+    parameter: "minimum size",
+    unit: "pixels",
+    per_unit: 1.0,
+    scan: &[0.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10000.0],
+    get: |params| Some(params.min_pixels as f64),
+    set: |params, pixels| params.min_pixels = pixels as usize,
+};
+
 const DIALS: [Dial; 7] = [
     Dial {
         parameter: "angle",
@@ -149,18 +158,11 @@ const DIALS: [Dial; 7] = [
         get: |params| Some(params.merge_ratio),
         set: |params, ratio| params.merge_ratio = ratio,
     },
-    Dial {
-        parameter: "minimum size",
-        unit: "pixels",
-        per_unit: 1.0,
-        scan: &[0.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10000.0],
-        get: |params| Some(params.min_pixels as f64),
-        set: |params, pixels| params.min_pixels = pixels as usize,
-    },
+    MINIMUM_SIZE,
 ];
 
 /// Those of a run that cuts a tree of merges; all others are not in force there.
-const TREE_DIALS: [Dial; 4] = [
+const TREE_DIALS: [Dial; 5] = [
     Dial {
         parameter: "gap between things",
         unit: "degrees",
@@ -193,6 +195,7 @@ const TREE_DIALS: [Dial; 4] = [
         get: |params| params.tree.map(|tree| tree.background),
         set: |params, metres| set_tree(params, |tree| tree.background = metres),
     },
+    MINIMUM_SIZE,
 ];
 
 fn set_tree(params: &mut ClusterParams, set: impl FnOnce(&mut TreeMerge)) {

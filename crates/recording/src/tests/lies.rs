@@ -108,6 +108,19 @@ fn times_and_counts_that_differ_from_those_of_the_chunks_are_not_believed() {
     }
 }
 
+/// The problem that ends the reading of all of a recording.
+fn problem_of_reading(overview: &Overview) -> String {
+    let everything = ReadFilter::default();
+    let mut reader =
+        RecordingReader::open_filtered(overview, &everything, &Workers::none()).unwrap();
+    loop {
+        match reader.next_record() {
+            Ok(Some(_)) => {}
+            end => break problem_of(end.map(drop)).1,
+        }
+    }
+}
+
 #[test]
 fn a_channel_that_the_summary_leaves_out_is_found_or_an_error() {
     let folder = Folder::new();
@@ -122,15 +135,7 @@ fn a_channel_that_the_summary_leaves_out_is_found_or_an_error() {
     let path = folder.write("lie.mcap", &lying(&whole, &mut without_chunks));
     let overview = Overview::read(&path).unwrap();
     assert!(overview.from_summary && !overview.channels.contains_key(&0));
-    let everything = ReadFilter::default();
-    let mut reader =
-        RecordingReader::open_filtered(&overview, &everything, &Workers::none()).unwrap();
-    let problem = loop {
-        match reader.next_record() {
-            Ok(Some(_)) => {}
-            end => break problem_of(end.map(drop)).1,
-        }
-    };
+    let problem = problem_of_reading(&overview);
     assert!(problem.contains("channel 0 (`/bare`)"), "{problem}");
 }
 
@@ -182,15 +187,7 @@ fn a_definition_that_differs_from_that_of_the_summary_is_an_error() {
         let path = folder.write("lie.mcap", &bytes);
         let overview = Overview::read(&path).unwrap();
         assert!(overview.from_summary);
-        let everything = ReadFilter::default();
-        let mut reader =
-            RecordingReader::open_filtered(&overview, &everything, &Workers::none()).unwrap();
-        let problem = loop {
-            match reader.next_record() {
-                Ok(Some(_)) => {}
-                end => break problem_of(end.map(drop)).1,
-            }
-        };
+        let problem = problem_of_reading(&overview);
         assert!(problem.contains(&format!("{word} ")), "{problem}");
         assert!(problem.contains("is defined twice"), "{problem}");
     }
