@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::coarse_class::Body;
+
 /// A class that ids are folded into before anything compares them ("moving car" is "car").
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Class {
@@ -85,6 +87,19 @@ const FAMILIES: &[&[&str]] = &[
     &["motorcycle", "motorcyclist", "rider"],
     &["person", "people", "pedestrian"],
 ];
+
+/// The body of the objects of a class, by its name; `None` for names that are not known.
+pub fn body_of_class(name: &str) -> Option<Body> {
+    let name = normalised(name);
+    let (_, length, _) = SIZES.iter().find(|(names, ..)| names.contains(&name.as_str()))?;
+    match name.as_str() {
+        "barrier" | "traffic-cone" => None,
+        _ if *length < 1.0 => Some(Body::Person),
+        _ if *length < 3.0 => Some(Body::TwoWheeler),
+        _ if *length < 5.0 => Some(Body::Car),
+        _ => Some(Body::LargeVehicle),
+    }
+}
 
 /// Names of classes that look alike without being of one family: they are cut apart, but a piece of
 /// one that lies where an object of the other would reach is part of it.

@@ -1,0 +1,56 @@
+//! Parameters of the tracker.
+
+use serde::Serialize;
+
+/// Parameters of a [`Tracker`](super::Tracker).
+///
+/// All but the first two were chosen on simulated drives (`examples/13_tracks.rs`): between half
+/// and twice its value each changes the association by less than a point.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct TrackParams {
+    /// How far the tracker looks ahead before it decides, seconds. 0: not at all. Default 1.
+    pub lag_s: f64,
+    /// How long an object may be out of sight and keep its track, seconds. Default 2.5.
+    pub gap_s: f64,
+    /// Least affinity of a track and an instance, 0 to 1. Default 0.2.
+    pub least_affinity: f64,
+    /// Share of the distance in the affinity; the rest is the overlap. Default 0.5.
+    pub distance_weight: f64,
+    /// Error of the place of an instance, metres; to it comes a tenth of its length, for faces that
+    /// come into sight and go. Default 0.3.
+    pub place_error: f64,
+    /// Error of a measured displacement, metres. Default 0.15.
+    pub displacement_error: f64,
+    /// Affinity of a track that was last seen a second ago, as a share. Default 0.5.
+    pub kept_after_second: f64,
+    /// Affinity of a track and an instance of another class, as a share. Default 0.5.
+    pub other_class: f64,
+    /// Affinity of a track of one or two frames, as a share. Default 0.7.
+    pub young: f64,
+    /// Least likelihood with which a track that begins continues one that ended. Default 0.1.
+    pub least_continuation: f64,
+    /// Least share of an instance's cells that another track takes with the whole of it. Default
+    /// 0.7.
+    pub whole_share: f64,
+    /// Least share of a track's usual cells that are cut out of another's instance. Default 0.3.
+    pub part_share: f64,
+}
+
+impl Default for TrackParams {
+    fn default() -> Self {
+        TrackParams {
+            lag_s: 1.0,
+            gap_s: 2.5,
+            least_affinity: 0.2,
+            distance_weight: 0.5,
+            place_error: 0.3,
+            displacement_error: 0.15,
+            kept_after_second: 0.5,
+            other_class: 0.5,
+            young: 0.7,
+            least_continuation: 0.1,
+            whole_share: 0.7,
+            part_share: 0.3,
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! An instance of a frame in the tracker's world.
+
+use nalgebra::{Isometry3, Point3, Vector2};
+
+use super::observation::{ObservedInstance, cell_side};
+use crate::cloud::Body;
+
+/// An instance of a frame, in the tracker's world: metres, z up.
+#[derive(Debug, Clone)]
+pub(super) struct Sighting {
+    /// Seconds.
+    pub time: f64,
+    pub semantic: u16,
+    pub body: Option<Body>,
+    pub points: u32,
+    /// Length, width, height of its box.
+    pub size: [f32; 3],
+    /// Mean of the cells on the plane.
+    pub middle: Vector2<f64>,
+    pub cells: Cells,
+    /// How near cells of two sightings are that may be the same, metres.
+    pub reach: f32,
+}
+
+/// Places, a column each, and the box around them.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Cells {
+    pub x: Vec<f32>,
+    pub y: Vec<f32>,
+    pub z: Vec<f32>,
+    pub low: [f32; 3],
+    pub high: [f32; 3],
+}
+
+impl Sighting {
+    /// An instance seen from a pose, less the origin of the tracker's world.
+    pub fn new(instance: &ObservedInstance, pose: &Isometry3<f64>, time: f64) -> Self {
+        let pose = pose.cast::<f32>();
+        let cells: Cells =
+            instance.cells().map(|cell| (pose * Point3::from(cell)).coords.into()).collect();
+        let count = cells.len().max(1) as f64;
+        let mean = |column: &[f32]| column.iter().map(|&at| f64::from(at)).sum::<f64>() / count;
+        let side = cell_side(instance.size.map(f64::from), instance.body) as f32;
+        Sighting {
+            time,
+            semantic: instance.semantic,
+            body: instance.body,
+            points: instance.points,
+            size: instance.size,
+            middle: Vector2::new(mean(&cells.x), mean(&cells.y)),
+            cells,
+            reach: (0.15 + 0.6 * side).clamp(0.2, 0.5),
+        }
+    }
+
+    /// Moves the world's origin.
+    pub fn shift(&mut self, by: [f32; 3]) {
+        self.middle -= Vector2::new(f64::from(by[0]), f64::from(by[1]));
+        let Cells { x, y, z, low, high } = &mut self.cells;
+        for (axis, column) in [x, y, z].into_iter().enumerate() {
+            column.iter_mut().for_each(|at| *at -= by[axis]);
+            low[axis] -= by[axis];
+            high[axis] -= by[axis];
+        }
+    }
+}
+
+impl Cells {
+    pub fn len(&self) -> usize {
+        self.x.len()
+    }
+
+    pub fn at(&self, cell: usize) -> [f32; 3] {
+        [self.x[cell], self.y[cell], self.z[cell]]
+    }
+
+    /// Squared distance of each cell from a place, square metres.
+    #[inline]
+    pub fn squared_from(&self, [x, y, z]: [f32; 3]) -> impl Iterator<Item = f32> {
+        let columns = self.x.iter().zip(&self.y).zip(&self.z);
+        columns.map(move |((a, b), c)| (a - x) * (a - x) + (b - y) * (b - y) + (c - z) * (c - z))
+    }
+
+    /// Whether a place is within `reach` metres of the box around the cells.
+    pub fn is_near(&self, at: [f32; 3], reach: f32) -> bool {
+        (0..3).all(|k| at[k] >= self.low[k] - reach && at[k] <= self.high[k] + reach)
+    }
+
+    /// Whether the boxes of these and of others, moved on the plane, are within `reach` metres.
+    pub fn are_near(&self, others: &Cells, [x, y]: [f32; 2], reach: f32) -> bool {
+        let shift = [x, y, 0.0];
+        (0..3).all(|k| {
+            others.low[k] + shift[k] <= self.high[k] + reach
+                && others.high[k] + shift[k] >= self.low[k] - reach
+        })
+    }
+}
+
+impl FromIterator<[f32; 3]> for Cells {
+    fn from_iter<T: IntoIterator<Item = [f32; 3]>>(places: T) -> Self {
+        let mut cells =
+            Cells { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3], ..Cells::default() };
+        for place in places {
+            cells.x.push(place[0]);
+            cells.y.push(place[1]);
+            cells.z.push(place[2]);
+            for (axis, at) in place.into_iter().enumerate() {
+                cells.low[axis] = cells.low[axis].min(at);
+                cells.high[axis] = cells.high[axis].max(at);
+            }
+        }
+        cells
+    }
+}

@@ -1,0 +1,159 @@
+//! Time as evidence: a cut that lasts a moment is a mistake, and the frames before and after say
+//! so.
+//!
+//! Each cell of an instance is carried to the other frames of the window, once as part of its own
+//! track and once as part of each other track that reaches it. In each frame where a cell of that
+//! track is near, the track has a vote. So a piece that was part of a whole before and after goes
+//! back to it, an object that another one swallowed for a moment is cut out again, and a track that
+//! changed hands changes back.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector2;
+
+use super::params::TrackParams;
+use super::sighting::Sighting;
+use super::window::{Place, Window};
+
+/// Frames in which a track must be seen to have a say in others.
+const APPEARANCES: usize = 3;
+
+/// Fewest cells that are cut out of an instance.
+const LEAST_PART: usize = 3;
+
+/// A vote reaches to this share of the reach of an overlap: it must tell neighbours apart.
+const REACH: f32 = 0.7;
+
+/// The track of an instance.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum InstanceTrack {
+    /// All of it is of one.
+    Whole(u32),
+    /// The track of each of its cells: it is of several.
+    Parts(Vec<u32>),
+}
+
+impl InstanceTrack {
+    /// The same with other numbers for the tracks.
+    pub(super) fn renumbered(self, mut number: impl FnMut(u32) -> u32) -> Self {
+        match self {
+            InstanceTrack::Whole(track) => InstanceTrack::Whole(number(track)),
+            InstanceTrack::Parts(tracks) => {
+                InstanceTrack::Parts(tracks.into_iter().map(number).collect())
+            }
+        }
+    }
+}
+
+/// A track that may have a claim on an instance.
+#[derive(Clone, Copy)]
+struct Claimant<'a> {
+    track: u32,
+    appearances: &'a [Place],
+    /// Where it is in the frame that is decided.
+    place: Vector2<f64>,
+}
+
+/// The track of each instance of the frame that is decided next.
+pub(super) fn decide(
+    window: &Window,
+    track_of: impl Fn(u32) -> u32,
+    params: &TrackParams,
+) -> Vec<InstanceTrack> {
+    let now = window.decided;
+    let frame = &window.frames[now];
+    let appearances = window.appearances(&track_of);
+    let claimants: Vec<Claimant> = claimants(window, &appearances);
+    let decide = |(number, sighting): (usize, &Sighting)| {
+        let track = track_of(frame.keys[number]);
+        let own =
+            Claimant { track, appearances: &appearances[&track], place: frame.places[number] };
+        let others = claimants.iter().filter(|other| other.track != track);
+        let rivals: Vec<Claimant> =
+            others.filter(|other| reaches(window, other, sighting)).copied().collect();
+        match rivals.is_empty() {
+            true => InstanceTrack::Whole(track),
+            false => elect(window, sighting, own, &rivals, params),
+        }
+    };
+    frame.sightings.iter().enumerate().map(decide).collect()
+}
+
+/// The tracks that are or should be in the frame that is decided next.
+fn claimants<'a>(window: &Window, appearances: &'a BTreeMap<u32, Vec<Place>>) -> Vec<Claimant<'a>> {
+    let seen_often = appearances.iter().filter(|(_, places)| places.len() >= APPEARANCES);
+    let claimant = |(&track, appearances): (&u32, &'a Vec<Place>)| {
+        let place = window.place_in(window.decided, appearances)?;
+        Some(Claimant { track, appearances, place })
+    };
+    seen_often.filter_map(claimant).collect()
+}
+
+/// Whether a track in another frame, the nearest in time, reaches an instance.
+fn reaches(window: &Window, claimant: &Claimant, sighting: &Sighting) -> bool {
+    let Claimant { appearances, place, .. } = claimant;
+    let at = appearances.partition_point(|place| place.0 < window.decided);
+    let near = [at.checked_sub(1), Some(at), Some(at + 1)];
+    let others = near.into_iter().flatten().filter_map(|number| appearances.get(number));
+    let mut others = others.filter(|other| other.0 != window.decided);
+    others.any(|&other| {
+        let shift = place - window.place(other);
+        let seen = window.sighting(other);
+        sighting.cells.are_near(&seen.cells, [shift.x as f32, shift.y as f32], seen.reach * REACH)
+    })
+}
+
+/// Gives an instance, or its cells, to the track with most votes; equal votes leave it.
+fn elect(
+    window: &Window,
+    sighting: &Sighting,
+    own: Claimant,
+    rivals: &[Claimant],
+    params: &TrackParams,
+) -> InstanceTrack {
+    let elect_cell = |cell: usize| {
+        let at = sighting.cells.at(cell);
+        let mut best = (votes(window, own, at) + 1, own.track);
+        for rival in rivals {
+            let votes = votes(window, *rival, at);
+            if votes > best.0 {
+                best = (votes, rival.track);
+            }
+        }
+        best.1
+    };
+    let cells = sighting.cells.len();
+    let mut elected: Vec<u32> = (0..cells).map(elect_cell).collect();
+    let count = |elected: &[u32], track| elected.iter().filter(|&&other| other == track).count();
+    for rival in rivals {
+        let won = count(&elected, rival.track);
+        if won as f64 >= params.whole_share * cells as f64 && won > 0 {
+            return InstanceTrack::Whole(rival.track);
+        }
+        let usual = rival.appearances.iter().map(|&place| window.sighting(place).cells.len());
+        let usual = usual.sum::<usize>() as f64 / rival.appearances.len() as f64;
+        let least = params.part_share * usual.min(cells as f64);
+        if won < LEAST_PART || (won as f64) < least {
+            elected.iter_mut().filter(|track| **track == rival.track).for_each(|t| *t = own.track);
+        }
+    }
+    match count(&elected, own.track) == cells {
+        true => InstanceTrack::Whole(own.track),
+        false => InstanceTrack::Parts(elected),
+    }
+}
+
+/// Other frames in which a track has a cell near a place of the frame that is decided, carried
+/// there with it.
+fn votes(window: &Window, claimant: Claimant, at: [f32; 3]) -> usize {
+    let others = claimant.appearances.iter().filter(|place| place.0 != window.decided);
+    let is_hit = |&&other: &&Place| {
+        let shift = window.place(other) - claimant.place;
+        let seen = window.sighting(other);
+        let reach = seen.reach * REACH;
+        let carried = [at[0] + shift.x as f32, at[1] + shift.y as f32, at[2]];
+        seen.cells.is_near(carried, reach)
+            && seen.cells.squared_from(carried).any(|squared| squared <= reach * reach)
+    };
+    others.filter(is_hit).count()
+}
