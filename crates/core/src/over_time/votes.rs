@@ -49,6 +49,8 @@ impl InstanceTrack {
 #[derive(Clone, Copy)]
 struct Claimant<'a> {
     track: u32,
+    /// Whether it is background, as last seen.
+    is_background: bool,
     appearances: &'a [Place],
     /// Where it is in the frame that is decided.
     place: Vector2<f64>,
@@ -66,9 +68,13 @@ pub(super) fn decide(
     let claimants: Vec<Claimant> = claimants(window, &appearances);
     let decide = |(number, sighting): (usize, &Sighting)| {
         let track = track_of(frame.keys[number]);
-        let own =
-            Claimant { track, appearances: &appearances[&track], place: frame.places[number] };
-        let others = claimants.iter().filter(|other| other.track != track);
+        let is_background = sighting.body.is_none();
+        let (appearances, place) = (&appearances[&track], frame.places[number]);
+        let own = Claimant { track, is_background, appearances, place };
+        // Where background is cut does not matter.
+        let is_other =
+            |other: &&Claimant| other.track != track && !(is_background && other.is_background);
+        let others = claimants.iter().filter(is_other);
         let rivals: Vec<Claimant> =
             others.filter(|other| reaches(window, other, sighting)).copied().collect();
         match rivals.is_empty() {
@@ -84,7 +90,9 @@ fn claimants<'a>(window: &Window, appearances: &'a BTreeMap<u32, Vec<Place>>) ->
     let seen_often = appearances.iter().filter(|(_, places)| places.len() >= APPEARANCES);
     let claimant = |(&track, appearances): (&u32, &'a Vec<Place>)| {
         let place = window.place_in(window.decided, appearances)?;
-        Some(Claimant { track, appearances, place })
+        let last = appearances.last().map(|&place| window.sighting(place));
+        let is_background = last.is_none_or(|sighting| sighting.body.is_none());
+        Some(Claimant { track, is_background, appearances, place })
     };
     seen_often.filter_map(claimant).collect()
 }
