@@ -7,6 +7,7 @@ pub mod cloud;
 pub mod cluster;
 pub mod error;
 pub mod geometry;
+pub mod over_time;
 pub mod pipeline;
 pub mod range_image;
 pub mod semantics;
