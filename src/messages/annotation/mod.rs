@@ -22,6 +22,9 @@ const LABELS_LEN: u32 = 12;
 /// Bytes behind the colours that say how sure the classes are, where that is known.
 const CERTAINTY_LEN: u32 = 4;
 
+/// Bytes behind all others that hold the track, where objects are followed over time.
+const TRACK_LEN: u32 = 4;
+
 /// What is put in front of a field name that the input already has.
 pub const CLASH_PREFIX: &str = "divmerge_";
 
@@ -55,11 +58,16 @@ const CERTAINTY: [Appended; 2] =
 /// The field that only clouds without classes have.
 const GROUND: &str = "ground";
 
+/// The field that only clouds of a drive have whose objects are followed.
+const TRACK: &str = "track";
+
 /// Labels of every point of a cloud, in its order.
 #[derive(Debug, Clone, Copy)]
 pub struct PointAnnotation<'a> {
     /// Instance, 0 for none.
     pub instance: &'a [u32],
+    /// Object over time, 0 for none; where objects are followed. It gives the point its colour.
+    pub track: Option<&'a [u32]>,
     /// Connected component before merging, 0 for none.
     pub component: &'a [u32],
     /// Class in the recording's own ids.
@@ -90,7 +98,8 @@ pub struct Certainty<'a> {
 /// in all), by `rgb` FLOAT32 holding 0xFFRRGGBB as PCL does and `colors` UINT32 0xRRGGBBFF, in one
 /// of Foxglove's clouds ([`FOXGLOVE_ANNOTATION_LEN`]) by `red`, `green`, `blue` and `alpha` UINT8;
 /// where it is known how sure the classes are, by four more: `confidence` and `entropy` UINT8 and
-/// two of padding. A name that the cloud already has is written with [`CLASH_PREFIX`].
+/// two of padding; and where objects are followed over time, by `track` UINT32. A name that the
+/// cloud already has is written with [`CLASH_PREFIX`].
 ///
 /// # Errors
 /// [`CloudError::ColumnLength`] if a column does not have one value for each point,
@@ -103,8 +112,7 @@ pub fn annotated_cloud(
     out: &mut Vec<u8>,
 ) -> Result<()> {
     check(cloud, annotation)?;
-    let more = annotation_len(cloud.format)
-        + if annotation.certainty.is_some() { CERTAINTY_LEN } else { 0 };
+    let more = annotation_len(cloud.format) + annotation.certainty_len() + annotation.track_len();
     let (point_step, row_step, length) = sizes(cloud, more)?;
     let annotated = CloudMessage {
         fields: fields(cloud, annotation),
@@ -120,20 +128,21 @@ pub fn annotated_cloud(
 fn append_all(cloud: &CloudMessage, annotation: &PointAnnotation, out: &mut Vec<u8>) {
     const ROS: usize = ANNOTATION_LEN as usize;
     const FOXGLOVE: usize = FOXGLOVE_ANNOTATION_LEN as usize;
-    const MORE: usize = CERTAINTY_LEN as usize;
     let order = cloud.data_order();
-    let is_certain = annotation.certainty.is_some();
+    let behind_colours = annotation.certainty_len() + annotation.track_len();
     if cloud.format.is_foxglove() {
         let colours = Colours::new(|[red, green, blue]| [red, green, blue, 0xff]);
-        match is_certain {
-            true => append_points::<{ FOXGLOVE + MORE }, 4>(cloud, annotation, &colours, out),
-            false => append_points::<FOXGLOVE, 4>(cloud, annotation, &colours, out),
+        match behind_colours {
+            0 => append_points::<FOXGLOVE, 4>(cloud, annotation, &colours, out),
+            4 => append_points::<{ FOXGLOVE + 4 }, 4>(cloud, annotation, &colours, out),
+            _ => append_points::<{ FOXGLOVE + 8 }, 4>(cloud, annotation, &colours, out),
         }
     } else {
         let colours = Colours::new(|colour| colour_fields(order, colour));
-        match is_certain {
-            true => append_points::<{ ROS + MORE }, 8>(cloud, annotation, &colours, out),
-            false => append_points::<ROS, 8>(cloud, annotation, &colours, out),
+        match behind_colours {
+            0 => append_points::<ROS, 8>(cloud, annotation, &colours, out),
+            4 => append_points::<{ ROS + 4 }, 8>(cloud, annotation, &colours, out),
+            _ => append_points::<{ ROS + 8 }, 8>(cloud, annotation, &colours, out),
         }
     }
 }
@@ -170,14 +179,20 @@ fn append_points<const N: usize, const C: usize>(
                 order @ ByteOrder::Little => write_tails::<N, C>(order, colours, labels, tails),
                 order @ ByteOrder::Big => write_tails::<N, C>(order, colours, labels, tails),
             }
+            let points = first..first + count;
             if let Some(certainty) = annotation.certainty {
-                let bytes = LABELS_LEN as usize + C;
-                let points = first..first + count;
+                let at = step + LABELS_LEN as usize + C;
                 let certain = certainty.confidence[points.clone()].iter();
-                let each = certain.zip(&certainty.entropy[points]);
+                let each = certain.zip(&certainty.entropy[points.clone()]);
                 for (record, (&confidence, &entropy)) in records.chunks_exact_mut(record).zip(each)
                 {
-                    record[step + bytes..].copy_from_slice(&[confidence, entropy, 0, 0]);
+                    record[at..at + 4].copy_from_slice(&[confidence, entropy, 0, 0]);
+                }
+            }
+            if let Some(track) = annotation.track {
+                let order = cloud.data_order();
+                for (record, &track) in records.chunks_exact_mut(record).zip(&track[points]) {
+                    record[step + N - TRACK_LEN as usize..].copy_from_slice(&order.put_u32(track));
                 }
             }
             out.extend_from_slice(records);
@@ -208,18 +223,28 @@ fn copy_points<'a, const N: usize>(
     }
 }
 
-/// Instance, component, class, reason and ground of a point.
-type Labels = (u32, u32, u16, [u8; 2]);
+/// Instance, component, class, reason and ground of a point, and the object that gives it its
+/// colour.
+type Labels = (u32, u32, u16, [u8; 2], u32);
 
 impl PointAnnotation<'_> {
+    fn certainty_len(&self) -> u32 {
+        if self.certainty.is_some() { CERTAINTY_LEN } else { 0 }
+    }
+
+    fn track_len(&self) -> u32 {
+        if self.track.is_some() { TRACK_LEN } else { 0 }
+    }
+
     fn range(&self, points: Range<usize>) -> impl Iterator<Item = Labels> {
         let ids = self.instance[points.clone()].iter().zip(&self.component[points.clone()]);
         let others = self.semantic[points.clone()].iter().zip(&self.reason[points.clone()]);
-        let ground = self.ground.map(|ground| &ground[points]);
+        let ground = self.ground.map(|ground| &ground[points.clone()]);
         let ground = ground.into_iter().flatten().copied().chain(std::iter::repeat(0));
-        ids.zip(others).zip(ground).map(
-            |(((&instance, &component), (&semantic, &reason)), ground)| {
-                (instance, component, semantic, [reason, ground])
+        let coloured = self.track.unwrap_or(self.instance)[points].iter();
+        ids.zip(others).zip(ground.zip(coloured)).map(
+            |(((&instance, &component), (&semantic, &reason)), (ground, &coloured))| {
+                (instance, component, semantic, [reason, ground], coloured)
             },
         )
     }
@@ -232,12 +257,12 @@ fn write_tails<'a, const N: usize, const C: usize>(
     labels: impl Iterator<Item = Labels>,
     tails: impl Iterator<Item = &'a mut [u8; N]>,
 ) {
-    for ((instance, component, semantic, [reason, ground]), tail) in labels.zip(tails) {
+    for ((instance, component, semantic, [reason, ground], coloured), tail) in labels.zip(tails) {
         tail[0..4].copy_from_slice(&order.put_u32(instance));
         tail[4..8].copy_from_slice(&order.put_u32(component));
         tail[8..10].copy_from_slice(&order.put_u16(semantic));
         tail[10..12].copy_from_slice(&[reason, ground]);
-        tail[12..12 + C].copy_from_slice(colours.fields(instance, reason));
+        tail[12..12 + C].copy_from_slice(colours.fields(coloured, reason));
     }
 }
 
@@ -281,6 +306,7 @@ fn check(cloud: &CloudMessage, annotation: &PointAnnotation) -> Result<()> {
     let expected = cloud.point_count();
     let columns = [
         ("instance", annotation.instance.len()),
+        (TRACK, annotation.track.map_or(expected, <[u32]>::len)),
         ("component", annotation.component.len()),
         ("semantic", annotation.semantic.len()),
         ("reason", annotation.reason.len()),
@@ -321,7 +347,11 @@ fn fields(cloud: &CloudMessage, annotation: &PointAnnotation) -> Vec<PointField>
         true => &FOXGLOVE_COLOURS[..],
         false => &COLOURS[..],
     };
-    for (name, behind, datatype) in labels.chain(colours.iter().copied()).chain(certainty) {
+    let track = annotation.track.map(|_| {
+        (TRACK, behind_colours + annotation.certainty_len(), Datatype::UInt32)
+    });
+    let behind_labels = colours.iter().copied().chain(certainty).chain(track);
+    for (name, behind, datatype) in labels.chain(behind_labels) {
         let mut name = name.to_owned();
         while fields.iter().any(|field| field.name == name) {
             name.insert_str(0, CLASH_PREFIX);

@@ -4,6 +4,7 @@ use crate::error::FrameError;
 
 const ANNOTATION: PointAnnotation = PointAnnotation {
     instance: &[0, 1, 70_000, 0],
+    track: None,
     component: &[0, 9, 8, 7],
     semantic: &[40, 10, 65_535, 0],
     reason: &[3, 0, 0, 6],

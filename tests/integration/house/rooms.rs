@@ -13,6 +13,7 @@ const ROOMS: &[&[&str]] = &[
     &["crates/core/src/semantics"],
     &["crates/core/src/cluster"],
     &["crates/core/src/pipeline"],
+    &["crates/core/src/over_time"],
     &["crates/core/src/lib.rs"],
     &["crates/simulate/src"],
     &["crates/recording/src"],

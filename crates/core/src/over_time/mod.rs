@@ -8,6 +8,7 @@ mod affinity;
 mod assignment;
 mod continuation;
 mod displacement;
+pub mod ego_motion;
 mod kinematics;
 mod observation;
 mod params;

@@ -1,0 +1,211 @@
+//! Aligns a scan with the local map.
+
+use nalgebra::{
+    Isometry3, Matrix3, Matrix6, Point3, Quaternion, Translation3, UnitQuaternion, Vector3, Vector6,
+};
+
+use super::surfels::{Surfel, SurfelMap};
+
+/// Iterations at most.
+const ITERATIONS: usize = 30;
+
+/// The alignment is done when a step moves the sensor by less than this, metres, and turns it by
+/// less than a thousandth of it, radians.
+const DONE: f64 = 5e-4;
+
+/// How well a scan fits to the map.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Fit {
+    /// Points of the scan.
+    pub points: usize,
+    /// Share of the points that lie in a voxel of the map with a surface.
+    pub matched_share: f64,
+    /// Share of the matched points that lie on its surface, within [`ON_SURFACE`].
+    pub inlier_share: f64,
+    /// Mean distance of those from their surface, metres.
+    pub mean_residual: f64,
+    /// How well the surfaces hold the direction of motion that they hold least, as a share of what
+    /// all of them could: 1/3 for surfaces towards all sides, 0 along a corridor without ends.
+    pub weakest_direction: f64,
+}
+
+/// Distance from a surface within which a point counts as on it, metres.
+const ON_SURFACE: f64 = 0.2;
+
+/// The normal equations of one iteration, and what they are made of.
+struct Equations {
+    matrix: Matrix6<f64>,
+    right: Vector6<f64>,
+    matched: usize,
+    inliers: usize,
+    residuals: f64,
+    normals: Matrix3<f64>,
+    weight: f64,
+}
+
+/// What is aligned to what.
+pub struct Alignment<'a> {
+    /// From fine to coarse: a point is held by the first that has a surface where it lies.
+    pub maps: &'a [SurfelMap],
+    /// Points of the scan, metres, in the sensor's frame.
+    pub points: &'a [Point3<f64>],
+    /// The pose that the motion before leads to.
+    pub predicted: Isometry3<f64>,
+    /// By how many points the prediction counts.
+    pub prediction_weight: f64,
+}
+
+impl Alignment<'_> {
+    /// The pose of the sensor in the map, from a guess, and how well the scan fits there.
+    ///
+    /// Gauss-Newton on the distances of points from surfaces with the kernel of Geman and McClure.
+    /// Its width, metres, begins at `width` and halves until `least_width`, so that what moves by
+    /// itself counts less and less.
+    pub fn align(
+        &self,
+        guess: Isometry3<f64>,
+        width: f64,
+        least_width: f64,
+    ) -> (Isometry3<f64>, Fit) {
+        let (mut pose, mut width) = (guess, width.max(least_width));
+        for _ in 0..ITERATIONS {
+            let equations = self.equations(&pose, width);
+            let Some(step) = equations.solve() else { break };
+            pose = moved(&pose, &step);
+            let is_small = step.fixed_rows::<3>(0).norm() < DONE
+                && step.fixed_rows::<3>(3).norm() < DONE * 1e-1;
+            if is_small && width <= least_width {
+                break;
+            }
+            width = (0.5 * width).max(least_width);
+        }
+        let fit = self.equations(&pose, least_width).fit(self.points.len());
+        (pose, fit)
+    }
+
+    /// Points on a surface if the sensor has a pose.
+    pub fn inliers(&self, pose: &Isometry3<f64>) -> usize {
+        self.equations(pose, ON_SURFACE).inliers
+    }
+
+    fn surfel(&self, position: &Point3<f64>) -> Option<&Surfel> {
+        self.maps.iter().find_map(|map| map.at(position))
+    }
+
+    fn equations(&self, pose: &Isometry3<f64>, width: f64) -> Equations {
+        let mut equations = Equations::new();
+        let centre = Point3::from(pose.translation.vector);
+        for point in self.points {
+            let position = pose * point;
+            let Some(surfel) = self.surfel(&position) else { continue };
+            let arm = position - centre;
+            let offset = position - surfel.mean;
+            let distance = surfel.normal.dot(&offset);
+            equations.add(&surfel.normal, &arm, distance, width);
+            let mut farthest = distance.abs();
+            if let Some(second) = &surfel.second {
+                let distance = second.dot(&offset);
+                equations.add(second, &arm, distance, width);
+                farthest = farthest.max(distance.abs());
+            }
+            equations.matched += 1;
+            if farthest < ON_SURFACE {
+                equations.inliers += 1;
+                equations.residuals += farthest;
+            }
+        }
+        equations.pull_to(&self.predicted, pose, self.prediction_weight);
+        equations
+    }
+}
+
+impl Equations {
+    fn new() -> Self {
+        Equations {
+            matrix: Matrix6::zeros(),
+            right: Vector6::zeros(),
+            matched: 0,
+            inliers: 0,
+            residuals: 0.0,
+            normals: Matrix3::zeros(),
+            weight: 0.0,
+        }
+    }
+
+    /// Adds the distance of a point along a normal.
+    #[inline]
+    fn add(&mut self, normal: &Vector3<f64>, arm: &Vector3<f64>, distance: f64, width: f64) {
+        let kernel = width * width / (width * width + distance * distance);
+        let weight = kernel * kernel;
+        let turn = arm.cross(normal);
+        let row = [normal.x, normal.y, normal.z, turn.x, turn.y, turn.z];
+        for (column, &right) in row.iter().enumerate() {
+            let weighted = weight * right;
+            for (line, &left) in row.iter().enumerate().take(column + 1) {
+                self.matrix[(line, column)] += weighted * left;
+            }
+            self.right[column] -= weighted * distance;
+        }
+        self.weight += weight;
+    }
+
+    /// Adds that the pose is near the predicted one: what no surface holds follows the prediction.
+    fn pull_to(&mut self, predicted: &Isometry3<f64>, pose: &Isometry3<f64>, weight: f64) {
+        /// An arm in metres by which a turn counts as much as a shift.
+        const ARM: f64 = 10.0;
+        let shift = pose.translation.vector - predicted.translation.vector;
+        let turn = 2.0 * (pose.rotation * predicted.rotation.inverse()).imag();
+        for axis in 0..3 {
+            self.normals[(axis, axis)] = self.matrix[(axis, axis)];
+            for line in 0..axis {
+                self.normals[(line, axis)] = self.matrix[(line, axis)];
+                self.normals[(axis, line)] = self.matrix[(line, axis)];
+            }
+        }
+        for axis in 0..3 {
+            self.matrix[(axis, axis)] += weight;
+            self.right[axis] -= weight * shift[axis];
+            self.matrix[(axis + 3, axis + 3)] += weight * ARM * ARM;
+            self.right[axis + 3] -= weight * ARM * ARM * turn[axis];
+        }
+    }
+
+    fn solve(&self) -> Option<Vector6<f64>> {
+        let mut matrix = self.matrix;
+        matrix.fill_lower_triangle_with_upper_triangle();
+        let step = matrix.cholesky()?.solve(&self.right);
+        step.iter().all(|along| along.is_finite()).then_some(step)
+    }
+
+    fn fit(&self, points: usize) -> Fit {
+        let share = |count: usize, of: usize| count as f64 / of.max(1) as f64;
+        let (values, _) = super::principal_axes::principal_axes(self.normals);
+        Fit {
+            points,
+            matched_share: share(self.matched, points),
+            inlier_share: share(self.inliers, self.matched),
+            mean_residual: self.residuals / self.inliers.max(1) as f64,
+            weakest_direction: if self.weight > 0.0 {
+                values[0].max(0.0) / self.weight
+            } else {
+                0.0
+            },
+        }
+    }
+}
+
+/// A pose after a small shift and a turn about the sensor.
+fn moved(pose: &Isometry3<f64>, step: &Vector6<f64>) -> Isometry3<f64> {
+    let shift = step.fixed_rows::<3>(0).into_owned();
+    let turn = step.fixed_rows::<3>(3).into_owned();
+    Isometry3::from_parts(
+        Translation3::from(pose.translation.vector + shift),
+        small_turn(&turn) * pose.rotation,
+    )
+}
+
+/// A turn about an axis by its length in radians, to second order: no function of angles, whose
+/// last bits differ from machine to machine.
+pub fn small_turn(turn: &Vector3<f64>) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_quaternion(Quaternion::from_parts(1.0, 0.5 * turn))
+}

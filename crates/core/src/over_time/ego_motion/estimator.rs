@@ -1,0 +1,322 @@
+//! The estimator: scan after scan, a pose each.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use super::alignment::{Alignment, Fit, small_turn};
+use super::scan::RegistrationScan;
+use super::surfels::SurfelMap;
+
+/// How the motion is estimated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EgoMotionParams {
+    /// Sides of the voxels of the local map from fine to coarse, metres.
+    pub voxels: Vec<f64>,
+    /// How far the map reaches to each side, metres. 100: what kiss-icp keeps.
+    pub reach: f64,
+    /// Width of the robust kernel where the motion is unknown, metres.
+    pub first_width: f64,
+    /// Width of the robust kernel where the motion is predicted, metres.
+    pub width: f64,
+    /// Width to which the kernel narrows, metres: a few times the noise of a range.
+    pub least_width: f64,
+    /// By how many points the prediction counts: enough to settle what no surface holds.
+    pub prediction_weight: f64,
+    /// Points that a scan needs.
+    pub least_points: usize,
+    /// Least share of the points that lie in a voxel with a surface.
+    pub least_matched: f64,
+    /// Least share of those that lie on it.
+    pub least_inliers: f64,
+    /// Highest speed, metres a second.
+    pub highest_speed: f64,
+    /// Highest change of velocity, metres a second squared.
+    pub highest_acceleration: f64,
+    /// Highest turn rate, radians a second.
+    pub highest_turn_rate: f64,
+    /// Longest time that is bridged, seconds.
+    pub longest_gap: f64,
+}
+
+impl Default for EgoMotionParams {
+    fn default() -> Self {
+        EgoMotionParams {
+            voxels: vec![1.0, 3.0],
+            reach: 100.0,
+            first_width: 1.0,
+            width: 0.5,
+            least_width: 0.1,
+            prediction_weight: 1.0,
+            least_points: 100,
+            least_matched: 0.2,
+            least_inliers: 0.5,
+            highest_speed: 60.0,
+            highest_acceleration: 50.0,
+            highest_turn_rate: 3.0,
+            longest_gap: 1.0,
+        }
+    }
+}
+
+/// Why a scan has no pose of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LostReason {
+    /// The scan has too few points.
+    TooFewPoints,
+    /// No time has passed since the scan before.
+    RepeatedStamp,
+    /// Too few points lie where the map has surfaces, or on them.
+    NoOverlap,
+    /// The motion that fits best is faster than a vehicle moves or turns.
+    NotPhysical,
+}
+
+/// Where the sensor is, and how it came there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionEstimate {
+    /// Pose in the frame of the estimator's first scan. Where the scan is lost, the one predicted.
+    pub world_from_sensor: Isometry3<f64>,
+    /// Motion since the last scan that was not lost; the identity where this one is lost or where a
+    /// piece begins.
+    pub previous_from_current: Isometry3<f64>,
+    /// Time of that motion, seconds.
+    pub step_seconds: f64,
+    /// Whether a new piece of the trajectory begins here: nothing ties it to poses before.
+    pub began_anew: bool,
+    /// How well the scan fits to those before.
+    pub fit: Fit,
+    /// Why the pose is not to be trusted; `None` if it is.
+    pub lost: Option<LostReason>,
+}
+
+impl MotionEstimate {
+    /// Whether the pose can be trusted.
+    pub fn is_tracked(&self) -> bool {
+        self.lost.is_none()
+    }
+}
+
+/// Velocity in the sensor's frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Velocity {
+    /// Metres a second.
+    shift: Vector3<f64>,
+    /// Radians a second about the axis.
+    turn: Vector3<f64>,
+}
+
+impl Velocity {
+    const REST: Velocity =
+        Velocity { shift: Vector3::new(0.0, 0.0, 0.0), turn: Vector3::new(0.0, 0.0, 0.0) };
+
+    fn of(step: &Isometry3<f64>, seconds: f64) -> Self {
+        let rotation = step.rotation.quaternion();
+        let turn = 2.0 / rotation.w * rotation.imag();
+        Velocity { shift: step.translation.vector / seconds, turn: turn / seconds }
+    }
+
+    fn step(&self, seconds: f64) -> Isometry3<f64> {
+        let shift = self.shift * seconds;
+        Isometry3::from_parts(shift.into(), small_turn(&(self.turn * seconds)))
+    }
+}
+
+/// Estimates the motion of a sensor, scan by scan.
+#[derive(Debug, Clone)]
+pub struct EgoMotion {
+    params: EgoMotionParams,
+    /// Surfaces around the sensor, from fine to coarse.
+    maps: Vec<SurfelMap>,
+    /// Pose of the last scan that was not lost.
+    pose: Isometry3<f64>,
+    /// Its velocity; `None` where a piece has one scan.
+    velocity: Option<Velocity>,
+    /// Seconds since that scan.
+    elapsed: f64,
+    state: State,
+    points: Vec<Point3<f64>>,
+}
+
+/// What the next scan meets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum State {
+    /// No scan yet.
+    Empty,
+    /// The last scan was tracked, or had too few points.
+    Tracked,
+    /// The last scan did not fit.
+    Misfit,
+}
+
+impl EgoMotion {
+    /// An estimator that has seen nothing.
+    pub fn new(params: EgoMotionParams) -> Self {
+        EgoMotion {
+            maps: params.voxels.iter().map(|&side| SurfelMap::new(side)).collect(),
+            params,
+            pose: Isometry3::identity(),
+            velocity: None,
+            elapsed: 0.0,
+            state: State::Empty,
+            points: Vec::new(),
+        }
+    }
+
+    /// The pose of the next scan, `dt` seconds after the one before.
+    ///
+    /// A scan that does not fit is lost. If the next one does not fit either, or more than
+    /// [`longest_gap`](EgoMotionParams::longest_gap) has passed, or time went back, a new piece
+    /// begins with it.
+    pub fn push(&mut self, scan: &RegistrationScan, dt: f64) -> MotionEstimate {
+        let is_first = self.state == State::Empty;
+        if dt == 0.0 && !is_first {
+            return self.lost(LostReason::RepeatedStamp, Fit::default());
+        }
+        self.elapsed += dt;
+        let is_bridged = dt > 0.0 && self.elapsed <= self.params.longest_gap;
+        if scan.len() < self.params.least_points {
+            // Later scans cannot be tied to those before an hour without points, or a leap back.
+            self.elapsed = if dt > 0.0 { self.elapsed } else { f64::INFINITY };
+            let fit = Fit { points: scan.len(), ..Fit::default() };
+            return self.lost(LostReason::TooFewPoints, fit);
+        }
+        self.points.clear();
+        self.points.extend(scan.positions().map(Point3::from));
+        if is_first || !is_bridged {
+            return self.begin_anew();
+        }
+        let (pose, fit) = self.aligned();
+        let step = self.pose.inv_mul(&pose);
+        match self.flaw(&step, &fit) {
+            None => self.follow(pose, step, fit),
+            Some(_) if self.state == State::Misfit => self.begin_anew(),
+            Some(reason) => {
+                self.state = State::Misfit;
+                self.lost(reason, fit)
+            }
+        }
+    }
+
+    /// The pose that constant velocity leads to.
+    fn predicted(&self) -> Isometry3<f64> {
+        let seconds = if self.elapsed <= self.params.longest_gap { self.elapsed } else { 0.0 };
+        self.pose * self.velocity.unwrap_or(Velocity::REST).step(seconds)
+    }
+
+    fn aligned(&self) -> (Isometry3<f64>, Fit) {
+        let params = &self.params;
+        let predicted = self.predicted();
+        let alignment = Alignment {
+            maps: &self.maps,
+            points: &self.points,
+            predicted,
+            prediction_weight: params.prediction_weight,
+        };
+        match self.velocity {
+            Some(_) => alignment.align(predicted, params.width, params.least_width),
+            None => {
+                let guess = self.best_guess(&alignment);
+                let alignment = Alignment { predicted: guess, ..alignment };
+                alignment.align(guess, params.first_width, params.least_width)
+            }
+        }
+    }
+
+    /// Where most points lie on a surface, of some poses around the last one.
+    fn best_guess(&self, alignment: &Alignment) -> Isometry3<f64> {
+        /// Ways from the last pose, metres, and directions, as sines and cosines of eighths of a
+        /// turn.
+        const WAYS: [f64; 3] = [0.8, 1.6, 2.4];
+        const HALF: f64 = std::f64::consts::FRAC_1_SQRT_2;
+        const DIRECTIONS: [[f64; 2]; 8] = [
+            [1.0, 0.0],
+            [HALF, HALF],
+            [0.0, 1.0],
+            [-HALF, HALF],
+            [-1.0, 0.0],
+            [-HALF, -HALF],
+            [0.0, -1.0],
+            [HALF, -HALF],
+        ];
+        let mut best = (alignment.inliers(&self.pose), self.pose);
+        for way in WAYS {
+            for [x, y] in DIRECTIONS {
+                let shift = Vector3::new(x * way, y * way, 0.0);
+                let guess = self.pose * nalgebra::Translation3::from(shift);
+                let inliers = alignment.inliers(&guess);
+                if inliers > best.0 {
+                    best = (inliers, guess);
+                }
+            }
+        }
+        best.1
+    }
+
+    /// What speaks against a step.
+    fn flaw(&self, step: &Isometry3<f64>, fit: &Fit) -> Option<LostReason> {
+        let params = &self.params;
+        let (shift, seconds) = (step.translation.vector, self.elapsed);
+        let change = self.velocity.map_or(0.0, |before| (shift / seconds - before.shift).norm());
+        let turn = Velocity::of(step, seconds).turn.norm();
+        let is_physical = shift.norm() <= params.highest_speed * seconds
+            && change <= params.highest_acceleration * seconds
+            && turn <= params.highest_turn_rate;
+        if fit.matched_share < params.least_matched || fit.inlier_share < params.least_inliers {
+            Some(LostReason::NoOverlap)
+        } else if !is_physical {
+            Some(LostReason::NotPhysical)
+        } else {
+            None
+        }
+    }
+
+    fn follow(&mut self, pose: Isometry3<f64>, step: Isometry3<f64>, fit: Fit) -> MotionEstimate {
+        let step_seconds = self.elapsed;
+        self.velocity = Some(Velocity::of(&step, step_seconds));
+        self.pose = pose;
+        self.extend_map();
+        MotionEstimate {
+            world_from_sensor: pose,
+            previous_from_current: step,
+            step_seconds,
+            began_anew: false,
+            fit,
+            lost: None,
+        }
+    }
+
+    fn begin_anew(&mut self) -> MotionEstimate {
+        self.maps.iter_mut().for_each(SurfelMap::clear);
+        self.velocity = None;
+        self.extend_map();
+        MotionEstimate {
+            world_from_sensor: self.pose,
+            previous_from_current: Isometry3::identity(),
+            step_seconds: 0.0,
+            began_anew: true,
+            fit: Fit { points: self.points.len(), ..Fit::default() },
+            lost: None,
+        }
+    }
+
+    /// Adds the scan at the pose to the map, and forgets what is too far.
+    fn extend_map(&mut self) {
+        let pose = self.pose;
+        let position = Point3::from(pose.translation.vector);
+        for map in &mut self.maps {
+            map.insert(self.points.iter().map(|point| pose * point));
+            map.keep_within(&position, self.params.reach);
+        }
+        (self.elapsed, self.state) = (0.0, State::Tracked);
+    }
+
+    fn lost(&self, reason: LostReason, fit: Fit) -> MotionEstimate {
+        MotionEstimate {
+            world_from_sensor: self.predicted(),
+            previous_from_current: Isometry3::identity(),
+            step_seconds: 0.0,
+            began_anew: false,
+            fit,
+            lost: Some(reason),
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! The local map: voxels with the surface through their points.
+
+use nalgebra::{Matrix3, Point3, Vector3};
+use rustc_hash::FxHashMap;
+
+use super::principal_axes::principal_axes;
+
+/// Cells of a voxel along each axis, each of which takes one point.
+const CELLS: usize = 4;
+
+/// Points that determine a surface.
+const LEAST_POINTS: u32 = 5;
+
+/// A surface that registration holds on to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surfel {
+    /// Mean of its points, metres.
+    pub mean: Point3<f64>,
+    /// The direction across it, of unit length.
+    pub normal: Vector3<f64>,
+    /// A second direction across it, where it is a pole.
+    pub second: Option<Vector3<f64>>,
+}
+
+/// Points of a voxel, as sums about its lowest corner, which keep their precision anywhere.
+#[derive(Debug, Clone, Default)]
+struct Voxel {
+    count: u32,
+    sum: Vector3<f64>,
+    products: Matrix3<f64>,
+    /// Which cells have a point: a bit for each.
+    cells: u64,
+    surfel: Option<Surfel>,
+}
+
+/// Number of a voxel along each axis.
+type Key = [i32; 3];
+
+/// Voxels of one size. Each of their cells takes one point, so that a sensor that stands does not
+/// fill them with the same few lines, and that their number of points is bounded.
+#[derive(Debug, Clone)]
+pub struct SurfelMap {
+    /// Side of a voxel, metres.
+    side: f64,
+    voxels: FxHashMap<Key, Voxel>,
+    /// Voxels that took a point since their surfel was made, some more than once.
+    changed: Vec<Key>,
+}
+
+impl SurfelMap {
+    /// An empty map of voxels with a side in metres.
+    pub fn new(side: f64) -> Self {
+        SurfelMap { side, voxels: FxHashMap::default(), changed: Vec::new() }
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.voxels.clear();
+    }
+
+    /// Adds points of the map's frame, metres, and makes the surfels anew that they change.
+    pub fn insert(&mut self, points: impl Iterator<Item = Point3<f64>>) {
+        for point in points {
+            let key = self.key(&point);
+            let corner = self.corner(key);
+            let local = point - corner;
+            let cell =
+                local.map(|along| ((along / self.side * CELLS as f64) as usize).min(CELLS - 1));
+            let bit = 1 << ((cell.z * CELLS + cell.y) * CELLS + cell.x);
+            let voxel = self.voxels.entry(key).or_default();
+            if voxel.cells & bit == 0 {
+                voxel.cells |= bit;
+                voxel.count += 1;
+                voxel.sum += local;
+                voxel.products += local * local.transpose();
+                self.changed.push(key);
+            }
+        }
+        self.changed.sort_unstable();
+        self.changed.dedup();
+        for key in std::mem::take(&mut self.changed) {
+            let corner = self.corner(key);
+            if let Some(voxel) = self.voxels.get_mut(&key) {
+                voxel.surfel = surfel(voxel, corner, self.side);
+            }
+        }
+    }
+
+    /// Forgets voxels farther than `reach` metres from a position along any axis.
+    pub fn keep_within(&mut self, position: &Point3<f64>, reach: f64) {
+        let centre = self.key(position);
+        let reach = (reach / self.side) as i32;
+        self.voxels.retain(|key, _| (0..3).all(|axis| (key[axis] - centre[axis]).abs() <= reach));
+    }
+
+    /// The surfel of the voxel that a position lies in.
+    #[inline]
+    pub fn at(&self, position: &Point3<f64>) -> Option<&Surfel> {
+        self.voxels.get(&self.key(position))?.surfel.as_ref()
+    }
+
+    #[inline]
+    fn key(&self, position: &Point3<f64>) -> Key {
+        [0, 1, 2].map(|axis| (position[axis] / self.side).floor() as i32)
+    }
+
+    fn corner(&self, key: Key) -> Point3<f64> {
+        Point3::from(key.map(|number| f64::from(number) * self.side))
+    }
+}
+
+/// The surface through the points of a voxel: a plane or a pole, if they lie like one.
+fn surfel(voxel: &Voxel, corner: Point3<f64>, side: f64) -> Option<Surfel> {
+    /// Greatest thickness of a plane, and of a pole, as a standard deviation in metres.
+    const PLANE_THICKNESS: f64 = 0.08;
+    const POLE_THICKNESS: f64 = 0.12;
+    /// Least extent of a surface as a share of its voxel's side; a square that fills it has 0.29.
+    const EXTENT: f64 = 0.12;
+    /// A pole leans less than this: lines along the ground are beams, not edges.
+    const UPRIGHT: f64 = 0.9;
+    if voxel.count < LEAST_POINTS {
+        return None;
+    }
+    let mean = voxel.sum / f64::from(voxel.count);
+    let covariance = voxel.products / f64::from(voxel.count) - mean * mean.transpose();
+    let (values, axes) = principal_axes(covariance);
+    let deviations = values.map(|value| value.max(0.0).sqrt());
+    let [across, along, length] = [0, 1, 2].map(|axis| axes.column(axis).into_owned());
+    let is_long = |deviation: f64| deviation > EXTENT * side;
+    let made = |second| Surfel { mean: corner + mean, normal: across, second };
+    if deviations[0] < PLANE_THICKNESS && is_long(deviations[1]) {
+        Some(made(None))
+    } else if deviations[1] < POLE_THICKNESS && is_long(deviations[2]) && length.z.abs() > UPRIGHT {
+        Some(made(Some(along)))
+    } else {
+        None
+    }
+}
