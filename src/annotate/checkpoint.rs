@@ -6,6 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::report::FrameReport;
+use super::tracking::Stored;
 use crate::error::{Error, Result, SliceProblem};
 use divmerge_recording::{SharedBytes, SourceChunk, checksum};
 
@@ -29,6 +30,9 @@ pub(super) enum CloudOutcome {
         instances: u32,
         objects: u32,
         report: FrameReport,
+        /// What following its objects needs, if they are followed.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        observed: Option<String>,
     },
     /// It could not be read, and why.
     Unreadable { problem: String },
@@ -36,7 +40,7 @@ pub(super) enum CloudOutcome {
 
 /// A cloud that a run before completed.
 pub(super) enum CompletedCloud {
-    Annotated(FrameReport, [StoredMessage; 2]),
+    Annotated(FrameReport, [StoredMessage; 2], Option<Box<Stored>>),
     Unreadable(String),
 }
 
@@ -106,8 +110,10 @@ impl CompletedClouds {
             return Err(self.source.changed(topic, number));
         }
         match self.next.take().map(|checkpoint| checkpoint.outcome) {
-            Some(CloudOutcome::Annotated { instances, objects, report }) => {
-                self.messages(report, [instances, objects])
+            Some(CloudOutcome::Annotated { instances, objects, report, observed }) => {
+                let stored = observed.as_deref().and_then(Stored::from_text).map(Box::new);
+                let messages = self.messages([instances, objects])?;
+                Ok(messages.map(|messages| CompletedCloud::Annotated(report, messages, stored)))
             }
             Some(CloudOutcome::Unreadable { problem }) => {
                 Ok(Some(CompletedCloud::Unreadable(problem)))
@@ -116,15 +122,11 @@ impl CompletedClouds {
         }
     }
 
-    fn messages(
-        &mut self,
-        report: FrameReport,
-        [instances, objects]: [u32; 2],
-    ) -> Result<Option<CompletedCloud>> {
+    fn messages(&mut self, [instances, objects]: [u32; 2]) -> Result<Option<[StoredMessage; 2]>> {
         if let Some(instances) = self.source.message(instances)?
             && let Some(objects) = self.source.message(objects)?
         {
-            return Ok(Some(CompletedCloud::Annotated(report, [instances, objects])));
+            return Ok(Some([instances, objects]));
         }
         self.source.missing(SliceProblem::OtherMessages)?;
         self.is_over = true;

@@ -4,11 +4,13 @@ use std::time::Instant;
 
 use super::clustered::{Clustered, cluster_decoded};
 use super::config::{AnnotateConfig, Decoded};
+use super::labels::all_labels;
 use super::times::FrameTimes;
-use super::types::MessageTypes;
+use super::tracking::{TrackOptions, Untracked, observe_cloud};
+use super::types::{MessageTypes, Placement};
 use crate::error::Result;
 use crate::frames::{CloudKey, EncodedCloud, Remark};
-use crate::messages::annotation::{Certainty, PointAnnotation, annotated_cloud};
+use crate::messages::annotation::annotated_cloud;
 use crate::messages::clouds::CloudMessage;
 use crate::network::Network;
 use divmerge_core::cloud::PointCloud;
@@ -31,6 +33,25 @@ pub struct Annotated {
     pub times: FrameTimes,
 }
 
+/// What is written of a cloud.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Writing<'a> {
+    /// What was done to the cloud.
+    pub(super) config: &'a AnnotateConfig,
+    /// Types of the messages.
+    pub(super) types: &'a MessageTypes,
+    /// How its objects are followed over time, if they are.
+    pub(super) tracks: Option<&'a TrackOptions>,
+    /// Whether what following them needs is kept in checkpoints.
+    pub(super) keeps: bool,
+}
+
+/// A clustered cloud: annotated, or where its objects are followed what is needed to do so later.
+pub(super) enum Written {
+    Annotated(Annotated),
+    Untracked(Box<Untracked>),
+}
+
 /// Clusters the cloud in a message of a format and writes the messages that annotate it into
 /// `annotated`, whose memory is used again.
 ///
@@ -43,28 +64,53 @@ pub fn annotate_message(
     types: &MessageTypes,
     annotated: &mut Annotated,
 ) -> Result<Clustered> {
+    let wire_and_decoded = decode(encoded, method)?;
+    let writing = Writing { config: method, types, tracks: None, keeps: false };
+    let (clustered, written) =
+        write(encoded, wire_and_decoded, writing, std::mem::take(annotated))?;
+    if let Written::Annotated(made) = written {
+        *annotated = made;
+    }
+    Ok(clustered)
+}
+
+/// Clusters the cloud in a message, and writes what annotates it unless its objects are followed.
+///
+/// # Errors
+/// Those of [`annotate_message`].
+pub(super) fn cluster_message(
+    encoded: &EncodedCloud,
+    writing: Writing,
+) -> Result<(Clustered, Written)> {
+    write(encoded, decode(encoded, writing.config)?, writing, Annotated::default())
+}
+
+/// The message of a cloud, and the cloud in it.
+fn decode<'a>(
+    encoded: &'a EncodedCloud,
+    config: &'a AnnotateConfig,
+) -> Result<(CloudMessage<'a>, Decoded<'a>)> {
     let started = Instant::now();
     let wire = encoded.decode()?;
     let parse_ms = ms_since(started);
-    let key = encoded.key(&wire);
-    let decoded = method.decode(&wire, &key)?;
+    let decoded = config.decode(&wire, &encoded.key(&wire))?;
     let decoded = Decoded { decode_ms: parse_ms + decoded.decode_ms, ..decoded };
-    annotate_decoded((&wire, &key), method, types, decoded, annotated)
+    Ok((wire, decoded))
 }
 
-/// Annotates several messages whose clouds go through a network together; each has a result of its
-/// own.
+/// Clusters several messages whose clouds go through a network together, and of some of which the
+/// objects are followed; each has a result of its own.
 ///
 /// # Errors
 /// Those of [`Network::classes_of`], which concern all of them.
-pub(super) fn annotate_messages(
-    messages: &[EncodedCloud],
+pub(super) fn cluster_messages(
+    messages: &[(EncodedCloud, bool)],
     network: &Network,
-    method: &AnnotateConfig,
-    types: &MessageTypes,
-) -> Result<Vec<Result<(Clustered, Annotated)>>> {
+    writing: Writing,
+) -> Result<Vec<Result<(Clustered, Written)>>> {
+    let method = writing.config;
     let started = Instant::now();
-    let opened = messages.iter().map(|encoded| {
+    let opened = messages.iter().map(|(encoded, _)| {
         let wire = encoded.decode()?;
         let (cloud, _, remarks) = method.unclassified(&wire, &encoded.key(&wire))?;
         Ok((wire, cloud, remarks))
@@ -77,64 +123,64 @@ pub(super) fn annotate_messages(
     let mut classes = network.classes_of(&readable, &method.pipeline.projection)?.into_iter();
     let semantics_ms = ms_since(started) / messages.len() as f64;
 
-    let annotate = |(encoded, opened): (&EncodedCloud, Result<(_, PointCloud, _)>)| {
-        let (wire, cloud, remarks) = opened?;
+    let annotate = |((encoded, is_followed), opened): (&(EncodedCloud, bool), Result<_>)| {
+        let tracks = writing.tracks.filter(|_| *is_followed);
+        let writing = Writing { tracks, ..writing };
+        let (wire, cloud, remarks): (CloudMessage, PointCloud, _) = opened?;
         let cloud = cloud.with_classes(classes.next().unwrap_or_default())?;
-        let mut annotated = Annotated::default();
         let semantics = method.semantics.describe(None);
         let mask = method.mask(&cloud);
         let odd_field = None;
         let decoded =
             Decoded { mask, cloud, semantics, odd_field, remarks, decode_ms, semantics_ms };
-        let clustered =
-            annotate_decoded((&wire, &encoded.key(&wire)), method, types, decoded, &mut annotated)?;
-        Ok((clustered, annotated))
+        write(encoded, (wire, decoded), writing, Annotated::default())
     };
     Ok(messages.iter().zip(opened).map(annotate).collect())
 }
 
-fn annotate_decoded(
-    (wire, key): (&CloudMessage, &CloudKey),
-    method: &AnnotateConfig,
-    types: &MessageTypes,
-    decoded: Decoded,
-    annotated: &mut Annotated,
-) -> Result<Clustered> {
+fn write(
+    encoded: &EncodedCloud,
+    (wire, decoded): (CloudMessage, Decoded),
+    writing: Writing,
+    mut annotated: Annotated,
+) -> Result<(Clustered, Written)> {
+    let Writing { config, types, tracks, keeps } = writing;
+    let key: CloudKey = encoded.key(&wire);
     let started = Instant::now();
     let written = wire.reformatted(types.format(wire.format))?;
     let reformat_ms = ms_since(started);
-    let clustered = cluster_decoded(wire, key, method, decoded)?;
+    let clustered = cluster_decoded(&wire, &key, config, decoded)?;
 
     let started = Instant::now();
-    let stages = &clustered.stages;
-    let reason: Vec<u8> = stages.labels.reason.iter().map(|&reason| reason as u8).collect();
-    let ground = stages.mask.ground.as_deref().map(bytes);
-    let cloud = &clustered.cloud;
-    let certain = cloud.confidence.as_deref().zip(cloud.entropy.as_deref());
-    let certain = certain.map(|(confidence, entropy)| (bytes(confidence), bytes(entropy)));
-    let annotation = PointAnnotation {
-        instance: &stages.labels.instance,
-        component: &stages.labels.component,
-        semantic: &stages.labels.semantic,
-        reason: &reason,
-        ground: ground.as_deref(),
-        certainty: certain.as_ref().map(|(confidence, entropy)| Certainty { confidence, entropy }),
-    };
-    annotated_cloud(&written, &annotation, &mut annotated.cloud)?;
-    types.write_objects(&written, (&stages.instances, cloud), &mut annotated.objects)?;
+    let labels = all_labels(&clustered);
+    let placement = Placement::of(&written, &clustered.cloud);
     annotated.frame_id.clone_from(&wire.frame_id);
     annotated.stamp_ns = wire.stamp_ns();
     annotated.semantics.clone_from(&clustered.semantics);
-    annotated.times = FrameTimes {
-        decode_ms: clustered.decode_ms,
-        semantics_ms: clustered.semantics_ms,
-        stages: stages.times,
-        encode_ms: reformat_ms + ms_since(started),
-    };
-    Ok(clustered)
+    if let Some(options) = tracks {
+        let observation = observe_cloud(encoded, (&wire, &placement), &clustered, options);
+        annotated.times = times(&clustered, reformat_ms + ms_since(started));
+        let instances = clustered.stages.instances.clone();
+        let kept = None;
+        let mut untracked =
+            Untracked { labels, instances, placement, observation, kept, annotated };
+        if keeps {
+            untracked.keep();
+        }
+        return Ok((clustered, Written::Untracked(Box::new(untracked))));
+    }
+    annotated_cloud(&written, &labels.with_tracks(None), &mut annotated.cloud)?;
+    let instances = &clustered.stages.instances;
+    types.write_objects(&written, instances, &placement, &mut annotated.objects)?;
+    annotated.times = times(&clustered, reformat_ms + ms_since(started));
+    Ok((clustered, Written::Annotated(annotated)))
 }
 
-/// Shares of 0 to 1 as 0 to 255.
-pub(super) fn bytes(shares: &[f32]) -> Vec<u8> {
-    shares.iter().map(|share| (share * 255.0).round() as u8).collect()
+fn times(clustered: &Clustered, encode_ms: f64) -> FrameTimes {
+    FrameTimes {
+        decode_ms: clustered.decode_ms,
+        semantics_ms: clustered.semantics_ms,
+        stages: clustered.stages.times,
+        encode_ms,
+    }
 }

@@ -4,6 +4,7 @@ use super::assemble::Assemble;
 use super::config::AnnotateConfig;
 use super::form::Form;
 use super::slices::Slice;
+use super::tracking::TrackOptions;
 use super::types::MessageTypes;
 use divmerge_recording::Compression;
 
@@ -25,6 +26,8 @@ pub struct AnnotateOptions {
     /// Compression of the output. Default: that of most of the input's chunks, so that those stay
     /// as they are.
     pub compression: Option<Compression>,
+    /// Whether and how objects are followed over time. Turns that are put together are not.
+    pub tracks: TrackOptions,
     /// How messages of a topic are put together to whole turns before they are clustered. Each is
     /// annotated by itself; the boxes stand with the last of a turn. Default: not at all.
     pub assemble: Option<Assemble>,
@@ -49,6 +52,13 @@ pub struct AnnotateOptions {
     /// that one does everything, one thing after the other. 0, the default: as many as there are
     /// cores, up to [`USUAL_THREADS`].
     pub threads: usize,
+}
+
+impl AnnotateOptions {
+    /// Whether the output is a slice.
+    pub(super) fn is_slice(&self) -> bool {
+        self.slice.is_some()
+    }
 }
 
 /// Most threads that are started by default. Eight nearly keep the reading and writing thread busy,

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::event::ClusteredFrame;
 use super::message::Annotated;
+use crate::frames::EncodedCloud;
 use divmerge_recording::stopwatch::Steps;
 use divmerge_recording::{ReadTimes, WriteTimes};
 
@@ -49,15 +49,15 @@ pub struct SlowFrame {
 
 impl Profile {
     /// Takes a frame whose message has so many bytes.
-    pub(super) fn take(&mut self, frame: &ClusteredFrame, message: usize, annotated: &Annotated) {
+    pub(super) fn take(&mut self, cloud: &EncodedCloud, message: usize, annotated: &Annotated) {
         let times = annotated.times;
         let added = annotated.cloud.len() + annotated.objects.len();
         self.cluster.take(times.total_ms() - times.encode_ms, message as u64);
         self.encode.take(times.encode_ms, added as u64);
         let slow = SlowFrame {
-            topic: frame.key.topic.to_owned(),
-            number: frame.key.number,
-            log_time_ns: frame.log_time_ns,
+            topic: cloud.topic.to_string(),
+            number: cloud.number,
+            log_time_ns: cloud.header.log_time,
             ms: times.total_ms(),
         };
         let place = self.slowest.partition_point(|other| other.ms >= slow.ms);

@@ -8,6 +8,7 @@ use super::config::{AnnotateConfig, Semantics};
 use super::form::Form;
 use super::metadata::method_metadata;
 use super::options::AnnotateOptions;
+use super::tracking::TrackOptions;
 use super::types::MessageTypes;
 use divmerge_recording::{Compression, Overview};
 
@@ -35,6 +36,9 @@ pub(super) struct RunParameters {
     pub(super) to_ns: Option<u64>,
     pub(super) form: Form,
     pub(super) types: MessageTypes,
+    pub(super) tracks: TrackOptions,
+    /// Whether objects are followed over time.
+    pub(super) follows: bool,
     pub(super) compression: Compression,
     #[serde(rename = "check of chunks")]
     is_checked: bool,
@@ -49,6 +53,10 @@ impl RunParameters {
         let name = input.file_name().unwrap_or_default().to_string_lossy();
         let usual = || overview.usual_compression().unwrap_or_default();
         let mut parameters = method_metadata(method);
+        let follows = options.tracks.applies_to(method) && options.assemble.is_none();
+        if follows {
+            parameters.insert("tracks".to_owned(), serde_json::json!(options.tracks).to_string());
+        }
         parameters.extend(options.assemble.map(|how| ("assemble".to_owned(), how.to_string())));
         RunParameters {
             input: name.into_owned(),
@@ -69,6 +77,8 @@ impl RunParameters {
             to_ns: options.to_ns,
             form: options.form,
             types: options.types,
+            tracks: options.tracks,
+            follows,
             compression: options.compression.unwrap_or_else(usual),
             is_checked: !options.unchecked,
         }
@@ -78,6 +88,7 @@ impl RunParameters {
     pub(super) fn options(&self) -> AnnotateOptions {
         AnnotateOptions {
             types: self.types,
+            tracks: self.tracks,
             topics: self.topics.clone(),
             from_ns: self.from_ns,
             to_ns: self.to_ns,

@@ -1,6 +1,6 @@
 //! In which messages an annotation is written.
 
-use nalgebra::Translation3;
+use nalgebra::{Isometry3, Translation3};
 use serde::{Deserialize, Serialize};
 
 use super::form::Form;
@@ -21,6 +21,30 @@ pub struct MessageTypes {
     pub objects: Option<ObjectKind>,
     /// Instances that have a box.
     pub boxed: BoxedInstances,
+}
+
+/// From the coordinates that a cloud was clustered in to those of its message.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Placement {
+    /// What was turned upright is turned back, in the message's unit.
+    pub(super) frame: Isometry3<f64>,
+    /// How many of the message's unit there are to a metre.
+    pub(super) per_metre: f64,
+}
+
+impl Placement {
+    /// That of the cloud of a message, as it was clustered.
+    pub(super) fn of(message: &CloudMessage, upright: &PointCloud) -> Self {
+        let offset = Translation3::from(upright.offset);
+        let frame = message.isometry() * offset * upright.turned.inverse();
+        Placement { frame, per_metre: upright.unit.per_metre() }
+    }
+
+    /// The same in metres.
+    pub(super) fn in_metres(&self) -> Isometry3<f64> {
+        let Isometry3 { translation, rotation } = self.frame;
+        Isometry3::from_parts((translation.vector / self.per_metre).into(), rotation)
+    }
 }
 
 /// Which instances have a box. Those with classes are all objects.
@@ -63,24 +87,22 @@ impl MessageTypes {
     }
 
     /// Writes the boxes of instances beside an annotated cloud, in its coordinate frame and
-    /// unit, replacing what is in `out`. The instances were found in `upright`.
+    /// unit, replacing what is in `out`.
     ///
     /// # Errors
     /// Those of [`MessageTypes::objects`].
     pub(super) fn write_objects(
         &self,
         cloud: &CloudMessage,
-        (instances, upright): (&[Instance], &PointCloud),
+        instances: &[Instance],
+        placement: &Placement,
         out: &mut Vec<u8>,
     ) -> frame::Result<()> {
-        // What was found in the cloud turned upright is turned back.
-        let frame =
-            cloud.isometry() * Translation3::from(upright.offset) * upright.turned.inverse();
-        let per_metre = upright.unit.per_metre();
+        let Placement { frame, per_metre } = placement;
         let has_all = self.boxed == BoxedInstances::All;
         let boxed = instances.iter().filter(|instance| has_all || instance.is_object());
         let boxes: Vec<ObjectBox> =
-            boxed.map(|instance| ObjectBox::of(instance, per_metre, &frame)).collect();
+            boxed.map(|instance| ObjectBox::of(instance, *per_metre, frame)).collect();
         let encoding = encoding(cloud.format, cloud.byte_order);
         let header = (cloud.stamp_sec as i32, cloud.stamp_nanosec, cloud.frame_id.as_str());
         self.object_kind(encoding).write(encoding, header, &boxes, out)

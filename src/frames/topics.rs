@@ -243,6 +243,13 @@ pub(super) fn channels_beside<T>(
     Err(format!("{} has no such topic; {others}", overview.path.display()))
 }
 
+/// Messages of a topic, if the index counts them.
+pub(crate) fn topic_count(overview: &Overview, topic: &str) -> Option<u64> {
+    let counts =
+        overview.channels_of(topic).map(|channel| overview.message_counts.get(&channel.id));
+    counts.map(|count| count.copied()).sum()
+}
+
 /// Messages of a channel, as the index counts them.
 pub(crate) fn message_count(overview: &Overview, channel: u16) -> u64 {
     overview.message_counts.get(&channel).copied().unwrap_or(0)

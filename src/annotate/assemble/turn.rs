@@ -5,12 +5,13 @@ use std::time::Instant;
 
 use crate::annotate::clustered::{Clustered, cluster_decoded};
 use crate::annotate::config::{AnnotateConfig, Decoded};
-use crate::annotate::message::{Annotated, bytes};
+use crate::annotate::labels::labels_at;
+use crate::annotate::message::Annotated;
 use crate::annotate::times::FrameTimes;
-use crate::annotate::types::MessageTypes;
+use crate::annotate::types::{MessageTypes, Placement};
 use crate::error::{FrameError, Result};
 use crate::frames::EncodedCloud;
-use crate::messages::annotation::{Certainty, PointAnnotation, annotated_cloud};
+use crate::messages::annotation::annotated_cloud;
 use crate::messages::clouds::CloudMessage;
 use divmerge_recording::stopwatch::ms_since;
 
@@ -50,13 +51,19 @@ pub(in crate::annotate) fn annotate_turn(
             semantics: clustered.semantics.clone(),
             ..Annotated::default()
         };
-        Labels::at(&points, &clustered).write(&written, &mut made.cloud)?;
+        let labels = labels_at(&points, &clustered);
+        annotated_cloud(&written, &labels.with_tracks(None), &mut made.cloud)?;
         annotated.push(made);
     }
     if let Some(made) = annotated.last_mut() {
         let written = last_message.reformatted(types.format(last_message.format))?;
-        let found = (clustered.stages.instances.as_slice(), &clustered.cloud);
-        types.write_objects(&written, found, &mut made.objects)?;
+        let placement = Placement::of(&written, &clustered.cloud);
+        types.write_objects(
+            &written,
+            &clustered.stages.instances,
+            &placement,
+            &mut made.objects,
+        )?;
         made.times = FrameTimes {
             decode_ms: clustered.decode_ms,
             semantics_ms: clustered.semantics_ms,
@@ -94,46 +101,4 @@ fn joined(messages: &[CloudMessage]) -> CloudMessage<'static> {
 fn places(message: &CloudMessage, column: usize, width: usize) -> Vec<usize> {
     let (height, own) = (message.height as usize, message.width as usize);
     (0..height).flat_map(|row| (0..own).map(move |at| row * width + column + at)).collect()
-}
-
-/// Labels of some points of a clustered cloud.
-struct Labels {
-    instance: Vec<u32>,
-    component: Vec<u32>,
-    semantic: Vec<u16>,
-    reason: Vec<u8>,
-    ground: Option<Vec<u8>>,
-    certainty: Option<(Vec<u8>, Vec<u8>)>,
-}
-
-impl Labels {
-    fn at(points: &[usize], clustered: &Clustered) -> Self {
-        fn pick<T: Copy>(column: &[T], points: &[usize]) -> Vec<T> {
-            points.iter().map(|&point| column[point]).collect()
-        }
-        let (labels, cloud) = (&clustered.stages.labels, &clustered.cloud);
-        let shares = |column: &[f32]| bytes(&pick(column, points));
-        let certain = cloud.confidence.as_deref().zip(cloud.entropy.as_deref());
-        Labels {
-            instance: pick(&labels.instance, points),
-            component: pick(&labels.component, points),
-            semantic: pick(&labels.semantic, points),
-            reason: points.iter().map(|&point| labels.reason[point] as u8).collect(),
-            ground: clustered.stages.mask.ground.as_deref().map(shares),
-            certainty: certain.map(|(confidence, entropy)| (shares(confidence), shares(entropy))),
-        }
-    }
-
-    fn write(&self, message: &CloudMessage, out: &mut Vec<u8>) -> Result<()> {
-        let certainty = self.certainty.as_ref();
-        let annotation = PointAnnotation {
-            instance: &self.instance,
-            component: &self.component,
-            semantic: &self.semantic,
-            reason: &self.reason,
-            ground: self.ground.as_deref(),
-            certainty: certainty.map(|(confidence, entropy)| Certainty { confidence, entropy }),
-        };
-        Ok(annotated_cloud(message, &annotation, out)?)
-    }
 }

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
+use super::cloud_job::CloudJob;
 use super::pending::CloudResult;
 use crate::annotate::config::{AnnotateConfig, Semantics};
-use crate::annotate::message::annotate_messages;
-use crate::annotate::types::MessageTypes;
+use crate::annotate::message::cluster_messages;
 use crate::error::Result;
 use crate::frames::EncodedCloud;
 use divmerge_recording::workers::{Promise, Ticket, Workers};
@@ -15,32 +15,33 @@ pub(super) struct Batch {
     /// How many go together; 0 without a network.
     pub(super) size: usize,
     config: Arc<AnnotateConfig>,
-    types: MessageTypes,
+    job: CloudJob,
     waiting: Vec<BatchItem>,
 }
 
 struct BatchItem {
     encoded: EncodedCloud,
+    is_followed: bool,
     result: Promise<Result<CloudResult>>,
 }
 
 impl Batch {
-    pub(super) fn new(config: Arc<AnnotateConfig>, types: MessageTypes) -> Self {
+    pub(super) fn new(config: Arc<AnnotateConfig>, job: CloudJob) -> Self {
         let size = match &config.semantics {
             Semantics::Network(network) => network.batch(),
             _ => 0,
         };
-        Batch { size, config, types, waiting: Vec::new() }
+        Batch { size, config, job, waiting: Vec::new() }
     }
 
     /// Adds a cloud to those that wait, which a thread takes as soon as they are enough.
     pub(super) fn push(
         &mut self,
-        encoded: EncodedCloud,
+        (encoded, is_followed): (EncodedCloud, bool),
         workers: &Workers,
     ) -> Ticket<Result<CloudResult>> {
         let (result, ticket) = Promise::new();
-        self.waiting.push(BatchItem { encoded, result });
+        self.waiting.push(BatchItem { encoded, is_followed, result });
         if self.waiting.len() >= self.size {
             self.run(workers);
         }
@@ -53,21 +54,26 @@ impl Batch {
         if self.waiting.is_empty() {
             return;
         }
-        let (network, config, types) = (Arc::clone(network), Arc::clone(&self.config), self.types);
+        let (network, config, job) = (Arc::clone(network), Arc::clone(&self.config), self.job);
         let waiting = std::mem::take(&mut self.waiting);
         workers.detach(move || {
-            let (clouds, promises): (Vec<_>, Vec<_>) =
-                waiting.into_iter().map(|item| (item.encoded, item.result)).unzip();
-            let results = annotate_messages(&clouds, &network, &config, &types);
-            drop(clouds);
+            let mut clouds = Vec::with_capacity(waiting.len());
+            let mut promises = Vec::with_capacity(waiting.len());
+            for BatchItem { encoded, is_followed, result } in waiting {
+                clouds.push((encoded, is_followed));
+                promises.push(result);
+            }
+            let writing = job.writing(&config);
+            let results = cluster_messages(&clouds, &network, writing);
             let results = match results {
                 Ok(results) => results,
                 // The run ends with the error of the first cloud; nobody waits for the others.
                 Err(error) => vec![Err(error)],
             };
-            for (promise, result) in promises.into_iter().zip(results) {
-                promise.keep(result.map(|(clustered, annotated)| {
-                    CloudResult::Annotated(Box::new(clustered), annotated)
+            for ((promise, result), (encoded, _)) in promises.into_iter().zip(results).zip(&clouds)
+            {
+                promise.keep(result.and_then(|written| {
+                    CloudResult::of(encoded, written, (writing, job.is_of_slice))
                 }));
             }
         });

@@ -23,19 +23,30 @@ type Message<'a> = (&'a [u8], Option<&'a Arc<SourceChunk>>);
 impl Job<'_> {
     /// Waits for what is made of a cloud, and writes it.
     pub(super) fn cloud(&mut self, cloud: PendingCloud) -> Result<()> {
-        let PendingCloud { encoded, result } = cloud;
+        let PendingCloud { encoded, result, .. } = cloud;
         self.report.messages += u64::from(self.is_in_place());
         let started = Instant::now();
         let result = result.wait();
         self.report.profile.wait.take_since(started, 0);
         match result {
-            Ok(CloudResult::Annotated(clustered, annotated)) => {
-                self.clustered(&encoded, &clustered, &annotated)
+            Ok(CloudResult::Annotated(clustered, annotated, kept)) => {
+                let report = FrameReport::new(&clustered, &annotated.frame_id);
+                if self.assembler.is_none() {
+                    self.watch.take(&encoded.topic, &clustered.cloud, annotated.stamp_ns);
+                }
+                self.written(&encoded, &annotated, (&report, kept))?;
+                self.announce(&encoded, &clustered, &annotated, &report);
+                Ok(())
             }
-            Ok(CloudResult::Completed(CompletedCloud::Annotated(report, [cloud, objects]))) => {
-                let messages =
-                    [&cloud, &objects].map(|stored| (&*stored.data, stored.chunk.as_ref()));
-                self.add(&encoded, messages, &report, None)
+            Ok(CloudResult::Tracked(report, annotated, kept)) => {
+                self.written(&encoded, &annotated, (&report, kept))
+            }
+            Ok(CloudResult::Untracked(..)) => unreachable!("its tracks are decided"),
+            Ok(CloudResult::Completed(CompletedCloud::Annotated(report, messages, stored))) => {
+                let [cloud, objects] = &messages;
+                let messages = [cloud, objects].map(|made| (&*made.data, made.chunk.as_ref()));
+                let kept = stored.map(|stored| stored.to_text());
+                self.add(&encoded, messages, (&report, kept), None)
             }
             Ok(CloudResult::Completed(CompletedCloud::Unreadable(problem))) => {
                 self.unreadable(&encoded, problem)
@@ -50,33 +61,29 @@ impl Job<'_> {
         self.options.form == Form::InPlace && self.copies()
     }
 
-    fn clustered(
+    /// Writes the messages that annotate a cloud, with what a checkpoint keeps of it.
+    fn written(
         &mut self,
         encoded: &EncodedCloud,
-        clustered: &Clustered,
         annotated: &Annotated,
+        report: (&FrameReport, Option<String>),
     ) -> Result<()> {
-        let report = FrameReport::new(clustered, &annotated.frame_id);
-        if self.assembler.is_none() {
-            self.watch.take(&encoded.topic, &clustered.cloud, annotated.stamp_ns);
-        }
         let messages = [(&*annotated.cloud, None), (&*annotated.objects, None)];
-        self.add(encoded, messages, &report, Some(annotated.times))?;
-        self.announce(encoded, clustered, annotated, report, encoded.data.len());
+        self.add(encoded, messages, report, Some(annotated.times))?;
+        self.report.profile.take(encoded, encoded.data.len(), annotated);
         Ok(())
     }
 
-    /// Counts and announces a clustered cloud that came in so many bytes of messages, of which
-    /// `encoded` is the last.
+    /// Announces a clustered cloud.
     pub(super) fn announce(
         &mut self,
         encoded: &EncodedCloud,
         clustered: &Clustered,
         annotated: &Annotated,
-        report: FrameReport,
-        bytes: usize,
+        report: &FrameReport,
     ) {
-        let remarks: Vec<String> = report.remarks.into_iter().map(|(_, problem)| problem).collect();
+        let remarks: Vec<String> =
+            report.remarks.iter().map(|(_, problem)| problem.clone()).collect();
         let frame = ClusteredFrame {
             key: CloudKey {
                 topic: &encoded.topic,
@@ -89,7 +96,6 @@ impl Job<'_> {
             stages: &clustered.stages,
             remarks: &remarks,
         };
-        self.report.profile.take(&frame, bytes, annotated);
         let _ = (self.on_event)(RunEvent::Frame(frame));
     }
 
@@ -111,7 +117,7 @@ impl Job<'_> {
         &mut self,
         encoded: &EncodedCloud,
         messages: [Message; 2],
-        report: &FrameReport,
+        (report, observed): (&FrameReport, Option<String>),
         times: Option<FrameTimes>,
     ) -> Result<()> {
         let Added { instances, objects } = self.channels_for(encoded.header.channel_id)?;
@@ -125,7 +131,8 @@ impl Job<'_> {
         if self.writes_checkpoints() {
             let [instances, objects] = messages.map(|(message, _)| checksum(message));
             let report = report.clone();
-            self.checkpoint(encoded, CloudOutcome::Annotated { instances, objects, report })?;
+            let outcome = CloudOutcome::Annotated { instances, objects, report, observed };
+            self.checkpoint(encoded, outcome)?;
         }
         self.count(encoded, report, times);
         Ok(())
@@ -145,7 +152,7 @@ impl Job<'_> {
         Ok(())
     }
 
-    fn writes_checkpoints(&self) -> bool {
+    pub(super) fn writes_checkpoints(&self) -> bool {
         self.journal.is_some() || self.options.slice.is_some()
     }
 

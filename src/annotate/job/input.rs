@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use super::pending::{CloudResult, Pending, PendingCloud, PendingItem};
+use super::cloud_job::CloudJob;
+use super::pending::{CloudResult, Pending, PendingCloud, PendingItem, most_clouds};
 use super::state::Job;
 use crate::annotate::form::Form;
-use crate::annotate::message::{Annotated, annotate_message};
+use crate::annotate::message::cluster_message;
 use crate::error::Result;
 use crate::frames::{CloudTopic, EncodedCloud};
 use divmerge_recording::workers::Workers;
@@ -126,20 +127,41 @@ impl Job<'_> {
         };
         let (header, position, data) = (*header, *position, data.clone());
         let encoded = EncodedCloud { topic, number, header, format, data, position };
+        let is_followed = self.tracking.follows(&encoded.topic);
         let result = match completed {
             Some(completed) => Workers::none().run(move || Ok(CloudResult::Completed(completed))),
-            None if self.batch.size > 1 => self.batch.push(encoded.clone(), &self.workers),
+            None if self.batch.size > 1 => {
+                self.batch.push((encoded.clone(), is_followed), &self.workers)
+            }
             None => {
-                let (config, types) = (Arc::clone(&self.config), self.options.types);
+                let (config, job) = (Arc::clone(&self.config), self.cloud_job(is_followed));
                 let encoded = encoded.clone();
                 self.workers.run(move || {
-                    let mut annotated = Annotated::default();
-                    annotate_message(&encoded, &config, &types, &mut annotated)
-                        .map(|clustered| CloudResult::Annotated(Box::new(clustered), annotated))
+                    let writing = job.writing(&config);
+                    let written = cluster_message(&encoded, writing)?;
+                    CloudResult::of(&encoded, written, (writing, job.is_of_slice))
                 })
             }
         };
-        self.push(bytes, PendingItem::Cloud(Box::new(PendingCloud { encoded, result })))
+        let (followed, result) = match is_followed && !self.options.is_slice() {
+            true => {
+                let (number, result) = self.tracking.push(encoded.clone(), bytes, result);
+                (Some(number), result)
+            }
+            false => (None, result),
+        };
+        let cloud = Box::new(PendingCloud { encoded, followed, result });
+        self.push(bytes, PendingItem::Cloud(cloud))
+    }
+
+    /// What is done to a cloud.
+    fn cloud_job(&self, is_followed: bool) -> CloudJob {
+        CloudJob {
+            types: self.options.types,
+            tracks: is_followed.then_some(self.options.tracks),
+            keeps: self.writes_checkpoints(),
+            is_of_slice: self.options.slice.is_some(),
+        }
     }
 
     /// Queues something, and writes what is ready. Where more is waiting than keeps the threads
@@ -147,12 +169,26 @@ impl Job<'_> {
     pub(super) fn push(&mut self, bytes: u64, item: PendingItem) -> Result<()> {
         self.queue.push(Pending { bytes, item });
         let most = &mut self.report.profile.most_clouds_in_flight;
-        *most = (*most).max(self.queue.clouds());
-        while self.queue.is_full(self.workers.threads(), self.batch.size)
-            || self.queue.is_first_ready() == Some(true)
-        {
-            self.settle()?;
+        *most = (*most).max(self.queue.clouds() - self.tracking.waiting());
+        let (threads, batch) = (self.workers.threads(), self.batch.size);
+        loop {
+            self.observe_ready(bytes)?;
+            let is_ready = self.queue.is_first_ready() == Some(true);
+            if !is_ready && self.first_is_undecided() {
+                if self.tracking.clustering() < most_clouds(threads, batch) {
+                    return Ok(());
+                }
+                self.observe_next()?;
+            } else if is_ready || self.queue.is_full(threads, batch) {
+                self.settle()?;
+            } else {
+                return Ok(());
+            }
         }
-        Ok(())
+    }
+
+    /// Whether the front of the queue waits for tracks, which may need more of the input.
+    fn first_is_undecided(&self) -> bool {
+        self.queue.first_followed().is_some_and(|number| self.tracking.is_undecided(number))
     }
 }

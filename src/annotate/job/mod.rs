@@ -4,6 +4,7 @@
 mod batch;
 mod channels;
 mod cloud;
+mod cloud_job;
 mod input;
 mod job_input;
 mod output;
@@ -11,6 +12,7 @@ mod pending;
 mod slice;
 mod state;
 mod stream;
+mod tracking;
 mod turn;
 
 pub(super) use job_input::JobInput;

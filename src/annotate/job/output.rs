@@ -16,6 +16,7 @@ use divmerge_recording::{Damage, Item, Record, RecordingReader};
 impl Job<'_> {
     /// Writes all that is waiting.
     pub(in crate::annotate) fn settle_all(&mut self) -> Result<()> {
+        self.decide_all()?;
         while !self.queue.is_empty() {
             self.settle()?;
         }

@@ -5,7 +5,9 @@ use std::collections::VecDeque;
 use crate::annotate::assemble::AnnotatedTurn;
 use crate::annotate::checkpoint::CompletedCloud;
 use crate::annotate::clustered::Clustered;
-use crate::annotate::message::Annotated;
+use crate::annotate::message::{Annotated, Writing, Written};
+use crate::annotate::report::FrameReport;
+use crate::annotate::tracking::Untracked;
 use crate::error::Result;
 use crate::frames::EncodedCloud;
 use divmerge_recording::workers::Ticket;
@@ -20,7 +22,7 @@ const BESIDE_MESSAGES: usize = 1 << 10;
 
 /// Clouds that are clustered or wait for their turn: one for each thread, and one to follow; where
 /// several go through a network together, as many batches as keep four threads busy.
-fn most_clouds(threads: usize, batch: usize) -> usize {
+pub(super) fn most_clouds(threads: usize, batch: usize) -> usize {
     match batch {
         0 | 1 => threads + 1,
         batch => threads.min(4) * batch + 1,
@@ -45,6 +47,8 @@ pub(super) enum PendingItem {
 /// A cloud being clustered.
 pub(super) struct PendingCloud {
     pub(super) encoded: EncodedCloud,
+    /// Its number in [`Tracking`](super::tracking::Tracking), if its objects are followed.
+    pub(super) followed: Option<u64>,
     pub(super) result: Ticket<Result<CloudResult>>,
 }
 
@@ -56,8 +60,33 @@ pub(super) struct PendingTurn {
 
 /// What becomes of a cloud: this run annotates it, or a run before completed it.
 pub(super) enum CloudResult {
-    Annotated(Box<Clustered>, Annotated),
+    /// Clustered and annotated; with what a checkpoint keeps of it to follow its objects.
+    Annotated(Box<Clustered>, Annotated, Option<String>),
+    /// Clustered; its objects are followed.
+    Untracked(Box<Clustered>, Box<Untracked>),
+    /// The same with its tracks.
+    Tracked(FrameReport, Annotated, Option<String>),
     Completed(CompletedCloud),
+}
+
+impl CloudResult {
+    /// What becomes of a clustered cloud; of a slice its tracks are found later.
+    pub(super) fn of(
+        encoded: &EncodedCloud,
+        (clustered, written): (Clustered, Written),
+        (writing, is_of_slice): (Writing, bool),
+    ) -> Result<CloudResult> {
+        let clustered = Box::new(clustered);
+        Ok(match written {
+            Written::Annotated(annotated) => CloudResult::Annotated(clustered, annotated, None),
+            Written::Untracked(mut untracked) if is_of_slice => {
+                let kept = untracked.kept.take();
+                let annotated = untracked.write_untracked(encoded, writing)?;
+                CloudResult::Annotated(clustered, annotated, kept)
+            }
+            Written::Untracked(untracked) => CloudResult::Untracked(clustered, untracked),
+        })
+    }
 }
 
 impl PendingItem {
@@ -113,6 +142,14 @@ impl Queue {
     /// Clouds that wait.
     pub(super) fn clouds(&self) -> usize {
         self.clouds
+    }
+
+    /// The number of the first item if it is a cloud whose objects are followed.
+    pub(super) fn first_followed(&self) -> Option<u64> {
+        match &self.items.front()?.item {
+            PendingItem::Cloud(cloud) => cloud.followed,
+            _ => None,
+        }
     }
 
     /// Whether the first item can be written without waiting; `None` if there is none.

@@ -7,8 +7,10 @@ use std::sync::Arc;
 
 use super::batch::Batch;
 use super::channels::{Added, AddedChannels};
+use super::cloud_job::CloudJob;
 use super::job_input::JobInput;
 use super::pending::Queue;
+use super::tracking::Tracking;
 use crate::annotate::added_topics::refuse_annotated;
 use crate::annotate::assemble::{Assembler, PartWatch};
 use crate::annotate::checkpoint::CompletedClouds;
@@ -19,9 +21,10 @@ use crate::annotate::options::AnnotateOptions;
 use crate::annotate::report::AnnotationReport;
 use crate::annotate::resume::Journal;
 use crate::annotate::run_parameters::RunParameters;
+use crate::annotate::tracking::TopicFollower;
 use crate::annotate::warnings::CloudWarnings;
 use crate::error::Result;
-use crate::frames::topics::topic_names;
+use crate::frames::topics::{topic_count, topic_names};
 use crate::frames::{CloudCounter, CloudTopic};
 use divmerge_recording::workers::Workers;
 use divmerge_recording::{Compression, Overview, ReadFilter, RecordingWriter};
@@ -63,6 +66,20 @@ pub(in crate::annotate) struct Job<'a> {
     pub(super) checkpoints: Vec<u8>,
     /// Clouds that wait to go through a network together.
     pub(super) batch: Batch,
+    /// Clouds whose objects are followed.
+    pub(super) tracking: Tracking,
+    /// Whether what was completed is of slices, whose tracks are still to be found.
+    pub(super) joins_slices: bool,
+}
+
+/// What is done to each cloud that goes through a network with others.
+fn batch_job(options: &AnnotateOptions, keeps: bool) -> CloudJob {
+    CloudJob {
+        types: options.types,
+        tracks: Some(options.tracks),
+        keeps: keeps || options.slice.is_some(),
+        is_of_slice: options.slice.is_some(),
+    }
 }
 
 impl<'a> Job<'a> {
@@ -91,7 +108,7 @@ impl<'a> Job<'a> {
             options,
             on_event,
             workers: workers.clone(),
-            batch: Batch::new(Arc::clone(&config), options.types),
+            batch: Batch::new(Arc::clone(&config), batch_job(options, journal.is_some())),
             config,
             writer,
             queue: Queue::default(),
@@ -107,6 +124,8 @@ impl<'a> Job<'a> {
             journal,
             completed,
             checkpoints: Vec::new(),
+            tracking: Tracking::default(),
+            joins_slices: false,
         };
         match is_stream {
             true => job.writer.reserve_all_but_the_highest(),
@@ -116,6 +135,7 @@ impl<'a> Job<'a> {
     }
 
     fn declare_channels(&mut self) -> Result<()> {
+        self.follow_topics();
         let (names, clouds) = (topic_names(&self.overview), self.clouds.values());
         refuse_annotated(&self.overview.path, &names, clouds.map(|cloud| &cloud.topic))?;
         self.writer.reserve(&self.overview);
@@ -125,6 +145,19 @@ impl<'a> Job<'a> {
         // All of them now: their ids must not depend on which clouds can be read.
         self.declare_added()?;
         self.begin_slice()
+    }
+
+    /// Follows the objects of the topics that are known, if they are to be followed.
+    pub(super) fn follow_topics(&mut self) {
+        if !self.parameters.follows {
+            return;
+        }
+        for CloudTopic { topic, .. } in self.clouds.values() {
+            let several = self.is_stream || topic_count(&self.overview, topic) != Some(1);
+            if several && !self.tracking.follows(topic) {
+                self.tracking.follow(topic, TopicFollower::new(&self.options.tracks));
+            }
+        }
     }
 
     /// Declares the channels of what is added, where that has not been done yet.
@@ -141,9 +174,10 @@ impl<'a> Job<'a> {
         self.added.of_clouds(cloud_channel, cloud, &self.overview, &mut self.writer)
     }
 
-    /// Takes clouds that were completed before from there.
+    /// Takes clouds from slices, which are joined.
     pub(in crate::annotate) fn take_from(&mut self, completed: CompletedClouds) {
         self.completed = Some(completed);
+        self.joins_slices = true;
     }
 
     /// Warns of what was odd about clouds.

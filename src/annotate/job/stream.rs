@@ -44,6 +44,7 @@ impl Job<'_> {
             report.format = self.options.types.format(cloud.format);
             self.refuse_topics_beside(&cloud.topic)?;
             self.clouds.insert(channel.id, cloud);
+            self.follow_topics();
         }
         let cloud =
             [INSTANCES, OBJECTS].into_iter().find_map(|end| channel.topic.strip_suffix(end));

@@ -22,7 +22,7 @@ impl Job<'_> {
             (Err(error), _) => {
                 let completed = CompletedCloud::Unreadable(error.to_string());
                 let result = Workers::none().run(move || Ok(CloudResult::Completed(completed)));
-                let cloud = Box::new(PendingCloud { encoded, result });
+                let cloud = Box::new(PendingCloud { encoded, followed: None, result });
                 return self.push(bytes, PendingItem::Cloud(cloud));
             }
             (Ok(_), None) => None,
@@ -83,7 +83,8 @@ impl Job<'_> {
         let report = FrameReport::new(clustered, &last.frame_id);
         self.count(encoded, &report, Some(last.times));
         let bytes = parts.iter().map(|part| part.data.len()).sum();
-        self.announce(encoded, clustered, last, report, bytes);
+        self.report.profile.take(encoded, bytes, last);
+        self.announce(encoded, clustered, last, &report);
         Ok(())
     }
 }

@@ -1,6 +1,7 @@
 //! The coarse class of an instance where there are no classes: a body or a kind of background.
 
-use serde::{Deserialize, Serialize, Serializer};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// The body of an object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -99,6 +100,14 @@ impl Serialize for CoarseClass {
     }
 }
 
+impl<'de> Deserialize<'de> for CoarseClass {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let key = String::deserialize(deserializer)?;
+        let found = Self::ALL.into_iter().find(|class| class.key() == key);
+        found.ok_or_else(|| D::Error::custom(format!("`{key}` is no coarse class")))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -112,5 +121,10 @@ mod tests {
         assert!(names.windows(2).all(|pair| pair[0] != pair[1]), "{names:?}");
         let large = serde_json::json!(CoarseClass::Body(Body::LargeVehicle));
         assert_eq!(large, "large_vehicle");
+        for class in CoarseClass::ALL {
+            let read: CoarseClass = serde_json::from_value(serde_json::json!(class)).unwrap();
+            assert_eq!(read, class);
+        }
+        assert!(serde_json::from_str::<CoarseClass>("\"house\"").is_err());
     }
 }

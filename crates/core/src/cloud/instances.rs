@@ -1,6 +1,6 @@
 //! What comes out: a reason or an instance for every point, and the instances themselves.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::coarse_class::CoarseClass;
 use super::shape::Classification;
@@ -89,7 +89,7 @@ impl PointLabels {
 }
 
 /// One instance of a frame.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Instance {
     /// Id from 1, as in [`PointLabels::instance`].
     pub id: u32,

@@ -24,14 +24,14 @@
 //! of their own.
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::coarse_class::{Body, CoarseClass};
 use super::upright_box::UprightBox;
 use crate::geometry::statistics::median_by;
 
 /// The coarse class of an instance.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Classification {
     /// The class.
     #[serde(rename = "kind")]
@@ -64,7 +64,7 @@ fn likeliest(measures: ShapeMeasures, is_possible: impl Fn(CoarseClass) -> bool)
 }
 
 /// What is measured on an instance.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ShapeMeasures {
     /// Number of its points.
     pub points: usize,

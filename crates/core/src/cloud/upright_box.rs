@@ -1,13 +1,13 @@
 //! Upright boxes, of instances and of detectors.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::point_cloud::{PointCloud, wide};
 use crate::geometry::footprint::{Rectangle, convex_hull, minimum_area_rectangle};
 
 /// A box that stands upright: the minimum-area rectangle on the bird's-eye plane and a height.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct UprightBox {
     /// Centre in metres, sensor frame.
     pub centre: [f64; 3],

@@ -128,12 +128,18 @@ impl Tracker {
         decided
     }
 
-    /// Decides the frames that are left, and ends all tracks.
-    pub fn finish(&mut self) -> Vec<Vec<InstanceTrack>> {
+    /// Decides the frames that are left with what is known. Tracks go on.
+    pub fn decide_all(&mut self) -> Vec<Vec<InstanceTrack>> {
         let mut decided = Vec::new();
         while self.window.undecided_since().is_some() {
             decided.push(self.decide());
         }
+        decided
+    }
+
+    /// Decides the frames that are left, and ends all tracks.
+    pub fn finish(&mut self) -> Vec<Vec<InstanceTrack>> {
+        let decided = self.decide_all();
         self.tracks.clear();
         self.window = Window::default();
         self.continues.clear();

@@ -19,6 +19,7 @@ use divmerge::view::Target;
 
 use crate::arguments::method::MethodArguments;
 use crate::arguments::selection::window;
+use crate::arguments::tracks::TrackArguments;
 use crate::arguments::values::{COMPRESSIONS, NamedValue, one_of};
 use crate::exit::{Outcome, error_chain};
 use crate::layout::Layout;
@@ -57,6 +58,9 @@ pub struct Arguments {
 
     #[command(flatten)]
     method: MethodArguments,
+
+    #[command(flatten)]
+    tracks: TrackArguments,
 
     /// Boxes on T/objects: their type, `all` for those of background too, or both (detection3d,all)
     /// [default: objects alone, in what viewers draw: markers, or a SceneUpdate beside Foxglove's
@@ -350,6 +354,7 @@ fn options(arguments: &Arguments, input: &Path) -> Result<AnnotateOptions> {
         from_ns,
         to_ns,
         compression: arguments.compression,
+        tracks: arguments.tracks.options(),
         assemble: arguments.assemble,
         slice: None,
         unchecked: arguments.unchecked,

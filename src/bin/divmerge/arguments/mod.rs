@@ -6,5 +6,6 @@ pub mod geometry;
 pub mod method;
 pub mod objects;
 pub mod selection;
+pub mod tracks;
 pub mod truth;
 pub mod values;

@@ -46,6 +46,16 @@ pub fn not_negative(text: &str) -> Result<f64, String> {
     number(text).and_then(limits::not_negative)
 }
 
+/// Seconds to look ahead.
+pub fn lag(text: &str) -> Result<f64, String> {
+    const LONGEST: f64 = 60.0;
+    let seconds = not_negative(text)?;
+    match seconds <= LONGEST {
+        true => Ok(seconds),
+        false => Err(format!("at most {LONGEST} seconds: all that was read waits in memory")),
+    }
+}
+
 /// Degrees from 0 to below 90.
 pub fn angle(text: &str) -> Result<f64, String> {
     number(text).and_then(limits::acute_angle)

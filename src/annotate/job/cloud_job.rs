@@ -1,0 +1,25 @@
+//! What a thread does to a cloud.
+
+use crate::annotate::config::AnnotateConfig;
+use crate::annotate::message::Writing;
+use crate::annotate::tracking::TrackOptions;
+use crate::annotate::types::MessageTypes;
+
+/// What a thread does to a cloud.
+#[derive(Clone, Copy)]
+pub(super) struct CloudJob {
+    pub(super) types: MessageTypes,
+    /// How its objects are followed, if they are.
+    pub(super) tracks: Option<TrackOptions>,
+    /// Whether checkpoints keep what that needs.
+    pub(super) keeps: bool,
+    /// Whether its tracks are found when slices are joined.
+    pub(super) is_of_slice: bool,
+}
+
+impl CloudJob {
+    pub(super) fn writing<'a>(&'a self, config: &'a AnnotateConfig) -> Writing<'a> {
+        let CloudJob { types, tracks, keeps, .. } = self;
+        Writing { config, types, tracks: tracks.as_ref(), keeps: *keeps }
+    }
+}

@@ -1,0 +1,16 @@
+//! Objects followed over the clouds of a recording: each cloud is observed where it is clustered,
+//! the observations of a topic go through one tracker in their order, and the messages of a cloud
+//! are written when its tracks are decided.
+//!
+//! What the tracker gives depends on the observations alone. So a run that is resumed and slices
+//! that are joined keep those, and come to the same tracks.
+
+mod follower;
+mod observation;
+mod options;
+mod tracked;
+
+pub(super) use follower::{Decided, TopicFollower};
+pub(super) use observation::{Stored, observe_cloud};
+pub use options::{EgoMotionSource, TrackMode, TrackOptions};
+pub(super) use tracked::{Untracked, stored_cloud};

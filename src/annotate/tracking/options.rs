@@ -1,0 +1,85 @@
+//! Whether and how objects are followed over time.
+
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use crate::annotate::config::AnnotateConfig;
+use divmerge_core::over_time::TrackParams;
+
+/// Whether and how objects are followed over the clouds of a topic.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct TrackOptions {
+    /// Whether they are.
+    pub mode: TrackMode,
+    /// Where the motion of the sensor comes from.
+    pub ego_motion: EgoMotionSource,
+    /// Parameters of the tracker.
+    pub params: TrackParams,
+}
+
+/// Whether objects are followed over time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum TrackMode {
+    /// With preset `best` and its own method, on topics of several clouds.
+    #[default]
+    Auto,
+    /// On topics of several clouds.
+    On,
+    /// Not at all.
+    Off,
+}
+
+/// Reads `auto`, `on` or `off`.
+impl FromStr for TrackMode {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "auto" => Ok(TrackMode::Auto),
+            "on" => Ok(TrackMode::On),
+            "off" => Ok(TrackMode::Off),
+            _ => Err(format!("`{text}` is none of auto, on, off")),
+        }
+    }
+}
+
+/// Where the motion of the sensor comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum EgoMotionSource {
+    /// It is estimated from the clouds.
+    #[default]
+    Estimate,
+    /// There is none: the frame of the clouds stands still.
+    None,
+}
+
+/// Reads `estimate` or `none`.
+impl FromStr for EgoMotionSource {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "estimate" => Ok(EgoMotionSource::Estimate),
+            "none" => Ok(EgoMotionSource::None),
+            _ => Err(format!("`{text}` is none of estimate, none")),
+        }
+    }
+}
+
+impl TrackOptions {
+    /// Objects are not followed.
+    pub fn off() -> Self {
+        TrackOptions { mode: TrackMode::Off, ..TrackOptions::default() }
+    }
+
+    /// Whether the objects of clouds are followed to which this is done.
+    pub fn applies_to(&self, config: &AnnotateConfig) -> bool {
+        let pipeline = &config.pipeline;
+        match self.mode {
+            TrackMode::Auto => pipeline.preset == "best" && pipeline.other_method.is_none(),
+            TrackMode::On => true,
+            TrackMode::Off => false,
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! A clustered cloud whose tracks are decided: the tracks of its points, its boxes, its messages.
+
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+use nalgebra::{Point3, Translation3};
+
+use super::observation::{CloudObservation, Stored};
+use crate::annotate::message::{Annotated, Writing};
+use crate::annotate::types::Placement;
+use crate::error::Result;
+use crate::frames::EncodedCloud;
+use crate::messages::annotation::{OwnedAnnotation, annotated_cloud, annotation_of};
+use divmerge_core::cloud::{Instance, PointCloud, PointColumns, UprightBox};
+use divmerge_core::over_time::{InstanceTrack, ObservedInstance};
+use divmerge_recording::stopwatch::ms_since;
+
+/// A clustered cloud whose tracks are not decided.
+pub(in crate::annotate) struct Untracked {
+    pub(in crate::annotate) labels: OwnedAnnotation,
+    pub(in crate::annotate) instances: Vec<Instance>,
+    pub(in crate::annotate) placement: Placement,
+    pub(in crate::annotate) observation: CloudObservation,
+    /// The same as a checkpoint keeps it, if checkpoints are written.
+    pub(in crate::annotate) kept: Option<String>,
+    /// The rest of what is known; its messages are empty.
+    pub(in crate::annotate) annotated: Annotated,
+}
+
+impl Untracked {
+    /// Keeps what a checkpoint needs.
+    pub(in crate::annotate) fn keep(&mut self) {
+        let stored = Stored {
+            observation: self.observation.clone(),
+            instances: self.instances.clone(),
+            placement: self.placement,
+        };
+        self.kept = Some(stored.to_text());
+    }
+
+    /// The messages of the cloud of a slice: its tracks are found when the slices are joined.
+    ///
+    /// # Errors
+    /// Those of [`write`](Self::write).
+    pub(in crate::annotate) fn write_untracked(
+        self,
+        encoded: &EncodedCloud,
+        writing: Writing,
+    ) -> Result<Annotated> {
+        let track = vec![0; self.labels.instance.len()];
+        let instances = self.instances.clone();
+        self.write_with(encoded, writing, (&track, &instances))
+    }
+
+    /// The messages of the cloud with its tracks.
+    ///
+    /// # Errors
+    /// Those of [`annotate_message`](crate::annotate::annotate_message).
+    pub(in crate::annotate) fn write(
+        self,
+        encoded: &EncodedCloud,
+        writing: Writing,
+        (observed, tracks): (&[ObservedInstance], &[InstanceTrack]),
+    ) -> Result<Annotated> {
+        let points = Points { encoded, placement: &self.placement };
+        let track = point_tracks(&self.labels.instance, &points, (observed, tracks))?;
+        let instances = tracked_instances(&self, &track, &points, (observed, tracks))?;
+        self.write_with(encoded, writing, (&track, &instances))
+    }
+
+    fn write_with(
+        self,
+        encoded: &EncodedCloud,
+        writing: Writing,
+        (track, instances): (&[u32], &[Instance]),
+    ) -> Result<Annotated> {
+        let started = Instant::now();
+        let Untracked { labels, placement, mut annotated, .. } = self;
+        let wire = encoded.decode()?;
+        let written = wire.reformatted(writing.types.format(wire.format))?;
+        annotated_cloud(&written, &labels.with_tracks(Some(track)), &mut annotated.cloud)?;
+        writing.types.write_objects(&written, instances, &placement, &mut annotated.objects)?;
+        annotated.times.encode_ms += ms_since(started);
+        Ok(annotated)
+    }
+}
+
+/// A cloud of a slice, from its message on `T/instances` and what the slice keeps of it. `None` if
+/// the message is not the one of a cloud whose objects are followed.
+///
+/// # Errors
+/// Those of `CloudFormat::decode`.
+pub(in crate::annotate) fn stored_cloud(
+    encoded: &EncodedCloud,
+    writing: Writing,
+    message: &[u8],
+    stored: Stored,
+) -> Result<Option<Untracked>> {
+    let format = writing.types.format(encoded.format);
+    let wire = format.decode(message)?;
+    let Some(labels) = annotation_of(&wire) else { return Ok(None) };
+    let Stored { observation, instances, placement } = stored;
+    let annotated = Annotated {
+        frame_id: wire.frame_id.clone(),
+        stamp_ns: wire.stamp_ns(),
+        ..Annotated::default()
+    };
+    let kept = None;
+    Ok(Some(Untracked { labels, instances, placement, observation, kept, annotated }))
+}
+
+/// Where the points of a message lie; it is decoded for this alone, which is seldom needed.
+struct Points<'a> {
+    encoded: &'a EncodedCloud,
+    placement: &'a Placement,
+}
+
+impl Points<'_> {
+    /// The points as they were clustered. They are the same in a run and in a join, which knows no
+    /// more of the cloud than its message and its placement.
+    fn cloud(&self) -> Result<PointCloud> {
+        let wire = self.encoded.decode()?;
+        let recorded = wire.to_cloud(None)?;
+        let Placement { frame, per_metre } = self.placement;
+        let offset = Translation3::from(recorded.offset);
+        let clustered_from_recorded = frame.inverse() * wire.isometry() * offset;
+        let positions = (0..recorded.len()).map(|point| {
+            let at = Point3::from(recorded.position(point)).cast::<f64>();
+            (clustered_from_recorded * at).coords.map(|along| (along / per_metre) as f32)
+        });
+        let mut columns = PointColumns::default();
+        for position in positions {
+            columns.x.push(position.x);
+            columns.y.push(position.y);
+            columns.z.push(position.z);
+        }
+        (columns.height, columns.width) = (1, columns.x.len());
+        Ok(columns.checked()?)
+    }
+}
+
+/// The track of each point. A point of an instance of several tracks has that of the nearest cell.
+fn point_tracks(
+    instance: &[u32],
+    points: &Points,
+    (observed, tracks): (&[ObservedInstance], &[InstanceTrack]),
+) -> Result<Vec<u32>> {
+    let count = observed.last().map_or(0, |last| last.id as usize);
+    let mut of_instance: Vec<Option<usize>> = vec![None; count + 1];
+    let mut is_in_parts = false;
+    for (number, (observed, track)) in observed.iter().zip(tracks).enumerate() {
+        of_instance[observed.id as usize] = Some(number);
+        is_in_parts |= matches!(track, InstanceTrack::Parts(_));
+    }
+    let cloud = if is_in_parts { Some(points.cloud()?) } else { None };
+    let track_of = |(point, &id): (usize, &u32)| {
+        let Some(number) = of_instance.get(id as usize).copied().flatten() else { return 0 };
+        match (&tracks[number], &cloud) {
+            (InstanceTrack::Whole(track), _) => *track,
+            (InstanceTrack::Parts(of_cell), Some(cloud)) => {
+                of_cell[observed[number].nearest_cell(cloud.position(point))]
+            }
+            (InstanceTrack::Parts(of_cell), None) => of_cell[0],
+        }
+    };
+    Ok(instance.iter().enumerate().map(track_of).collect())
+}
+
+/// What is found of each track in the cloud, by its number: an instance as it is, or where a track
+/// has parts of several or one is of several tracks, the box around its points.
+fn tracked_instances(
+    cloud: &Untracked,
+    track: &[u32],
+    points: &Points,
+    (observed, tracks): (&[ObservedInstance], &[InstanceTrack]),
+) -> Result<Vec<Instance>> {
+    let by_id: BTreeMap<u32, &Instance> = cloud.instances.iter().map(|i| (i.id, i)).collect();
+    // Of each track: its largest instance, and whether that is all of it.
+    let mut found: BTreeMap<u32, (&Instance, bool)> = BTreeMap::new();
+    for (observed, of_instance) in observed.iter().zip(tracks) {
+        let Some(&instance) = by_id.get(&observed.id) else { continue };
+        let (numbers, is_whole) = match of_instance {
+            InstanceTrack::Whole(track) => (std::slice::from_ref(track), true),
+            InstanceTrack::Parts(of_cell) => (of_cell.as_slice(), false),
+        };
+        let mut last = 0;
+        for &number in numbers.iter().filter(|&&number| number != 0) {
+            if std::mem::replace(&mut last, number) == number {
+                continue;
+            }
+            let entry = found.entry(number).or_insert((instance, is_whole));
+            if entry.0.id != instance.id {
+                let larger = if instance.points > entry.0.points { instance } else { entry.0 };
+                *entry = (larger, false);
+            }
+        }
+    }
+    let positions = match found.values().any(|(_, is_whole)| !is_whole) {
+        true => Some(points.cloud()?),
+        false => None,
+    };
+    let mut members: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    if positions.is_some() {
+        for (point, number) in track.iter().enumerate() {
+            if found.get(number).is_some_and(|(_, is_whole)| !is_whole) {
+                members.entry(*number).or_default().push(point as u32);
+            }
+        }
+    }
+    let tracked = |(number, (instance, _)): (u32, (&Instance, bool))| {
+        let mut tracked = Instance { id: number, ..instance.clone() };
+        if let (Some(cloud), Some(members)) = (&positions, members.get(&number)) {
+            tracked.points = members.len() as u32;
+            tracked.bounds = UprightBox::around(cloud, members).unwrap_or(tracked.bounds);
+        }
+        tracked
+    };
+    let is_there = |(number, (_, is_whole)): &(u32, (&Instance, bool))| {
+        *is_whole || members.contains_key(number)
+    };
+    Ok(found.into_iter().filter(is_there).map(tracked).collect())
+}

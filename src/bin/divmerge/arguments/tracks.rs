@@ -1,0 +1,47 @@
+//! Arguments about objects over time.
+
+use clap::Args;
+use divmerge::annotate::{EgoMotionSource, TrackMode, TrackOptions};
+
+use super::values::{NamedValue, lag, one_of};
+
+const TIME: &str = "Time";
+
+/// How objects are followed over the clouds of a topic.
+#[derive(Args)]
+pub struct TrackArguments {
+    /// Follow objects over time: the field `track` of T/instances, the ids of boxes and all
+    /// colours are then those of an object, from its first cloud to its last
+    #[arg(long, help_heading = TIME, default_value = "auto", value_parser = one_of(MODES))]
+    track: TrackMode,
+
+    /// How far to look ahead before the tracks of a cloud are decided, seconds; what is written
+    /// waits for as long. 0 decides at once
+    #[arg(long, help_heading = TIME, value_name = "SECONDS", value_parser = lag)]
+    #[arg(default_value = "1")]
+    lag: f64,
+
+    /// Where the motion of the sensor comes from
+    #[arg(long, help_heading = TIME, default_value = "estimate", value_parser = one_of(MOTIONS))]
+    ego_motion: EgoMotionSource,
+}
+
+const MODES: &[NamedValue<TrackMode>] = &[
+    ("auto", "With preset best, on topics of several clouds", TrackMode::Auto),
+    ("on", "With any preset and method, on topics of several clouds", TrackMode::On),
+    ("off", "Ids begin anew in every cloud", TrackMode::Off),
+];
+
+const MOTIONS: &[NamedValue<EgoMotionSource>] = &[
+    ("estimate", "Estimated from the clouds", EgoMotionSource::Estimate),
+    ("none", "The frame of the clouds stands still", EgoMotionSource::None),
+];
+
+impl TrackArguments {
+    pub fn options(&self) -> TrackOptions {
+        let mut options = TrackOptions { mode: self.track, ..TrackOptions::default() };
+        options.ego_motion = self.ego_motion;
+        options.params.lag_s = self.lag;
+        options
+    }
+}
