@@ -4,6 +4,7 @@ use rustc_hash::FxHashMap;
 use serde::Serialize;
 
 use super::entropy::{Entropies, entropies, true_parts};
+use super::identity::{IdChanges, Identity};
 use super::over_time::{Lstq, OverTime};
 use super::panoptic::Panoptic;
 use super::report::PanopticReport;
@@ -81,6 +82,7 @@ pub struct Evaluation<'a> {
     metrics: MetricSet<'a>,
     panoptic: Panoptic,
     over_time: OverTime,
+    identity: Identity,
     entropies: Vec<Entropies>,
     scans: u64,
     points: u64,
@@ -102,6 +104,9 @@ pub struct Scores {
     /// LSTQ, if asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub over_time: Option<Lstq>,
+    /// How often ids change, if LSTQ is asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub id_changes: Option<IdChanges>,
 }
 
 impl<'a> Evaluation<'a> {
@@ -111,6 +116,7 @@ impl<'a> Evaluation<'a> {
             metrics,
             panoptic: Panoptic::of(metrics.taxonomy, metrics.min_points),
             over_time: OverTime::of(metrics.taxonomy, metrics.min_points),
+            identity: Identity::new(metrics.min_points),
             entropies: Vec::new(),
             scans: 0,
             points: 0,
@@ -137,6 +143,12 @@ impl<'a> Evaluation<'a> {
         if self.metrics.over_time {
             let (own, other) = (&found.instance, &truth.instance);
             self.over_time.add(&found_class, own, &true_class, other);
+            let classes = self.metrics.taxonomy.classes();
+            let object = |(&class, &id): (&u16, &u32)| {
+                (id != 0 && classes[usize::from(class)].is_thing).then_some((class, id))
+            };
+            let objects: Vec<_> = true_class.iter().zip(other).map(object).collect();
+            self.identity.add(own, &objects);
         }
         if let Some(cloud) = cloud {
             self.entropies.push(self.entropies(cloud, found, truth, &true_class));
@@ -149,6 +161,7 @@ impl<'a> Evaluation<'a> {
     /// Ends a sequence: later ids are those of other objects.
     pub fn end_sequence(&mut self) {
         self.over_time.end_sequence();
+        self.identity.end_sequence();
     }
 
     /// The scores of all scans added so far.
@@ -160,6 +173,7 @@ impl<'a> Evaluation<'a> {
             report: PanopticReport::new(&self.panoptic, taxonomy),
             entropy: entropy.then_some(self.entropies),
             over_time: over_time.then(|| self.over_time.lstq(&self.panoptic, taxonomy)),
+            id_changes: over_time.then(|| self.identity.changes()),
         }
     }
 

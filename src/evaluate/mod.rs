@@ -3,6 +3,7 @@
 pub mod difference;
 pub mod entropy;
 pub mod evaluation;
+pub mod identity;
 pub mod over_time;
 pub mod panoptic;
 pub mod report;
@@ -12,6 +13,7 @@ pub mod verdict;
 pub use difference::{Change, Difference, differences};
 pub use entropy::Entropies;
 pub use evaluation::{Evaluation, MetricSet, ScanLabels, Scores};
+pub use identity::{IdChanges, Identity};
 pub use over_time::{Lstq, OverTime};
 pub use panoptic::{ClassQuality, Panoptic, PanopticQuality};
 pub use report::PanopticReport;

@@ -11,7 +11,7 @@ use divmerge::datasets::semantic_kitti::sequence::SEQUENCE_KEY;
 use divmerge::frames::{EncodedCloud, EncodedClouds, find_metadata};
 use divmerge::recording::{Metadata, Overview};
 
-use crate::annotated::annotated;
+use crate::annotated::{annotated, usual_instance_field};
 use crate::exit::Outcome;
 use crate::output::{OutputFile, Outputs, make_folder, refuse_address};
 use crate::progress::frame_bar;
@@ -55,9 +55,9 @@ pub struct Arguments {
     #[arg(long, default_value = "semantic", value_name = "NAME")]
     class_field: String,
 
-    /// Field of the instances
-    #[arg(long, default_value = "instance", value_name = "NAME")]
-    instance_field: String,
+    /// Field of the instances [default: `track` where clouds have it, else `instance`]
+    #[arg(long, value_name = "NAME")]
+    instance_field: Option<String>,
 
     /// Replace existing files
     #[arg(long)]
@@ -204,7 +204,8 @@ fn words(message: &EncodedCloud, arguments: &Arguments) -> Result<Vec<u32>> {
             None => Ok(values),
         }
     };
-    let (classes, instances) =
-        (column(&arguments.class_field)?, column(&arguments.instance_field)?);
+    let usual = usual_instance_field(&cloud);
+    let instance_field = arguments.instance_field.as_deref().unwrap_or(usual);
+    let (classes, instances) = (column(&arguments.class_field)?, column(instance_field)?);
     Ok(classes.iter().zip(instances).map(|(class, instance)| class | instance << 16).collect())
 }

@@ -167,6 +167,7 @@ fn columns_must_fit_the_cloud() {
     (huge.height, huge.width, huge.point_step) = (0, 1 << 20, 1 << 20);
     let nothing = PointAnnotation {
         instance: &[],
+        track: None,
         component: &[],
         semantic: &[],
         reason: &[],

@@ -43,9 +43,10 @@ pub struct Arguments {
     #[arg(long, default_value = "semantic", value_name = "NAME")]
     pub(super) class_field: String,
 
-    /// Field of the found instance in a recording
-    #[arg(long, default_value = "instance", value_name = "NAME")]
-    pub(super) instance_field: String,
+    /// Field of the found instance in a recording [default: with --over-time `track` where clouds
+    /// have it, else `instance`]
+    #[arg(long, value_name = "NAME")]
+    pub(super) instance_field: Option<String>,
 
     /// Folder of the truth: sequences/NN/labels/*.label
     #[arg(long, value_name = "ROOT", requires = "predictions", conflicts_with = "labels")]

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use super::arguments::Arguments;
 use super::scores::{print, refuse};
-use crate::annotated::{annotated, find_annotated};
+use crate::annotated::{annotated, find_annotated, usual_instance_field};
 use crate::arguments::truth::TRUTH_HINT;
 use crate::exit::{NotThere, error_chain};
 use crate::output::OutputFile;
@@ -156,7 +156,9 @@ fn add(
     let own = |class: &str, instance: &str| {
         Ok::<_, anyhow::Error>(ScanLabels::of_columns(&column(class)?, column(instance)?))
     };
-    let found = own(&arguments.class_field, &arguments.instance_field)?;
+    let usual = if arguments.over_time { usual_instance_field(&wire) } else { "instance" };
+    let instance_field = arguments.instance_field.as_deref().unwrap_or(usual);
+    let found = own(&arguments.class_field, instance_field)?;
     let truth = &arguments.of_recording;
     let truth = match &truth.labels {
         None => own(&truth.true_class_field, &truth.true_instance_field)?,

@@ -1,10 +1,10 @@
 //! Scores as a table, and the problems that prevent them.
 
 use anyhow::{Result, bail};
-use divmerge::evaluate::{PanopticQuality, Scores};
+use divmerge::evaluate::{IdChanges, PanopticQuality, Scores};
 use divmerge::geometry::statistics::mean_and_deviation;
 
-use crate::text::counted;
+use crate::text::{counted, grouped};
 
 /// Maximum number of problems to name.
 const NAMED: usize = 10;
@@ -66,5 +66,17 @@ pub fn print(figures: &Scores) {
             let objects = counted(tubes, "object");
             println!("  {:<12} {assoc:>5.1}   {objects} over time", class.name);
         }
+    }
+    if let Some(IdChanges { objects, found, switches, fragmentations }) = figures.id_changes {
+        println!(
+            "{} found of {}: {}, {}",
+            grouped(found),
+            counted(objects, "object"),
+            match switches {
+                1 => "1 id switch".to_owned(),
+                _ => format!("{} id switches", grouped(switches)),
+            },
+            counted(fragmentations, "fragmentation"),
+        );
     }
 }
