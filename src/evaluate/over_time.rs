@@ -150,10 +150,15 @@ impl OverTime {
         }
     }
 
+    /// S_assoc of all sequences that have ended.
+    pub fn s_assoc(&self) -> f64 {
+        let all: u64 = self.tubes.iter().sum();
+        self.association.iter().sum::<f64>() / all.max(1) as f64
+    }
+
     /// The figures of all sequences that have ended; `scores` are of the same frames.
     pub fn lstq(&self, scores: &Panoptic, taxonomy: &Taxonomy) -> Lstq {
-        let all: u64 = self.tubes.iter().sum();
-        let s_assoc = self.association.iter().sum::<f64>() / all.max(1) as f64;
+        let s_assoc = self.s_assoc();
         let s_cls = scores.mean_iou_of_present();
         let present = (0..self.tubes.len()).filter(|&class| self.tubes[class] > 0);
         let classes = present.map(|class| ClassAssociation {
