@@ -286,7 +286,7 @@ impl EgoMotion {
         let pose = self.pose;
         let position = Point3::from(pose.translation.vector);
         for map in &mut self.maps {
-            map.insert(self.points.iter().map(|point| pose * point));
+            map.insert(&position, self.points.iter().map(|point| pose * point));
             map.keep_within(&position, self.params.reach);
         }
         (self.elapsed, self.state) = (0.0, State::Tracked);

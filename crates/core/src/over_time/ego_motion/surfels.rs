@@ -22,6 +22,10 @@ const THICKNESS: f64 = 0.08;
 /// make surfaces that lean by chance and move along with the sensor.
 const SLOPE_ERROR: f64 = 0.03;
 
+/// Least sine of the angle between a surface and the view of it. What one beam sees of a treetop
+/// lies in a plane through the sensor, which moves along with it.
+const GRAZING: f64 = 0.05;
+
 /// A surface that registration holds on to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Surfel {
@@ -82,8 +86,9 @@ impl SurfelMap {
         self.voxels.clear();
     }
 
-    /// Adds points of the map's frame, metres, and makes the surfels anew that they change.
-    pub fn insert(&mut self, points: impl Iterator<Item = Point3<f64>>) {
+    /// Adds points that a sensor sees, in the map's frame, metres, and makes the surfels anew that
+    /// they change.
+    pub fn insert(&mut self, sensor: &Point3<f64>, points: impl Iterator<Item = Point3<f64>>) {
         for point in points {
             let key = self.key(&point);
             let corner = self.corner(key);
@@ -105,7 +110,7 @@ impl SurfelMap {
         for key in std::mem::take(&mut self.changed) {
             let corner = self.corner(key);
             if let Some(voxel) = self.voxels.get_mut(&key) {
-                voxel.surfel = surfel(voxel, corner);
+                voxel.surfel = surfel(voxel, corner, sensor);
             }
         }
     }
@@ -134,7 +139,7 @@ impl SurfelMap {
 }
 
 /// The surface through the points of a voxel, if they determine one.
-fn surfel(voxel: &Voxel, corner: Point3<f64>) -> Option<Surfel> {
+fn surfel(voxel: &Voxel, corner: Point3<f64>, sensor: &Point3<f64>) -> Option<Surfel> {
     if voxel.count < LEAST_POINTS {
         return None;
     }
@@ -144,6 +149,9 @@ fn surfel(voxel: &Voxel, corner: Point3<f64>) -> Option<Surfel> {
     let (variance, spread) = (values[0].max(0.0), count * values[1]);
     let is_thin = variance < THICKNESS * THICKNESS;
     let is_determined = variance.max(NOISE * NOISE) < SLOPE_ERROR * SLOPE_ERROR * spread;
-    let normal = axes.column(0).into_owned();
-    (is_thin && is_determined).then(|| Surfel { mean: corner + mean, normal, variance, spread })
+    let (mean, normal) = (corner + mean, axes.column(0).into_owned());
+    let view = mean - sensor;
+    let is_seen = normal.dot(&view).abs() > GRAZING * view.norm();
+    let is_surface = is_thin && is_determined && is_seen;
+    is_surface.then_some(Surfel { mean, normal, variance, spread })
 }
