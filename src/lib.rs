@@ -74,7 +74,7 @@ pub mod text;
 pub mod view;
 
 #[doc(hidden)]
-pub use divmerge_core::{cloud, cluster, geometry, pipeline, range_image, semantics};
+pub use divmerge_core::{cloud, cluster, geometry, over_time, pipeline, range_image, semantics};
 #[doc(hidden)]
 pub use divmerge_recording as recording;
 #[doc(hidden)]

@@ -4,13 +4,14 @@ use nalgebra::{
     Isometry3, Matrix3, Matrix6, Point3, Quaternion, Translation3, UnitQuaternion, Vector3, Vector6,
 };
 
+use super::principal_axes::principal_axes;
 use super::surfels::{Surfel, SurfelMap};
 
 /// Iterations at most.
 const ITERATIONS: usize = 30;
 
 /// The alignment is done when a step moves the sensor by less than this, metres, and turns it by
-/// less than a thousandth of it, radians.
+/// less than a tenth of that, radians.
 const DONE: f64 = 5e-4;
 
 /// How well a scan fits to the map.
@@ -33,17 +34,20 @@ pub struct Fit {
 const ON_SURFACE: f64 = 0.2;
 
 /// The normal equations of one iteration, and what they are made of.
+#[derive(Default)]
 struct Equations {
     matrix: Matrix6<f64>,
     right: Vector6<f64>,
+    /// Points in a voxel with a surface, and those on it with their distances.
     matched: usize,
     inliers: usize,
     residuals: f64,
-    normals: Matrix3<f64>,
+    /// Weights of all points.
     weight: f64,
 }
 
 /// What is aligned to what.
+#[derive(Clone, Copy)]
 pub struct Alignment<'a> {
     /// From fine to coarse: a point is held by the first that has a surface where it lies.
     pub maps: &'a [SurfelMap],
@@ -69,11 +73,12 @@ impl Alignment<'_> {
     ) -> (Isometry3<f64>, Fit) {
         let (mut pose, mut width) = (guess, width.max(least_width));
         for _ in 0..ITERATIONS {
-            let equations = self.equations(&pose, width);
+            let mut equations = self.equations(&pose, width);
+            equations.pull_to(&self.predicted, &pose, self.prediction_weight);
             let Some(step) = equations.solve() else { break };
             pose = moved(&pose, &step);
             let is_small = step.fixed_rows::<3>(0).norm() < DONE
-                && step.fixed_rows::<3>(3).norm() < DONE * 1e-1;
+                && step.fixed_rows::<3>(3).norm() < 0.1 * DONE;
             if is_small && width <= least_width {
                 break;
             }
@@ -83,9 +88,21 @@ impl Alignment<'_> {
         (pose, fit)
     }
 
-    /// Points on a surface if the sensor has a pose.
-    pub fn inliers(&self, pose: &Isometry3<f64>) -> usize {
-        self.equations(pose, ON_SURFACE).inliers
+    /// How well the points fit to upright surfaces from a pose: what lies flat fits wherever the
+    /// sensor is, and best where the beams meet the ground in the same places as before.
+    pub fn score(&self, pose: &Isometry3<f64>, width: f64) -> f64 {
+        let mut score = 0.0;
+        for point in self.points {
+            let position = pose * point;
+            if let Some(surfel) = self.surfel(&position) {
+                let offset = position - surfel.mean;
+                let distance = surfel.normal.dot(&offset);
+                let trust = surfel.trust(offset.norm_squared() - distance * distance);
+                let upright = 1.0 - surfel.normal.z * surfel.normal.z;
+                score += upright * trust * kernel(distance, width);
+            }
+        }
+        score
     }
 
     fn surfel(&self, position: &Point3<f64>) -> Option<&Surfel> {
@@ -93,60 +110,49 @@ impl Alignment<'_> {
     }
 
     fn equations(&self, pose: &Isometry3<f64>, width: f64) -> Equations {
-        let mut equations = Equations::new();
+        let mut equations = Equations::default();
         let centre = Point3::from(pose.translation.vector);
         for point in self.points {
             let position = pose * point;
-            let Some(surfel) = self.surfel(&position) else { continue };
-            let arm = position - centre;
-            let offset = position - surfel.mean;
-            let distance = surfel.normal.dot(&offset);
-            equations.add(&surfel.normal, &arm, distance, width);
-            let mut farthest = distance.abs();
-            if let Some(second) = &surfel.second {
-                let distance = second.dot(&offset);
-                equations.add(second, &arm, distance, width);
-                farthest = farthest.max(distance.abs());
-            }
-            equations.matched += 1;
-            if farthest < ON_SURFACE {
-                equations.inliers += 1;
-                equations.residuals += farthest;
+            if let Some(surfel) = self.surfel(&position) {
+                let offset = position - surfel.mean;
+                let distance = surfel.normal.dot(&offset);
+                let trust = surfel.trust(offset.norm_squared() - distance * distance);
+                let weight = trust * kernel(distance, width);
+                equations.add(&surfel.normal, &(position - centre), distance, weight);
             }
         }
-        equations.pull_to(&self.predicted, pose, self.prediction_weight);
         equations
     }
 }
 
-impl Equations {
-    fn new() -> Self {
-        Equations {
-            matrix: Matrix6::zeros(),
-            right: Vector6::zeros(),
-            matched: 0,
-            inliers: 0,
-            residuals: 0.0,
-            normals: Matrix3::zeros(),
-            weight: 0.0,
-        }
-    }
+/// The kernel of Geman and McClure: the weight of a distance, given the width of the kernel.
+#[inline]
+fn kernel(distance: f64, width: f64) -> f64 {
+    let share = width * width / (width * width + distance * distance);
+    share * share
+}
 
-    /// Adds the distance of a point along a normal.
+impl Equations {
+    /// Adds the distance of a point from a surface with a normal; `arm` leads from the sensor to
+    /// the point.
     #[inline]
-    fn add(&mut self, normal: &Vector3<f64>, arm: &Vector3<f64>, distance: f64, width: f64) {
-        let kernel = width * width / (width * width + distance * distance);
-        let weight = kernel * kernel;
+    fn add(&mut self, normal: &Vector3<f64>, arm: &Vector3<f64>, distance: f64, weight: f64) {
         let turn = arm.cross(normal);
-        let row = [normal.x, normal.y, normal.z, turn.x, turn.y, turn.z];
-        for (column, &right) in row.iter().enumerate() {
-            let weighted = weight * right;
-            for (line, &left) in row.iter().enumerate().take(column + 1) {
-                self.matrix[(line, column)] += weighted * left;
+        let row = Vector6::new(normal.x, normal.y, normal.z, turn.x, turn.y, turn.z);
+        for column in 0..6 {
+            let weighted = weight * row[column];
+            for line in 0..=column {
+                self.matrix[(line, column)] += weighted * row[line];
             }
             self.right[column] -= weighted * distance;
         }
         self.weight += weight;
+        self.matched += 1;
+        if distance.abs() < ON_SURFACE {
+            self.inliers += 1;
+            self.residuals += distance.abs();
+        }
     }
 
     /// Adds that the pose is near the predicted one: what no surface holds follows the prediction.
@@ -155,13 +161,6 @@ impl Equations {
         const ARM: f64 = 10.0;
         let shift = pose.translation.vector - predicted.translation.vector;
         let turn = 2.0 * (pose.rotation * predicted.rotation.inverse()).imag();
-        for axis in 0..3 {
-            self.normals[(axis, axis)] = self.matrix[(axis, axis)];
-            for line in 0..axis {
-                self.normals[(line, axis)] = self.matrix[(line, axis)];
-                self.normals[(axis, line)] = self.matrix[(line, axis)];
-            }
-        }
         for axis in 0..3 {
             self.matrix[(axis, axis)] += weight;
             self.right[axis] -= weight * shift[axis];
@@ -179,17 +178,15 @@ impl Equations {
 
     fn fit(&self, points: usize) -> Fit {
         let share = |count: usize, of: usize| count as f64 / of.max(1) as f64;
-        let (values, _) = super::principal_axes::principal_axes(self.normals);
+        let mut normals: Matrix3<f64> = self.matrix.fixed_view::<3, 3>(0, 0).into_owned();
+        normals.fill_lower_triangle_with_upper_triangle();
+        let ([weakest, ..], _) = principal_axes(normals);
         Fit {
             points,
             matched_share: share(self.matched, points),
             inlier_share: share(self.inliers, self.matched),
             mean_residual: self.residuals / self.inliers.max(1) as f64,
-            weakest_direction: if self.weight > 0.0 {
-                values[0].max(0.0) / self.weight
-            } else {
-                0.0
-            },
+            weakest_direction: weakest.max(0.0) / self.weight.max(f64::MIN_POSITIVE),
         }
     }
 }

@@ -11,6 +11,21 @@ const CELLS: usize = 4;
 /// Points that determine a surface.
 const LEAST_POINTS: u32 = 5;
 
+/// Least standard deviation of points across a surface that is believed, metres: the noise of a
+/// range.
+const NOISE: f64 = 0.03;
+
+/// Greatest standard deviation of points across a surface, metres: grass is one, a hedge is none.
+const THICKNESS: f64 = 0.08;
+
+/// Greatest standard error of a surface's slope. With 0.1 the points along two beams on the ground
+/// make surfaces that lean by chance and move along with the sensor.
+const SLOPE_ERROR: f64 = 0.03;
+
+/// Least sine of the angle between a surface and the view of it. What one beam sees of a treetop
+/// lies in a plane through the sensor, which moves along with it.
+const GRAZING: f64 = 0.05;
+
 /// A surface that registration holds on to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Surfel {
@@ -18,8 +33,21 @@ pub struct Surfel {
     pub mean: Point3<f64>,
     /// The direction across it, of unit length.
     pub normal: Vector3<f64>,
-    /// A second direction across it, where it is a pole.
-    pub second: Option<Vector3<f64>>,
+    /// Variance of its points across it, square metres.
+    variance: f64,
+    /// Sum of the squared distances of its points from their mean, in the direction in which they
+    /// reach least far along it, square metres.
+    spread: f64,
+}
+
+impl Surfel {
+    /// How much a point counts that lies this far from the mean along the surface, squared: the
+    /// variance of a range over that of the distance between point and surface, 1 at most.
+    #[inline]
+    pub fn trust(&self, squared_aside: f64) -> f64 {
+        const VARIANCE: f64 = NOISE * NOISE;
+        VARIANCE / (VARIANCE + self.variance * (1.0 + squared_aside / self.spread))
+    }
 }
 
 /// Points of a voxel, as sums about its lowest corner, which keep their precision anywhere.
@@ -58,8 +86,9 @@ impl SurfelMap {
         self.voxels.clear();
     }
 
-    /// Adds points of the map's frame, metres, and makes the surfels anew that they change.
-    pub fn insert(&mut self, points: impl Iterator<Item = Point3<f64>>) {
+    /// Adds points that a sensor sees, in the map's frame, metres, and makes the surfels anew that
+    /// they change.
+    pub fn insert(&mut self, sensor: &Point3<f64>, points: impl Iterator<Item = Point3<f64>>) {
         for point in points {
             let key = self.key(&point);
             let corner = self.corner(key);
@@ -81,7 +110,7 @@ impl SurfelMap {
         for key in std::mem::take(&mut self.changed) {
             let corner = self.corner(key);
             if let Some(voxel) = self.voxels.get_mut(&key) {
-                voxel.surfel = surfel(voxel, corner, self.side);
+                voxel.surfel = surfel(voxel, corner, sensor);
             }
         }
     }
@@ -109,30 +138,20 @@ impl SurfelMap {
     }
 }
 
-/// The surface through the points of a voxel: a plane or a pole, if they lie like one.
-fn surfel(voxel: &Voxel, corner: Point3<f64>, side: f64) -> Option<Surfel> {
-    /// Greatest thickness of a plane, and of a pole, as a standard deviation in metres.
-    const PLANE_THICKNESS: f64 = 0.08;
-    const POLE_THICKNESS: f64 = 0.12;
-    /// Least extent of a surface as a share of its voxel's side; a square that fills it has 0.29.
-    const EXTENT: f64 = 0.12;
-    /// A pole leans less than this: lines along the ground are beams, not edges.
-    const UPRIGHT: f64 = 0.9;
+/// The surface through the points of a voxel, if they determine one.
+fn surfel(voxel: &Voxel, corner: Point3<f64>, sensor: &Point3<f64>) -> Option<Surfel> {
     if voxel.count < LEAST_POINTS {
         return None;
     }
-    let mean = voxel.sum / f64::from(voxel.count);
-    let covariance = voxel.products / f64::from(voxel.count) - mean * mean.transpose();
-    let (values, axes) = principal_axes(covariance);
-    let deviations = values.map(|value| value.max(0.0).sqrt());
-    let [across, along, length] = [0, 1, 2].map(|axis| axes.column(axis).into_owned());
-    let is_long = |deviation: f64| deviation > EXTENT * side;
-    let made = |second| Surfel { mean: corner + mean, normal: across, second };
-    if deviations[0] < PLANE_THICKNESS && is_long(deviations[1]) {
-        Some(made(None))
-    } else if deviations[1] < POLE_THICKNESS && is_long(deviations[2]) && length.z.abs() > UPRIGHT {
-        Some(made(Some(along)))
-    } else {
-        None
-    }
+    let count = f64::from(voxel.count);
+    let mean = voxel.sum / count;
+    let (values, axes) = principal_axes(voxel.products / count - mean * mean.transpose());
+    let (variance, spread) = (values[0].max(0.0), count * values[1]);
+    let is_thin = variance < THICKNESS * THICKNESS;
+    let is_determined = variance.max(NOISE * NOISE) < SLOPE_ERROR * SLOPE_ERROR * spread;
+    let (mean, normal) = (corner + mean, axes.column(0).into_owned());
+    let view = mean - sensor;
+    let is_seen = normal.dot(&view).abs() > GRAZING * view.norm();
+    let is_surface = is_thin && is_determined && is_seen;
+    is_surface.then_some(Surfel { mean, normal, variance, spread })
 }
