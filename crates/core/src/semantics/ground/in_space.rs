@@ -3,9 +3,10 @@
 //!
 //! Steps: the plane that most of the lowest returns of cells around the middle of the cloud lie on
 //! says which way is up; cells whose lowest return lies on it are ground, and so are cells near
-//! those and about as high; what lies within the band of a cell's lowest return makes up the
-//! surface, and the height over it decides of every return. It is the surface of the ground removal
-//! on the image, held to what it holds sparse rows to: no slope says what a face is.
+//! those and about as high; what lies within [`BAND`] of a cell's lowest return makes up the surface.
+//! How likely a return is ground follows from its height over that surface and from whether it is
+//! one of those, by the curves of the ground removal on the image for sparse rows: no slope says
+//! what a face is.
 
 use nalgebra::Vector3;
 use rustc_hash::FxHashMap;
@@ -22,6 +23,10 @@ use crate::geometry::statistics::median_by;
 /// Number of a cell along x and y.
 type Cell = [i32; 2];
 
+/// How far above the lowest return of its cell a return may be ground, and by how much the ground
+/// may rise or fall between neighbouring cells beside its slope, metres: twice the noise of 0.03.
+const BAND: f32 = 0.06;
+
 /// The ground of a cloud wherever it was seen from, z up; `None` where the lowest returns lie on no
 /// plane.
 pub fn in_space(cloud: &PointCloud, params: &GroundParams) -> Option<Ground> {
@@ -32,16 +37,15 @@ pub fn in_space(cloud: &PointCloud, params: &GroundParams) -> Option<Ground> {
     let (level, height) = level(&positions, params)?;
     positions.iter_mut().for_each(|at| *at = level.turn(*at));
     let cells = ground_cells(&lowest(&positions, params), height, params);
-    let is_low = |at: &&[f32; 3]| {
-        let lowest = cells.get(&cell(at, params));
-        lowest.is_some_and(|lowest| at[2] - lowest < params.height_band as f32)
-    };
-    let ground = positions.iter().filter(is_low).copied();
+    let is_low =
+        |at: &[f32; 3]| cells.get(&cell(at, params)).is_some_and(|lowest| at[2] - lowest < BAND);
+    let ground = positions.iter().filter(|at| is_low(at)).copied();
     let surface = Surface::new(&HeightMap::finest(ground, params));
     let steps = Steps::new();
     let mut confidence = vec![0.0; cloud.len()];
-    for (&point, &at) in returns.iter().zip(&positions) {
-        confidence[point] = steps.confidence(Evidence::Shadowed, surface.over(at, true));
+    for (&point, at) in returns.iter().zip(&positions) {
+        let evidence = if is_low(at) { Evidence::ReachedFarOff } else { Evidence::Shadowed };
+        confidence[point] = steps.confidence(evidence, surface.over(*at, true));
     }
     Some(Ground::from_confidence(confidence, false))
 }
@@ -127,10 +131,10 @@ fn ground_cells(
 
 /// By how much the ground may rise or fall across so many cells, metres.
 fn highest_step(cells: f32, params: &GroundParams) -> f32 {
-    /// Slope of ground against the level plane. Twice as much takes the feet of walls and hedges
-    /// for ground that rises.
-    const SLOPE: f32 = 0.03;
-    params.height_band as f32 + SLOPE * cells * params.cell as f32
+    /// Slope of ground against the level plane. More takes the feet of walls and hedges for ground
+    /// that rises.
+    const SLOPE: f32 = 0.02;
+    BAND + SLOPE * cells * params.cell as f32
 }
 
 /// The cells so many columns and rows around one, and how far each is, in cells.
