@@ -3,10 +3,10 @@
 //!
 //! Steps: the plane that most of the lowest returns of cells around the middle of the cloud lie on
 //! says which way is up; cells whose lowest return lies on it are ground, and so are cells near
-//! those and about as high; what lies within [`BAND`] of a cell's lowest return makes up the surface.
-//! How likely a return is ground follows from its height over that surface and from whether it is
-//! one of those, by the curves of the ground removal on the image for sparse rows: no slope says
-//! what a face is.
+//! those and about as high; what lies within [`BAND`] of a cell's lowest return makes up the
+//! surface. How likely a return is ground follows from its height over that surface and from
+//! whether it is one of those, by the curves of the ground removal on the image for sparse rows: no
+//! slope says what a face is.
 
 use nalgebra::Vector3;
 use rustc_hash::FxHashMap;
