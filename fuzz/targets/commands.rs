@@ -146,7 +146,7 @@ pub(super) fn explanation(bytes: &[u8]) -> Ended {
     if points.len() < 16 {
         let _ = what_if(&frame, subject);
     }
-    if sum(bytes) % 4 != 0 {
+    if !sum(bytes).is_multiple_of(4) {
         return Ok(found.headline());
     }
     let page = view::explanation(&case.scene(&stages), &found, &found.headline(), DPI);

@@ -36,7 +36,7 @@ const LOOKED_THROUGH: u64 = 64 << 20;
 /// What is said of the cloud topics of a recording whose messages look like parts of a turn: of the
 /// named ones, or without names of all. For commands that read single messages.
 ///
-/// The first [`FIRST`] messages of a topic are read, or one where that is a whole turn. Of a
+/// The first messages of a topic are read, or one where that is a whole turn. Of a
 /// stream, which is read once, of an object in a store, where each look costs requests, and of what
 /// cannot be read, nothing is said.
 pub fn sweeps_in_parts(recording: &Path, topics: &[String]) -> Vec<String> {

@@ -4,7 +4,7 @@
 //! the gap from which on things count as apart ([`TreeMerge::window`]), and is sampled: every
 //! column and row next to a pixel, fewer farther away. Pixels of different sensors (a merged cloud)
 //! are linked in space, each to its nearest ones of every other sensor. Where nobody knows where a
-//! sensor stands, all are ([`in_space`](super::in_space)).
+//! sensor stands, all are (`in_space`).
 
 use crate::cluster::objects::ObjectPixels;
 use crate::cluster::params::TreeMerge;
