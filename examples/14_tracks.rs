@@ -71,7 +71,7 @@ fn main() -> Result<()> {
 /// The drives of SemanticKITTI with several scans.
 fn real(root: &Path) -> Result<()> {
     let mut drives: BTreeMap<String, Vec<_>> = BTreeMap::new();
-    for scan in labelled_scans(root, &[])? {
+    for scan in labelled_scans(root)? {
         drives.entry(scan.sequence.clone()).or_default().push(scan);
     }
     let mut all = DriveScores::new();

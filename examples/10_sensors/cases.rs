@@ -37,7 +37,59 @@ pub fn all() -> Vec<Case> {
         case("three merged, with source", |seed| Rig::robotaxi(Scene::Street, seed).frame(20)),
         case("three merged, no source", |seed| Rig::robotaxi(Scene::Street, seed).anonymous(20)),
     ]);
+    cases.extend(of_unknown_place());
     cases
+}
+
+/// Clouds that do not show where their sensor stands: no beams, or rows that nothing tells.
+fn of_unknown_place() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for sensor in [Sensor::M1, Sensor::Hap, Sensor::Mid360] {
+        let height = sensor.height() as f32;
+        let places = [
+            ("foot", [0.0, 0.0, height]),
+            ("axle", [1.0, 0.2, height - 0.6]),
+            ("map", [210.0, 85.0, 31.0]),
+        ];
+        cases.extend(places.map(|(name, by)| {
+            let name = format!("unknown place: {sensor}, {name}");
+            case(&name, move |seed| elsewhere(without_ring(plain(sensor, seed)), by))
+        }));
+    }
+    for sensor in [Sensor::Hdl64e, Sensor::Vls128, Sensor::Os1_128] {
+        let name = format!("unknown place: {sensor}, tilted, shuffled, map");
+        cases.push(case(&name, move |seed| {
+            let tilted = mounted(sensor, seed, 8_f64.to_radians(), 0.0);
+            elsewhere(shuffled(without_ring(tilted)), [60.0, 35.0, 11.0])
+        }));
+    }
+    for (name, by) in [("axle", [0.0; 3]), ("map", [300.0, -120.0, 7.0])] {
+        let name = format!("unknown place: three merged, no source, shuffled, {name}");
+        cases.push(case(&name, move |seed| {
+            elsewhere(shuffled(Rig::robotaxi(Scene::Street, seed).anonymous(20)), by)
+        }));
+    }
+    cases
+}
+
+/// The returns in a frame whose name says that the sensor is not at its origin.
+fn elsewhere(frame: SimulatedFrame, by: [f32; 3]) -> SimulatedFrame {
+    let returns: Vec<usize> = returns(&frame).collect();
+    let moved =
+        turned(frame.reordered(&returns), move |[x, y, z]| [x + by[0], y + by[1], z + by[2]]);
+    let cloud = moved.cloud.with(|columns| columns.is_named_elsewhere = true);
+    SimulatedFrame { cloud: cloud.expect("as many of each"), ..moved }
+}
+
+fn returns(frame: &SimulatedFrame) -> impl Iterator<Item = usize> {
+    (0..frame.cloud.len()).filter(|&point| frame.cloud.is_return(point))
+}
+
+/// The returns in an order that says nothing.
+fn shuffled(frame: SimulatedFrame) -> SimulatedFrame {
+    let mut order: Vec<usize> = returns(&frame).collect();
+    order.sort_by_key(|&point| (point as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 20);
+    frame.reordered(&order)
 }
 
 fn case(name: &str, frame: impl Fn(u64) -> SimulatedFrame + 'static) -> Case {

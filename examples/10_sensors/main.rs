@@ -2,8 +2,9 @@
 //!
 //! ```sh
 //! cargo run --release --example 10_sensors                # seeds 1 to 3 of the simulated street
-//! # Seed 1, the cases whose name has `vlp-16` in it.
+//! # Seed 1, the cases whose name has `vlp-16` in it; seeds 1 to 3, those of an unknown place.
 //! cargo run --release --example 10_sensors -- 1 vlp-16
+//! cargo run --release --example 10_sensors -- unknown
 //! ```
 
 mod cases;
@@ -18,15 +19,9 @@ use scores::Scores;
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let seeds = match arguments.first().map(|seed| seed.parse::<u64>()) {
-        None => vec![1, 2, 3],
-        Some(Ok(seed)) => vec![seed],
-        Some(Err(error)) => {
-            eprintln!("the first argument is a seed: {error}");
-            std::process::exit(2);
-        }
-    };
-    let wanted = arguments.get(1).map_or("", String::as_str);
+    let seed = arguments.first().and_then(|seed| seed.parse::<u64>().ok());
+    let seeds = seed.map_or(vec![1, 2, 3], |seed| vec![seed]);
+    let wanted = arguments.get(usize::from(seed.is_some())).map_or("", String::as_str);
     println!(
         "| cloud | geometry found | rows x columns | wraps | shadowed | PQ | ground F1 | found \
          whole |"

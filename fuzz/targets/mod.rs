@@ -289,7 +289,7 @@ pub const TARGETS: [Target; 27] = [
     },
     Target {
         name: "figure",
-        what: "`figure` of wild clouds with all panels, as PNG and SVG",
+        what: "`figure` of wild clouds with one panel or two, as PNG and SVG",
         share: 10,
         seeds: clouds::seeds,
         words: &[],
@@ -299,7 +299,7 @@ pub const TARGETS: [Target; 27] = [
     },
     Target {
         name: "explain",
-        what: "`explain` of two points of wild clouds, and its figure",
+        what: "`explain` of two points of wild clouds, and of every fourth its figure",
         share: 10,
         seeds: clouds::seeds,
         words: &[],

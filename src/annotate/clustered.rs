@@ -161,13 +161,17 @@ pub fn remarks(clustered: &Clustered) -> Vec<Remark> {
     remarks
 }
 
-/// That nothing shows where the sensor stands.
+/// That nothing shows where the sensor stands, and what is done without it.
 fn viewpoint_remark(stages: &Stages) -> Option<Remark> {
     let assumed = stages.image.bands.iter().find(|band| band.evidence == Evidence::Assumed)?;
     let [x, y, z] = assumed.sensor.translation.vector.into();
+    let how = match stages.post_merge.tree {
+        Some(_) => "clustered in space, without the range image".to_owned(),
+        None => format!("seen from {x:.1}, {y:.1}, {z:.1} m"),
+    };
     let problem = format!(
         "the frame's origin is hardly where the sensor stands, and the points do not show where it \
-         does: seen from {x:.1}, {y:.1}, {z:.1} m. `--sensor-origin X,Y,Z` says where it stands"
+         does: {how}. `--sensor-origin X,Y,Z` says where it stands"
     );
     Some(("from an unknown place", problem))
 }

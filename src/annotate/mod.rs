@@ -33,7 +33,7 @@ mod types;
 mod warnings;
 
 pub(crate) use added_topics::{added_metadata, refuse_topic};
-pub use assemble::Assemble;
+pub use assemble::{Assemble, sweeps_in_parts};
 pub use clustered::{Clustered, cluster, remarks};
 pub use config::{AnnotateConfig, Decoded, Semantics};
 pub use each_frame::{FrameVisitor, VisitedFrames, for_each_frame};

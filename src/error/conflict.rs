@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::frame::FrameError;
+use crate::text::grouped;
 
 /// Why an output cannot be made of an input.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -38,6 +39,21 @@ pub enum Conflict {
         clouds: &'static str,
         /// What does not exist.
         problem: Box<FrameError>,
+    },
+
+    /// More channels than a recording can have.
+    #[error(
+        "no room for what is added: its {} channels and those for its {} cloud topics are more \
+         than the 65,535 of an MCAP file; `--topic T`, which may be repeated, annotates some of \
+         them",
+        grouped(*channels as u64),
+        grouped(*topics as u64)
+    )]
+    TooManyChannels {
+        /// Channels that it has.
+        channels: usize,
+        /// Topics whose clouds are annotated.
+        topics: usize,
     },
 
     /// Annotated clouds of another format in the place of the clouds.

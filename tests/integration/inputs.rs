@@ -1,6 +1,7 @@
 //! What `annotate` takes and gives besides one file: several files, bags, standard input and
 //! output.
 
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -8,7 +9,7 @@ use std::process::{Child, Command, Stdio};
 use divmerge::datasets::cloud_recording::CloudRecording;
 use divmerge::datasets::drive::cloud_message;
 use divmerge::messages::clouds::CloudFormat;
-use divmerge::recording::{Overview, Record, WriteOptions};
+use divmerge::recording::{Overview, Record, RecordingWriter, WriteOptions};
 use divmerge::simulate::{Drive, Scene, Sensor};
 use tempfile::TempDir;
 
@@ -323,4 +324,32 @@ fn what_cannot_be_read_is_named_with_what_converts_it() {
         let refused = divmerge(&["annotate", path(&input), "-o", path(&out)]);
         assert!(text(&refused.stderr).contains(words), "{}", text(&refused.stderr));
     }
+}
+
+/// Two channels are added to each cloud topic, and a recording has at most 65,535.
+#[test]
+fn more_topics_than_channels_are_refused_with_the_file_and_a_way_out() {
+    const TOPICS: usize = 40_000;
+    let folder = tempfile::tempdir().expect("a folder");
+    let input = folder.path().join("many.mcap");
+    let mut writer = RecordingWriter::create(&input, &WriteOptions::default()).expect("a writer");
+    let schema = writer.add_schema("sensor_msgs/msg/PointCloud2", "ros2msg", b"").expect("one");
+    for topic in 0..TOPICS {
+        let topic = format!("/points{topic}");
+        writer.add_channel(&topic, schema, "cdr", &BTreeMap::new()).expect("a channel");
+    }
+    writer.finish().expect("written");
+    let output = folder.path().join("out.mcap");
+    let annotate = |more: &[&str]| {
+        divmerge(&[&["annotate", path(&input), "-o", path(&output), "--no-layout"], more].concat())
+    };
+    let done = annotate(&[]);
+    let error = text(&done.stderr);
+    assert_eq!(done.status.code(), Some(1), "{error}");
+    for part in [path(&input), "40,000 channels", "40,000 cloud topics", "65,535", "--topic T"] {
+        assert!(error.contains(part), "{part}: {error}");
+    }
+    assert_eq!(names(folder.path()), ["many.mcap"]);
+    let done = annotate(&["--topic", "/points7", "--topic", "/points39999"]);
+    assert!(output.exists(), "{}", text(&done.stderr));
 }

@@ -212,6 +212,28 @@ fn parts_of_a_turn_are_named_where_they_are_clustered_alone() {
 }
 
 #[test]
+fn commands_that_take_single_messages_name_parts_of_a_turn_once() {
+    let turns = turns(2, 30);
+    let folder = tempfile::tempdir().expect("a folder");
+    let figure = folder.path().join("figure.svg");
+    for (of_stamps, lines) in turns.iter().zip([0, 1]) {
+        let (_folder, input) = recording("sensor_msgs/msg/PointCloud2", "cdr", of_stamps);
+        let input = text_of(&input);
+        for arguments in [
+            &["explain", input, "--at", "8,0,-1", "--within", "50", "--no-what-if"][..],
+            &["figure", input, "-o", text_of(&figure), "--force"],
+            &["triage", input],
+        ] {
+            let done = divmerge(arguments);
+            let said = text(&done.stderr);
+            assert!(done.status.success(), "{arguments:?}: {said}");
+            let named = said.lines().filter(|line| line.contains("annotate --assemble auto"));
+            assert_eq!(named.count(), lines, "{arguments:?}: {said}");
+        }
+    }
+}
+
+#[test]
 fn a_part_that_cannot_be_read_does_not_end_its_turn() {
     let [_, mut parts] = turns(2, 10);
     parts[3].1.truncate(40);

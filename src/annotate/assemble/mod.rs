@@ -14,6 +14,7 @@ use divmerge_core::pipeline::overrides::limits;
 pub(super) use assembler::Assembler;
 pub(super) use turn::{AnnotatedTurn, annotate_turn};
 pub(super) use watch::PartWatch;
+pub use watch::sweeps_in_parts;
 
 /// How the messages of a topic are put together to turns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

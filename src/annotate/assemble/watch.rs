@@ -1,12 +1,17 @@
 //! Whether the messages of a topic look like parts of a turn.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
+use std::path::Path;
 use std::sync::Arc;
 
 use super::part::{Part, step};
+use crate::error::Result;
+use crate::frames::walk::Walk;
+use crate::frames::{EncodedCloud, Selection, choose_topics};
 use divmerge_core::cloud::PointCloud;
 use divmerge_core::geometry::statistics;
+use divmerge_recording::{Overview, is_remote, is_stream};
 
 /// Messages of a topic that are looked at.
 const MOST: usize = 64;
@@ -22,6 +27,45 @@ const SAME_WAY: f64 = 0.8;
 const FAST_NS: i64 = 30_000_000;
 /// A frame that is whole has more returns.
 const FEW_RETURNS: usize = 3_000;
+
+/// Messages of a topic that are looked at before a command that reads single messages.
+const FIRST: u64 = 16;
+/// Bytes of a recording within which they are looked for.
+const LOOKED_THROUGH: u64 = 64 << 20;
+
+/// What is said of the cloud topics of a recording whose messages look like parts of a turn: of the
+/// named ones, or without names of all. For commands that read single messages.
+///
+/// The first messages of a topic are read, or one where that is a whole turn. Of a
+/// stream, which is read once, of an object in a store, where each look costs requests, and of what
+/// cannot be read, nothing is said.
+pub fn sweeps_in_parts(recording: &Path, topics: &[String]) -> Vec<String> {
+    if is_stream(recording) || is_remote(recording) {
+        return Vec::new();
+    }
+    first_parts(recording, topics).map_or(Vec::new(), PartWatch::warnings)
+}
+
+fn first_parts(recording: &Path, topics: &[String]) -> Result<PartWatch> {
+    let overview = Overview::read(recording)?;
+    let clouds = choose_topics(&overview, topics, None)?;
+    let names: BTreeMap<u16, Arc<str>> =
+        clouds.iter().map(|(&id, cloud)| (id, Arc::clone(&cloud.topic))).collect();
+    let mut undecided: BTreeSet<Arc<str>> = names.values().cloned().collect();
+    let mut walk = Walk::open(&overview, names, &Selection::of_frames(0..FIRST))?;
+    let mut watch = PartWatch::default();
+    while !undecided.is_empty() && walk.progress().0 < LOOKED_THROUGH {
+        let Some(step) = walk.next()? else { break };
+        let Some(encoded) = EncodedCloud::of_step(step, &clouds) else { continue };
+        let Ok(message) = encoded.decode() else { continue };
+        let Ok(cloud) = message.to_cloud(None) else { continue };
+        watch.take(&encoded.topic, &cloud, message.stamp_ns());
+        if watch.is_whole(&encoded.topic) {
+            undecided.remove(&encoded.topic);
+        }
+    }
+    Ok(watch)
+}
 
 /// The first messages of each topic.
 #[derive(Debug, Default)]
@@ -39,6 +83,12 @@ impl PartWatch {
         if parts.len() < MOST {
             parts.push(Part::of(cloud, stamp_ns));
         }
+    }
+
+    /// Whether the last cloud of a topic was a whole turn or frame.
+    fn is_whole(&self, topic: &Arc<str>) -> bool {
+        let last = self.0.get(topic).and_then(|parts| parts.last());
+        last.is_some_and(|part| part.returns >= FEW_RETURNS && part.width >= NARROW)
     }
 
     /// What is said of the topics whose messages look like parts of a turn.
@@ -61,7 +111,7 @@ fn warning(topic: &str, parts: &[Part]) -> Option<String> {
     }
     Some(format!(
         "{topic}: each message holds a part of a turn ({returns} returns in {degrees:.0} degrees, \
-         {:.1} ms apart), and was clustered by itself: `--assemble auto` clusters whole turns",
+         {:.1} ms apart), and is taken by itself: `annotate --assemble auto` clusters whole turns",
         apart_ns * 1e-6
     ))
 }

@@ -23,7 +23,7 @@ use crate::annotate::resume::Journal;
 use crate::annotate::run_parameters::RunParameters;
 use crate::annotate::tracking::TopicFollower;
 use crate::annotate::warnings::CloudWarnings;
-use crate::error::Result;
+use crate::error::{Conflict, Error, Result};
 use crate::frames::topics::{topic_count, topic_names};
 use crate::frames::{CloudCounter, CloudTopic};
 use divmerge_recording::workers::Workers;
@@ -171,7 +171,20 @@ impl<'a> Job<'a> {
     /// The channels of what is added to a channel's clouds.
     pub(super) fn channels_for(&mut self, cloud_channel: u16) -> Result<Added> {
         let cloud = &self.clouds[&cloud_channel];
-        self.added.of_clouds(cloud_channel, cloud, &self.overview, &mut self.writer)
+        let added = self.added.of_clouds(cloud_channel, cloud, &self.overview, &mut self.writer);
+        added.map_err(|error| match error {
+            Error::Recording(divmerge_recording::Error::TooManyChannels) => {
+                self.too_many_channels()
+            }
+            error => error,
+        })
+    }
+
+    fn too_many_channels(&self) -> Error {
+        let topics: BTreeSet<&str> = self.clouds.values().map(|cloud| &*cloud.topic).collect();
+        let (channels, topics) = (self.overview.channels.len(), topics.len());
+        let problem = Conflict::TooManyChannels { channels, topics };
+        Error::Conflict { path: self.overview.path.clone(), problem }
     }
 
     /// Takes clouds from slices, which are joined.

@@ -90,7 +90,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let mut outputs = Outputs::new(inputs, arguments.force);
     let output = outputs.optional(arguments.output.as_deref())?;
     outputs.optional(arguments.rerun.as_deref())?;
-    let method = arguments.method.config_with_warnings(&arguments.input)?;
+    let method =
+        arguments.method.config_with_warnings(&arguments.input, arguments.topic.as_slice())?;
     if let Some(other) = &method.pipeline.other_method {
         bail!(
             "{} has no votes or merges to explain; `divmerge figure --method {0}` draws its result",

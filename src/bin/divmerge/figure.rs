@@ -119,7 +119,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let inputs = std::iter::once(arguments.input.as_path()).chain(arguments.method.files());
     let mut outputs = Outputs::new(inputs, arguments.force);
     let output = outputs.optional(arguments.output.as_deref())?;
-    let method = arguments.method.config_with_warnings(&arguments.input)?;
+    let method =
+        arguments.method.config_with_warnings(&arguments.input, arguments.topic.as_slice())?;
     let panels = match (arguments.panels.as_slice(), &method.pipeline.other_method) {
         ([], None) => FigureOptions::default().panels,
         ([], Some(_)) => vec![Panel::Mask, Panel::Instances, Panel::BirdsEye],

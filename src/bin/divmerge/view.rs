@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         Outputs::new(inputs, *force).file(path)?;
     }
     let selection = arguments.selection.selection(&arguments.input)?;
-    let method = arguments.method.config_with_warnings(&arguments.input)?;
+    let method = arguments.method.config_with_warnings(&arguments.input, &selection.topics)?;
     // Before a viewer is started.
     selection.check(&arguments.input)?;
     let mut stream = viewer::open(&target, &arguments.input, &method)?;

@@ -14,6 +14,7 @@ pub enum Evidence {
     Beams,
     /// The recording's transforms say so, and nothing in the points does.
     Recorded,
-    /// Nothing says where it stands. The frame lies on the ground, so it is looked at from above.
+    /// Nothing says where it stands. The image is that of an assumed place, from which ranges are
+    /// measured too; objects without classes and the ground are found in space.
     Assumed,
 }

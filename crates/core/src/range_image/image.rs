@@ -2,6 +2,7 @@
 
 use super::angles::{elevation, elevation_of};
 use super::band::Band;
+use super::evidence::Evidence;
 use super::projection::Projection;
 use crate::cloud::PointCloud;
 use crate::geometry::grid::Grid;
@@ -102,6 +103,12 @@ impl RangeImage {
     /// Whether the image is that of one sensor at the origin of the cloud's frame.
     pub fn is_plain(&self) -> bool {
         matches!(&self.bands[..], [band] if band.is_at_origin())
+    }
+
+    /// Whether nobody knows where a sensor stands, and the image shows what an assumed place would
+    /// see: what lies next to each other in it need not in space.
+    pub fn is_from_assumed_place(&self) -> bool {
+        self.bands.iter().any(|band| band.evidence == Evidence::Assumed)
     }
 
     /// Number of the band that a row belongs to.

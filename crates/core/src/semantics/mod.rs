@@ -60,12 +60,16 @@ fn mask_of_returns(
     }
 }
 
-/// The ground of a cloud of one sensor or of several.
+/// The ground of a cloud of one sensor or of several. Where nobody knows where a sensor stands, it
+/// is that from heights alone, unless the ground lies above the assumed place: then z points down.
 fn ground_of(cloud: &PointCloud, image: &RangeImage, params: &GroundParams) -> ground::Ground {
-    match image.is_plain() {
+    let seen = match image.is_plain() {
         true => ground::ground(cloud, image, params),
         false => ground_by_sensor(cloud, image, params),
-    }
+    };
+    let is_known = !image.is_from_assumed_place() || seen.is_overhead;
+    let in_space = (!is_known).then(|| ground::in_space(cloud, params)).flatten();
+    in_space.unwrap_or(seen)
 }
 
 /// The ground as each sensor of a cloud sees it, from where it stands.

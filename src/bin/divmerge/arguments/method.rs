@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::Result;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
-use divmerge::annotate::AnnotateConfig;
+use divmerge::annotate::{AnnotateConfig, sweeps_in_parts};
 use divmerge::cluster::params::Region;
 use divmerge::comparison::methods;
 use divmerge::pipeline::{BirdsEyeMerge, Overrides, Preset};
@@ -145,10 +145,16 @@ impl MethodArguments {
     }
 
     /// The same for a command that does not print what is odd about clouds: it warns of topics in
-    /// which the vehicle cannot be found.
-    pub fn config_with_warnings(&self, recording: &Path) -> Result<AnnotateConfig> {
+    /// which the vehicle cannot be found, and of those of the named topics (none: of all) whose
+    /// messages hold parts of turns.
+    pub fn config_with_warnings(
+        &self,
+        recording: &Path,
+        topics: &[String],
+    ) -> Result<AnnotateConfig> {
         let config = self.config(recording)?;
-        for problem in config.ego.unknown() {
+        let in_parts = sweeps_in_parts(recording, topics);
+        for problem in config.ego.unknown().chain(in_parts) {
             eprintln!("warning: {}: {problem}", recording.display());
         }
         Ok(config)

@@ -84,7 +84,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let mut outputs = Outputs::new(inputs, arguments.force);
     let csv = outputs.optional(arguments.csv.as_deref())?;
     let json = outputs.optional(arguments.json.as_deref())?;
-    let method = arguments.method.config_with_warnings(&arguments.clouds.input)?;
+    let clouds = &arguments.clouds;
+    let method = arguments.method.config_with_warnings(&clouds.input, clouds.topic.as_slice())?;
     let frames = arguments.clouds.open(&method)?;
     let bar = frame_bar("searching", frames.remaining());
     let (mut summary, mut rows) = (FailureSummary::default(), Vec::new());

@@ -83,7 +83,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let files = OutputFiles::new(arguments, &mut outputs)?;
     let selection = arguments.selection.selection(&arguments.input)?;
     selection.check(&arguments.input)?;
-    let method = arguments.method.config_with_warnings(&arguments.input)?;
+    let method = arguments.method.config_with_warnings(&arguments.input, &selection.topics)?;
     let start_ns = Overview::read(&arguments.input)?.start_ns.unwrap_or(0);
     let mut ranking = Ranking::new(arguments.limit, start_ns);
     let triaged = triage(arguments, &files, (&selection, &method), &mut ranking)?;

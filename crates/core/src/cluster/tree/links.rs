@@ -3,7 +3,8 @@
 //! A link joins two pixels of one window of the range image. The window need not reach farther than
 //! the gap from which on things count as apart ([`TreeMerge::window`]), and is sampled: every
 //! column and row next to a pixel, fewer farther away. Pixels of different sensors (a merged cloud)
-//! are linked in space, each to its nearest ones of every other sensor.
+//! are linked in space, each to its nearest ones of every other sensor. Where nobody knows where a
+//! sensor stands, all are (`in_space`).
 
 use crate::cluster::objects::ObjectPixels;
 use crate::cluster::params::TreeMerge;
@@ -224,7 +225,7 @@ fn link_sensors(
 }
 
 /// Links by distance: a counting sort by half millimetres, which keeps the order of equal ones.
-fn sorted(links: &[Link], params: &TreeMerge) -> Vec<Link> {
+pub(super) fn sorted(links: &[Link], params: &TreeMerge) -> Vec<Link> {
     const PER_METRE: f32 = 2000.0;
     let key = |link: &Link| (link.distance * PER_METRE) as usize;
     let mut start = vec![0_u32; (params.farthest as f32 * PER_METRE) as usize + 2];

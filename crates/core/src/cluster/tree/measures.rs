@@ -20,7 +20,8 @@ pub struct NodeMeasures {
     pub above_ground: Option<[f64; 2]>,
     /// Distance of its nearest point from the sensor, metres.
     pub range: f64,
-    /// Share of its face towards the sensor that its pixels cover, 0 to 1.
+    /// Share of its face towards the sensor that its pixels cover, 0 to 1; 1 where nobody knows
+    /// where the sensor stands.
     pub filled: f64,
 }
 
@@ -101,7 +102,7 @@ pub fn measures(
         let (sin, cos) = (PI * i as f64 / DIRECTIONS as f64).sin_cos();
         [cos as f32, sin as f32]
     });
-    let columns = image.columns();
+    let (columns, is_assumed) = (image.columns(), image.is_from_assumed_place());
     let mut sums: Vec<Sums> = Vec::with_capacity(tree.nodes.len());
     for node in &tree.nodes {
         let mut all = Sums::NOTHING;
@@ -121,7 +122,10 @@ pub fn measures(
                 bottom: up as f32 * position[2],
                 top: up as f32 * position[2],
                 range: squared.sqrt() as f32,
-                seen: (squared * band.column_step * row_steps[pixel / columns]) as f32,
+                seen: match is_assumed {
+                    true => f32::INFINITY,
+                    false => (squared * band.column_step * row_steps[pixel / columns]) as f32,
+                },
             });
         }
         sums.push(all);

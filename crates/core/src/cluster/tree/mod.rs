@@ -25,6 +25,7 @@
 pub mod bodies;
 pub mod calibration;
 pub mod cut;
+mod in_space;
 pub mod links;
 pub mod measures;
 pub mod merge_tree;
@@ -69,7 +70,11 @@ impl Method for CutTree<'_> {
     fn segment(&self, input: &MethodInput) -> Segmentation {
         let row_steps = input.image.row_steps(input.cloud);
         let row_step = median(&mut row_steps.clone()).unwrap_or(0.0);
-        let links = links(input.objects, input.image, row_step, self.tree);
+        let is_in_space = input.image.is_from_assumed_place();
+        let links = match is_in_space {
+            true => in_space::links(input.objects, self.tree),
+            false => links(input.objects, input.image, row_step, self.tree),
+        };
         let divided_at = Some(Instant::now());
         let tree = Tree::new(input.objects.len(), &links, self.tree);
         let ground = GroundHeights::new(input.cloud, &input.mask.reason);
@@ -81,7 +86,10 @@ impl Method for CutTree<'_> {
         let instance = tree.instances((&label, count), &links, self.tree);
         let components = keep(&mut label, &instance);
         let count = components.len() as u32;
+        let of_point =
+            is_in_space.then(|| in_space::labels_of_points(input, &label, self.tree.background));
         Segmentation {
+            of_point,
             components: Components { label, count, grown: Vec::new() },
             votes: Votes { components: count, pairs: Vec::new() },
             merge: Merge { instance_of_component: (1..=count).collect(), count, steps: Vec::new() },

@@ -187,6 +187,7 @@ impl Elsewhere {
 /// The view under which rows are beams, sought from some places; `None` unless they clearly are.
 fn beams_from(places: impl Iterator<Item = Vector3<f64>>, returns: &[RingReturn]) -> Option<View> {
     let views = places.map(|place| refined(returns, View::upright(place)));
+    let views = views.filter(|view| fill_its_sight(returns, view));
     let scored = views.map(|view| (view, disagreement(returns, &view)));
     let (view, misfit) = scored.min_by(|a, b| a.1.total_cmp(&b.1))?;
     (misfit < CLEARLY_BEAMS).then_some(view)
@@ -195,7 +196,20 @@ fn beams_from(places: impl Iterator<Item = Vector3<f64>>, returns: &[RingReturn]
 /// The view near a first one under which rows are beams, misfits at most so much.
 fn checked(start: View, returns: &[RingReturn], most: f64) -> Option<View> {
     let view = refined(returns, start);
-    (disagreement(returns, &view) < most).then_some(view)
+    (fill_its_sight(returns, &view) && disagreement(returns, &view) < most).then_some(view)
+}
+
+/// Whether the returns seen from a view span as much as a sensor sees. From far enough away the
+/// returns of every row have one direction to the last digit, which fits cones perfectly.
+fn fill_its_sight(returns: &[RingReturn], view: &View) -> bool {
+    /// Half of the angle that the narrowest sensor sees, radians, as a tangent.
+    const NARROWEST: f64 = 0.1;
+    let along =
+        |axis: usize| median(&mut returns.iter().map(|of| of.position[axis]).collect::<Vec<f64>>());
+    let [Some(x), Some(y), Some(z)] = [0, 1, 2].map(along) else { return false };
+    let middle = Vector3::new(x, y, z);
+    let reach = returns.iter().map(|of| (of.position - middle).norm()).fold(0.0, f64::max);
+    (view.origin - middle).norm() * NARROWEST <= reach
 }
 
 /// At most so many returns with their rows in an image, evenly spread over it.

@@ -62,6 +62,18 @@ fn finds_a_sensor_by_its_rings() {
     }
 }
 
+/// From the origin, a fit runs away to where all rows look alike.
+#[test]
+fn finds_a_sensor_by_its_rings_wherever_the_cloud_lies() {
+    for sensor in [Sensor::Hdl32e, Sensor::Os1_128] {
+        for distance in [35.0, 400.0, 1200.0, 6000.0] {
+            let map_from_sensor = Isometry3::translation(distance, -distance / 3.0, 12.0);
+            let cloud = swept(sensor, Scene::Street, roof(), &map_from_sensor);
+            assert_found(&cloud, &map_from_sensor, &format!("{sensor} at {distance} m"));
+        }
+    }
+}
+
 /// On level ground rings are circles from any height, which must not be taken for the sensor's.
 #[test]
 fn level_ground_does_not_hide_the_height() {

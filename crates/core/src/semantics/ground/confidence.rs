@@ -17,7 +17,7 @@ use crate::range_image::RangeImage;
 
 /// How a point came to be ground or not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Evidence {
+pub(super) enum Evidence {
     /// Flat, and ground spread to it, where rows are dense enough for slopes to tell.
     Reached,
     /// The same where rows are sparse.
@@ -28,7 +28,8 @@ enum Evidence {
     Apart,
     /// Too steep.
     Steep,
-    /// Hidden behind another point of its pixel: only its height tells.
+    /// Hidden behind another point of its pixel, or of a cloud seen from nobody knows where: only
+    /// its height tells.
     Shadowed,
 }
 
@@ -71,7 +72,7 @@ impl Curve {
 }
 
 /// The curves as steps, so that a point costs a look-up.
-struct Steps([[f32; Steps::COUNT + 1]; CURVES.len()]);
+pub(super) struct Steps([[f32; Steps::COUNT + 1]; CURVES.len()]);
 
 impl Steps {
     /// Heights that are told apart: step 0 is all below `LOWEST`, the last all above.
@@ -79,7 +80,7 @@ impl Steps {
     const LOWEST: f32 = -1.5;
     const PER_UNIT: f32 = 32.0;
 
-    fn new() -> Self {
+    pub fn new() -> Self {
         Steps(CURVES.map(|curve| {
             std::array::from_fn(|step| {
                 let height = (step as f32 - 0.5) / Self::PER_UNIT + Self::LOWEST;
@@ -93,7 +94,7 @@ impl Steps {
         }))
     }
 
-    fn confidence(&self, evidence: Evidence, height: f32) -> f32 {
+    pub fn confidence(&self, evidence: Evidence, height: f32) -> f32 {
         let step = (height - Self::LOWEST) * Self::PER_UNIT + 1.0;
         let step = match step.is_nan() {
             true => Self::COUNT,

@@ -87,7 +87,7 @@ impl Level {
     }
 
     /// The least turn that brings `up` to z, after half a turn about x where z points down.
-    fn from_normal(up: Vector3<f32>, is_upside_down: bool) -> Level {
+    pub fn from_normal(up: Vector3<f32>, is_upside_down: bool) -> Level {
         let half_turn = match is_upside_down {
             true => Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0)),
             false => Matrix3::identity(),
@@ -204,14 +204,14 @@ impl Extremes {
 
 /// A side of the sensor, along its z.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Side {
+pub(super) enum Side {
     Below,
     Above,
 }
 
 /// A plane through three positions and how well the others agree.
 #[derive(Debug, Clone, Copy)]
-struct Consensus {
+pub(super) struct Consensus {
     /// Unit normal with positive z.
     normal: Vector3<f32>,
     offset: f32,
@@ -221,7 +221,7 @@ struct Consensus {
 
 impl Consensus {
     /// The plane that most positions agree with, if there is one below or above the sensor.
-    fn of(positions: &[Vector3<f32>], side: Side) -> Option<Consensus> {
+    pub fn of(positions: &[Vector3<f32>], side: Side) -> Option<Consensus> {
         if positions.len() < 3 {
             return None;
         }
@@ -251,6 +251,11 @@ impl Consensus {
         (offset.abs() > CLEARANCE).then_some(Consensus { normal, offset, support: 0.0 })
     }
 
+    /// Whether a position agrees with the plane.
+    pub fn carries(&self, at: &Vector3<f32>) -> bool {
+        (self.normal.dot(at) - self.offset).abs() < BAND
+    }
+
     fn supported_by(self, positions: &[Vector3<f32>]) -> Consensus {
         let agreement = |at: &Vector3<f32>| {
             let beyond = (self.normal.dot(at) - self.offset) * self.offset.signum();
@@ -262,12 +267,12 @@ impl Consensus {
 
     /// Unit normal of the least-squares plane through the positions that agree, with a weak pull to
     /// this plane, which settles what a single ring or line leaves open.
-    fn refined(&self, positions: &[Vector3<f32>]) -> Vector3<f32> {
+    pub fn refined(&self, positions: &[Vector3<f32>]) -> Vector3<f32> {
         let mut normal_matrix = Matrix3::from_diagonal(&Vector3::new(1e-3, 1.0, 1.0));
         let mut right = Vector3::zeros();
         for at in positions {
-            let residual = self.normal.dot(at) - self.offset;
-            if residual.abs() < BAND {
+            if self.carries(at) {
+                let residual = self.normal.dot(at) - self.offset;
                 let row = Vector3::new(1.0, at.x, at.y);
                 normal_matrix += row * row.transpose();
                 right += row * (residual / self.normal.z);

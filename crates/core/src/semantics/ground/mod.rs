@@ -38,6 +38,7 @@ mod flood_fill;
 mod found;
 mod height_map;
 mod heights;
+mod in_space;
 mod level;
 mod params;
 mod plane;
@@ -61,6 +62,7 @@ use slopes::column_slopes;
 
 pub use found::{Ground, GroundPose};
 pub use heights::GroundHeights;
+pub use in_space::in_space;
 pub use params::GroundParams;
 
 /// How the ground lies around the first sensor of a cloud; `None` where no plane is found.
