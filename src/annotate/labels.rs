@@ -1,37 +1,72 @@
 //! The labels of the points of a clustered cloud, as they are written.
 
 use super::clustered::Clustered;
-use crate::messages::annotation::OwnedAnnotation;
+use crate::messages::annotation::{Certainty, OwnedAnnotation, PointAnnotation};
 
-/// Those of all points.
-pub(super) fn all_labels(clustered: &Clustered) -> OwnedAnnotation {
-    let (labels, cloud) = (&clustered.stages.labels, &clustered.cloud);
-    let certain = cloud.confidence.as_deref().zip(cloud.entropy.as_deref());
-    OwnedAnnotation {
-        instance: labels.instance.clone(),
-        component: labels.component.clone(),
-        semantic: labels.semantic.clone(),
-        reason: labels.reason.iter().map(|&reason| reason as u8).collect(),
-        ground: clustered.stages.mask.ground.as_deref().map(bytes),
-        certainty: certain.map(|(confidence, entropy)| (bytes(confidence), bytes(entropy))),
-    }
+/// The labels of a clustered cloud that are written in another form than it has them.
+pub(super) struct LabelBytes {
+    reason: Vec<u8>,
+    ground: Option<Vec<u8>>,
+    /// Confidence and entropy.
+    certainty: Option<(Vec<u8>, Vec<u8>)>,
 }
 
-/// Those of some points.
-pub(super) fn labels_at(points: &[usize], clustered: &Clustered) -> OwnedAnnotation {
-    fn pick<T: Copy>(column: &[T], points: &[usize]) -> Vec<T> {
-        points.iter().map(|&point| column[point]).collect()
+impl LabelBytes {
+    /// Those of all points.
+    pub(super) fn new(clustered: &Clustered) -> Self {
+        let Clustered { cloud, stages, .. } = clustered;
+        let certain = cloud.confidence.as_deref().zip(cloud.entropy.as_deref());
+        LabelBytes {
+            reason: stages.labels.reason.iter().map(|&reason| reason as u8).collect(),
+            ground: stages.mask.ground.as_deref().map(bytes),
+            certainty: certain.map(|(confidence, entropy)| (bytes(confidence), bytes(entropy))),
+        }
     }
-    let (labels, cloud) = (&clustered.stages.labels, &clustered.cloud);
-    let shares = |column: &[f32]| bytes(&pick(column, points));
-    let certain = cloud.confidence.as_deref().zip(cloud.entropy.as_deref());
-    OwnedAnnotation {
-        instance: pick(&labels.instance, points),
-        component: pick(&labels.component, points),
-        semantic: pick(&labels.semantic, points),
-        reason: points.iter().map(|&point| labels.reason[point] as u8).collect(),
-        ground: clustered.stages.mask.ground.as_deref().map(shares),
-        certainty: certain.map(|(confidence, entropy)| (shares(confidence), shares(entropy))),
+
+    /// All labels of the same cloud.
+    pub(super) fn annotation<'a>(&'a self, clustered: &'a Clustered) -> PointAnnotation<'a> {
+        let labels = &clustered.stages.labels;
+        let certainty = self.certainty.as_ref();
+        PointAnnotation {
+            instance: &labels.instance,
+            track: None,
+            component: &labels.component,
+            semantic: &labels.semantic,
+            reason: &self.reason,
+            ground: self.ground.as_deref(),
+            certainty: certainty.map(|(confidence, entropy)| Certainty { confidence, entropy }),
+        }
+    }
+
+    /// The labels of some points of the same cloud.
+    pub(super) fn at(&self, points: &[usize], clustered: &Clustered) -> OwnedAnnotation {
+        fn pick<T: Copy>(column: &[T], points: &[usize]) -> Vec<T> {
+            points.iter().map(|&point| column[point]).collect()
+        }
+        let labels = &clustered.stages.labels;
+        let certainty = self.certainty.as_ref();
+        OwnedAnnotation {
+            instance: pick(&labels.instance, points),
+            component: pick(&labels.component, points),
+            semantic: pick(&labels.semantic, points),
+            reason: pick(&self.reason, points),
+            ground: self.ground.as_ref().map(|ground| pick(ground, points)),
+            certainty: certainty
+                .map(|(confidence, entropy)| (pick(confidence, points), pick(entropy, points))),
+        }
+    }
+
+    /// All labels of the same cloud, owned.
+    pub(super) fn owned(self, clustered: &Clustered) -> OwnedAnnotation {
+        let labels = &clustered.stages.labels;
+        OwnedAnnotation {
+            instance: labels.instance.clone(),
+            component: labels.component.clone(),
+            semantic: labels.semantic.clone(),
+            reason: self.reason,
+            ground: self.ground,
+            certainty: self.certainty,
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use super::clustered::{Clustered, cluster_decoded};
 use super::config::{AnnotateConfig, Decoded};
-use super::labels::all_labels;
+use super::labels::LabelBytes;
 use super::times::FrameTimes;
 use super::tracking::{TrackOptions, Untracked, observe_cloud};
 use super::types::{MessageTypes, Placement};
@@ -152,7 +152,7 @@ fn write(
     let clustered = cluster_decoded(&wire, &key, config, decoded)?;
 
     let started = Instant::now();
-    let labels = all_labels(&clustered);
+    let labels = LabelBytes::new(&clustered);
     let placement = Placement::of(&written, &clustered.cloud);
     annotated.frame_id.clone_from(&wire.frame_id);
     annotated.stamp_ns = wire.stamp_ns();
@@ -161,7 +161,7 @@ fn write(
         let observation = observe_cloud(encoded, (&wire, &placement), &clustered, options);
         annotated.times = times(&clustered, reformat_ms + ms_since(started));
         let instances = clustered.stages.instances.clone();
-        let kept = None;
+        let (labels, kept) = (labels.owned(&clustered), None);
         let mut untracked =
             Untracked { labels, instances, placement, observation, kept, annotated };
         if keeps {
@@ -169,7 +169,7 @@ fn write(
         }
         return Ok((clustered, Written::Untracked(Box::new(untracked))));
     }
-    annotated_cloud(&written, &labels.with_tracks(None), &mut annotated.cloud)?;
+    annotated_cloud(&written, &labels.annotation(&clustered), &mut annotated.cloud)?;
     let instances = &clustered.stages.instances;
     types.write_objects(&written, instances, &placement, &mut annotated.objects)?;
     annotated.times = times(&clustered, reformat_ms + ms_since(started));

@@ -37,6 +37,7 @@ mod simulated;
 mod skip;
 mod slices;
 mod threads;
+mod tracks;
 mod triage;
 mod unopened;
 mod unpacked;

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use crate::annotate::clustered::{Clustered, cluster_decoded};
 use crate::annotate::config::{AnnotateConfig, Decoded};
-use crate::annotate::labels::labels_at;
+use crate::annotate::labels::LabelBytes;
 use crate::annotate::message::Annotated;
 use crate::annotate::times::FrameTimes;
 use crate::annotate::types::{MessageTypes, Placement};
@@ -40,6 +40,7 @@ pub(in crate::annotate) fn annotate_turn(
     let clustered = cluster_decoded(&whole, &key, method, decoded)?;
 
     let started = Instant::now();
+    let labels = LabelBytes::new(&clustered);
     let (mut annotated, mut column) = (Vec::with_capacity(parts.len()), 0);
     for message in &messages {
         let written = message.reformatted(types.format(message.format))?;
@@ -51,7 +52,7 @@ pub(in crate::annotate) fn annotate_turn(
             semantics: clustered.semantics.clone(),
             ..Annotated::default()
         };
-        let labels = labels_at(&points, &clustered);
+        let labels = labels.at(&points, &clustered);
         annotated_cloud(&written, &labels.with_tracks(None), &mut made.cloud)?;
         annotated.push(made);
     }

@@ -1,0 +1,165 @@
+//! Objects followed over the clouds of a recording.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use divmerge::annotate::{
+    AnnotateConfig, AnnotateOptions, Semantics, TrackMode, TrackOptions, annotate,
+};
+use divmerge::datasets::cloud_recording::CloudRecording;
+use divmerge::datasets::drive::{CLOUD_TOPIC, cloud_message, write_drive};
+use divmerge::frames::EncodedClouds;
+use divmerge::messages::boxes::marker_boxes;
+use divmerge::messages::clouds::CloudFormat;
+use divmerge::pipeline::Config;
+use divmerge::recording::{Record, RecordingReader, WriteOptions};
+use divmerge::simulate::{Drive, Scene, Sensor};
+use divmerge::{Overview, Taxonomy};
+use tempfile::TempDir;
+
+/// Enough for objects to be followed, and more than the lag of a second.
+const FRAMES: usize = 14;
+
+fn drive() -> Drive {
+    Drive::new(Sensor::Vlp16, Scene::Street, 5)
+}
+
+fn recorded(frames: usize) -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("drive.mcap");
+    let options = WriteOptions::default();
+    write_drive(&drive(), frames, &path, &options, |_| ControlFlow::Continue(())).expect("written");
+    (folder, path)
+}
+
+fn annotated(input: &Path, options: &AnnotateOptions) -> PathBuf {
+    let output = input.with_extension("annotated.mcap");
+    let options = AnnotateOptions { force: true, ..options.clone() };
+    annotate(input, &output, &options, &mut |_| ControlFlow::Continue(())).expect("annotated");
+    output
+}
+
+fn with(mode: TrackMode, pipeline: Config) -> AnnotateOptions {
+    let tracks = TrackOptions { mode, ..TrackOptions::default() };
+    let config = AnnotateConfig { pipeline, ..AnnotateConfig::default() };
+    AnnotateOptions { config, tracks, ..AnnotateOptions::default() }
+}
+
+/// Of each cloud the columns of these fields; nothing of fields that it does not have.
+fn columns<const N: usize>(path: &Path, names: [&str; N]) -> Vec<[Vec<u32>; N]> {
+    let topic = format!("{CLOUD_TOPIC}/instances");
+    let clouds = EncodedClouds::open(path, Some(&topic), ..).expect("annotated clouds");
+    let of_cloud = |cloud: divmerge::Result<divmerge::frames::EncodedCloud>| {
+        let cloud = cloud.expect("a cloud");
+        let message = cloud.decode().expect("decoded");
+        names.map(|name| message.column_u32(name).unwrap_or_default())
+    };
+    clouds.map(of_cloud).collect()
+}
+
+#[test]
+fn objects_keep_their_number_from_frame_to_frame() {
+    let (_folder, input) = recorded(FRAMES);
+    let output = annotated(&input, &AnnotateOptions::default());
+    // Of objects of 30 points or more: the tracks of most of their points, frame by frame.
+    let mut tracks: BTreeMap<(u32, u32), Vec<u32>> = BTreeMap::new();
+    for [class, object, track] in columns(&output, ["label", "true_instance", "track"]) {
+        let mut votes: BTreeMap<(u32, u32), BTreeMap<u32, usize>> = BTreeMap::new();
+        for (point, &track) in track.iter().enumerate().filter(|(_, track)| **track != 0) {
+            let object = (class[point], object[point]);
+            *votes.entry(object).or_default().entry(track).or_default() += 1;
+        }
+        for (object, votes) in votes {
+            let (&track, _) = votes.iter().max_by_key(|(_, count)| **count).expect("a track");
+            if votes.values().sum::<usize>() >= 30 {
+                tracks.entry(object).or_default().push(track);
+            }
+        }
+    }
+    tracks.retain(|_, tracks| tracks.len() >= FRAMES / 2);
+    assert!(tracks.len() >= 10, "{tracks:?}");
+    let kept = |tracks: &&Vec<u32>| tracks.iter().all(|track| *track == tracks[0]);
+    let kept = tracks.values().filter(kept).count();
+    assert!(kept * 10 >= tracks.len() * 9, "{kept} of {}: {tracks:?}", tracks.len());
+    let different: BTreeSet<u32> = tracks.values().map(|tracks| tracks[0]).collect();
+    assert!(different.len() * 10 >= tracks.len() * 9, "{tracks:?}");
+}
+
+#[test]
+fn every_point_of_an_instance_has_a_track_and_no_other_point() {
+    let (_folder, input) = recorded(FRAMES);
+    for semantics in [Semantics::Auto, Semantics::Ground] {
+        let config = AnnotateConfig { semantics, ..AnnotateConfig::default() };
+        let options = AnnotateOptions { config, ..AnnotateOptions::default() };
+        let clouds = columns(&annotated(&input, &options), ["instance", "track"]);
+        assert_eq!(clouds.len(), FRAMES);
+        for [instance, track] in clouds {
+            assert_eq!(instance.len(), track.len());
+            let differs = |(instance, track): (&u32, &u32)| (*instance == 0) != (*track == 0);
+            assert!(!instance.iter().zip(&track).any(differs));
+        }
+    }
+}
+
+#[test]
+fn a_box_for_each_track_of_the_frame() {
+    let (_folder, input) = recorded(FRAMES);
+    let output = annotated(&input, &AnnotateOptions::default());
+    let tracks = columns(&output, ["track"]).into_iter();
+    let tracks = tracks.map(|[track]| track.into_iter().filter(|&t| t != 0).collect());
+    let tracks: Vec<BTreeSet<u32>> = tracks.collect();
+    let overview = Overview::read(&output).expect("an overview");
+    let boxes = overview.channels_of(&format!("{CLOUD_TOPIC}/objects")).next().expect("boxes").id;
+    let taxonomy = Taxonomy::semantic_kitti();
+    let mut reader = RecordingReader::open(&output).expect("opened");
+    let mut found = Vec::new();
+    while let Some(record) = reader.next_record().expect("a record") {
+        let Record::Message { header, data, .. } = record else { continue };
+        if header.channel_id == boxes {
+            let message = marker_boxes(&data, true, &taxonomy).expect("markers");
+            found.push(message.map_or(0, |message| message.detections.len()));
+        }
+    }
+    assert_eq!(found, tracks.iter().map(BTreeSet::len).collect::<Vec<usize>>());
+}
+
+#[test]
+fn presets_that_are_others_and_single_clouds_have_no_tracks() {
+    let (_folder, input) = recorded(2);
+    let has_tracks = |input: &Path, options: &AnnotateOptions| {
+        let clouds = columns(&annotated(input, options), ["track"]);
+        clouds.iter().all(|[track]| !track.is_empty())
+    };
+    assert!(has_tracks(&input, &with(TrackMode::Auto, Config::best())));
+    assert!(!has_tracks(&input, &with(TrackMode::Auto, Config::paper())));
+    assert!(has_tracks(&input, &with(TrackMode::On, Config::authors())));
+    assert!(!has_tracks(&input, &with(TrackMode::Off, Config::best())));
+    let (_folder, input) = recorded(1);
+    assert!(!has_tracks(&input, &with(TrackMode::On, Config::best())));
+}
+
+/// The same drive twice, one behind the other: stamps go back.
+#[test]
+fn tracks_end_where_time_goes_back() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let input = folder.path().join("twice.mcap");
+    let options = WriteOptions::default();
+    let mut recording =
+        CloudRecording::create(CloudFormat::Ros2, &input, CLOUD_TOPIC, &options).expect("begun");
+    for number in [0, 1, 2, 0, 1, 2] {
+        let frame = drive().frame(number);
+        let mut message = Vec::new();
+        cloud_message(&frame, &mut message).expect("encoded");
+        recording.write_cloud(frame.stamp_ns, &message).expect("written");
+    }
+    recording.finish().expect("complete");
+    let clouds = columns(&annotated(&input, &AnnotateOptions::default()), ["track"]);
+    let of = |clouds: &[[Vec<u32>; 1]]| {
+        let tracks = clouds.iter().flat_map(|[track]| track.iter().copied());
+        tracks.filter(|&track| track != 0).collect::<BTreeSet<u32>>()
+    };
+    let (first, second) = (of(&clouds[..3]), of(&clouds[3..]));
+    assert!(!first.is_empty() && first.len() == second.len());
+    assert!(first.is_disjoint(&second), "{first:?} {second:?}");
+}
