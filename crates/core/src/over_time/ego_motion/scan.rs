@@ -13,9 +13,9 @@ const POINT_BYTES: usize = 6;
 /// How a cloud is thinned out for registration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScanParams {
-    /// Side of the voxels of which each keeps one point, metres; they are half as high. 0.5: a third
-    /// of the voxel of the map, so that it has several points after one scan. Flat ones keep more of
-    /// walls and posts, which hold the motion ahead, than of the ground.
+    /// Side of the voxels of which each keeps one point, metres; they are half as high. 0.5: a
+    /// third of the voxel of the map, so that it has several points after one scan. Flat voxels
+    /// keep more of walls and posts, which hold the motion ahead, than of the ground.
     pub voxel: f32,
     /// Points at most. 3000: with 4000 the drift is the same, the time a quarter longer.
     pub max_points: usize,

@@ -155,3 +155,50 @@ fn surfel(voxel: &Voxel, corner: Point3<f64>, sensor: &Point3<f64>) -> Option<Su
     let is_surface = is_thin && is_determined && is_seen;
     is_surface.then_some(Surfel { mean, normal, variance, spread })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points all over a voxel in a level plane, and what a sensor at a height above it makes of
+    /// them from 5 m away.
+    fn seen_from(height: f64) -> Option<Surfel> {
+        let mut map = SurfelMap::new(1.5);
+        let along = |step: i32| 0.05 + 0.14 * f64::from(step);
+        let points = (0..100).map(|n| Point3::new(4.5 + along(n / 10), along(n % 10), 0.7));
+        map.insert(&Point3::new(0.0, 0.0, 0.7 + height), points);
+        map.at(&Point3::new(5.0, 0.5, 0.7)).copied()
+    }
+
+    #[test]
+    fn a_plane_is_a_surface_unless_it_leads_through_the_sensor() {
+        let surfel = seen_from(1.8).expect("a plane");
+        assert!((surfel.normal.z.abs() - 1.0).abs() < 1e-9 && (surfel.mean.z - 0.7).abs() < 1e-9);
+        assert_eq!(seen_from(0.1), None);
+    }
+
+    #[test]
+    fn a_line_of_points_is_no_surface() {
+        let mut map = SurfelMap::new(1.5);
+        let line = (0..50).map(|step| Point3::new(0.03 * f64::from(step), 0.7, 0.7));
+        map.insert(&Point3::new(0.0, -5.0, 3.0), line);
+        assert_eq!(map.at(&Point3::new(0.7, 0.7, 0.7)), None);
+    }
+
+    #[test]
+    fn what_is_far_is_forgotten_and_full_cells_take_no_more() {
+        let mut map = SurfelMap::new(1.5);
+        let sensor = Point3::new(0.0, 0.0, 5.0);
+        let patch = |z: f64| {
+            (0..100)
+                .map(move |n| Point3::new(0.14 * f64::from(n / 10), 0.14 * f64::from(n % 10), z))
+        };
+        map.insert(&sensor, patch(0.10));
+        let before = map.at(&Point3::new(0.7, 0.7, 0.1)).copied();
+        assert!(before.is_some());
+        map.insert(&sensor, patch(0.15));
+        assert_eq!(map.at(&Point3::new(0.7, 0.7, 0.1)).copied(), before);
+        map.keep_within(&Point3::new(200.0, 0.0, 0.0), 100.0);
+        assert_eq!(map.at(&Point3::new(0.7, 0.7, 0.1)), None);
+    }
+}

@@ -157,6 +157,26 @@ fn the_same_scans_give_the_same_bits() {
     assert_eq!(estimates(&poses, HALL), estimates(&poses, HALL));
 }
 
+#[test]
+fn instances_of_objects_are_left_out() {
+    use crate::cloud::taxonomy::Taxonomy;
+    use crate::pipeline::{Config, run};
+    use crate::semantics::MaskSource;
+
+    let hall = room(&Isometry3::identity(), 0, HALL);
+    let (car, building) = (10, 50);
+    let is_car = |point: usize| hall.x[point] > 11.0;
+    let class = (0..hall.len()).map(|point| if is_car(point) { car } else { building }).collect();
+    let cloud = hall.clone().with_class(class).unwrap();
+    let taxonomy = Taxonomy::semantic_kitti();
+    let stages = run(&cloud, MaskSource::Classes(&taxonomy), &Config::best());
+    let params = ScanParams::default();
+    let found = RegistrationScan::new(&cloud, &stages, &params);
+    assert_eq!(found, RegistrationScan::from_points(&cloud, &params, is_car));
+    let reach = |scan: &RegistrationScan| scan.positions().map(|[x, ..]| x).fold(0.0, f64::max);
+    assert!(reach(&found) < 11.01 && reach(&scan(&hall)) > 12.0);
+}
+
 proptest::proptest! {
     #[test]
     fn scans_of_any_bytes_are_read_back_and_registered(
