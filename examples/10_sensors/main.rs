@@ -22,13 +22,16 @@ fn main() {
     let seed = arguments.first().and_then(|seed| seed.parse::<u64>().ok());
     let seeds = seed.map_or(vec![1, 2, 3], |seed| vec![seed]);
     let wanted = arguments.get(usize::from(seed.is_some())).map_or("", String::as_str);
+    let cases: Vec<Case> =
+        cases::all().into_iter().filter(|case| case.name.contains(wanted)).collect();
+    assert!(!cases.is_empty(), "no case has `{wanted}` in its name");
     println!(
         "| cloud | geometry found | rows x columns | wraps | shadowed | PQ | ground F1 | found \
          whole |"
     );
     println!("| --- | --- | ---: | --- | ---: | ---: | ---: | ---: |");
-    for case in cases::all().into_iter().filter(|case| case.name.contains(wanted)) {
-        row(&case, &seeds);
+    for case in &cases {
+        row(case, &seeds);
     }
 }
 

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use divmerge::annotate::time_spec::{self, TimeSpec};
 use divmerge::annotate::{
-    self as library, AnnotateOptions, AnnotationReport, BoxedInstances, Flavor, Form, MessageTypes,
-    ObjectOptions, RunEvent, Slice,
+    self as library, AnnotateOptions, AnnotationReport, BoxedInstances, EgoMotionSource, Flavor,
+    Form, MessageTypes, ObjectOptions, RunEvent, Slice, TrackMode,
 };
 use divmerge::messages::objects::ObjectKind;
 use divmerge::recording::Compression;
@@ -34,8 +34,8 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
         units=None, sensor_origin=(), min_range=None, max_range=None, crop=None, ego=None, \
         topics=(), \
         from_=None, to=None, objects=None, flavor='auto', compression=None, unchecked=False, \
-        assemble=None, only=False, in_place=False, resume=False, force=False, threads=None, \
-        progress=None, tolerance=0.01, model_config=None, model_image='auto', \
+        assemble=None, track='auto', lag=1.0, ego_motion='estimate', only=False, \
+        in_place=False, resume=False, force=False, threads=None, progress=None, tolerance=0.01, model_config=None, model_image='auto', \
         remission_scale=None, batch=None, runtime='auto', onnxruntime=None, device='auto')"
 )]
 /// Writes a recording again with instances in it: the bytes that `divmerge annotate` writes with
@@ -53,7 +53,9 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
 /// "autoware"), "all" for those of background too, or several of these words; flavor: "auto" or
 /// "foxglove". compression: "zstd", "lz4" or "none"; that of most chunks of the input if not said.
 /// unchecked: take over chunks without clouds unopened. assemble: cluster whole turns put together
-/// of several messages: "auto", "10" (messages) or "0.1s". only: write the added topics alone;
+/// of several messages: "auto", "10" (messages) or "0.1s". track: follow objects over time ("auto",
+/// "on" or "off"); lag: how far to look ahead for that, seconds; ego_motion: where the motion of
+/// the sensor comes from, "estimate" or "none". only: write the added topics alone;
 /// in_place: put the fields into the clouds themselves. resume: go on where a run with resume=True
 /// was cut off, and leave what is done if this one is. force: replace an existing output. threads:
 /// that unpack, cluster and compress; one for each core up to eight if not said. progress: is
@@ -144,6 +146,9 @@ const OWN: &[&str] = &[
     "compression",
     "unchecked",
     "assemble",
+    "track",
+    "lag",
+    "ego_motion",
     "only",
     "in_place",
     "resume",
@@ -181,6 +186,21 @@ impl AnnotateArguments {
             "assemble" => {
                 let how = text(name, value)?.parse();
                 options.assemble = Some(how.map_err(|problem: String| wrong(name, problem))?);
+            }
+            "track" => {
+                let modes =
+                    [("auto", TrackMode::Auto), ("on", TrackMode::On), ("off", TrackMode::Off)];
+                options.tracks.mode = choice(name, value, &modes)?;
+            }
+            "lag" => {
+                let seconds = number(name, value)?;
+                let tracks = options.tracks.with_lag(seconds);
+                options.tracks = tracks.map_err(|problem| wrong(name, problem))?;
+            }
+            "ego_motion" => {
+                let sources =
+                    [("estimate", EgoMotionSource::Estimate), ("none", EgoMotionSource::None)];
+                options.tracks.ego_motion = choice(name, value, &sources)?;
             }
             "only" => {
                 if flag(name, value)? {

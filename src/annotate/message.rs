@@ -6,8 +6,9 @@ use super::clustered::{Clustered, cluster_decoded};
 use super::config::{AnnotateConfig, Decoded};
 use super::labels::LabelBytes;
 use super::times::FrameTimes;
-use super::tracking::{TrackOptions, Untracked, observe_cloud};
+use super::tracking::{Untracked, observe_cloud};
 use super::types::{MessageTypes, Placement};
+use super::writing::{Annotated, Writing};
 use crate::error::Result;
 use crate::frames::{CloudKey, EncodedCloud, Remark};
 use crate::messages::annotation::annotated_cloud;
@@ -15,36 +16,6 @@ use crate::messages::clouds::CloudMessage;
 use crate::network::Network;
 use divmerge_core::cloud::PointCloud;
 use divmerge_recording::stopwatch::ms_since;
-
-/// One annotated cloud.
-#[derive(Debug, Clone, Default)]
-pub struct Annotated {
-    /// The message of `T/instances`.
-    pub cloud: Vec<u8>,
-    /// The message of `T/objects`; empty where the format has none.
-    pub objects: Vec<u8>,
-    /// Coordinate frame of the cloud.
-    pub frame_id: String,
-    /// Stamp of the cloud's header, nanoseconds since 1970.
-    pub stamp_ns: i64,
-    /// Where objects came from, as in `field:label`.
-    pub semantics: String,
-    /// Milliseconds.
-    pub times: FrameTimes,
-}
-
-/// What is written of a cloud.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Writing<'a> {
-    /// What was done to the cloud.
-    pub(super) config: &'a AnnotateConfig,
-    /// Types of the messages.
-    pub(super) types: &'a MessageTypes,
-    /// How its objects are followed over time, if they are.
-    pub(super) tracks: Option<&'a TrackOptions>,
-    /// Whether what following them needs is kept in checkpoints.
-    pub(super) keeps: bool,
-}
 
 /// A clustered cloud: annotated, or where its objects are followed what is needed to do so later.
 pub(super) enum Written {

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::message::Annotated;
+use super::writing::Annotated;
 use crate::frames::EncodedCloud;
 use divmerge_recording::stopwatch::Steps;
 use divmerge_recording::{ReadTimes, WriteTimes};

@@ -37,7 +37,7 @@ use divmerge_recording::{Overview, RecordingReader, is_stream};
 /// it goes), [`Error::NoCloud`], [`Error::Conflict`] if the input already has an output's topic, is
 /// the output, or is of another flavor than the options say, [`Error::Io`]; [`Error::Boxes`] if
 /// boxes do not fit a cloud; [`Error::Interrupted`] or, where something is left, [`Error::Left`] if
-/// `on_event` breaks off at a progress event.
+/// `on_event` breaks off at a frame or at its progress.
 pub fn annotate(
     input: &Path,
     output: &Path,

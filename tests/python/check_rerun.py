@@ -99,10 +99,11 @@ def instance_colours(annotated: str) -> tuple[str, list[tuple[int, int, int]]]:
         "itemsize": cloud.point_step,
     }
     points = np.frombuffer(bytes(cloud.data), dtype=layout)
-    ids, counts = np.unique(points["instance"][points["instance"] > 0], return_counts=True)
+    column = "track" if "track" in points.dtype.names else "instance"
+    ids, counts = np.unique(points[column][points[column] > 0], return_counts=True)
     colours = []
     for instance in ids[np.argsort(-counts)][:LARGEST]:
-        rgba = int(points["colors"][points["instance"] == instance][0])
+        rgba = int(points["colors"][points[column] == instance][0])
         colours.append((rgba >> 24, rgba >> 16 & 255, rgba >> 8 & 255))
     return topic, colours
 

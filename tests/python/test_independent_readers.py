@@ -131,8 +131,11 @@ def check_cloud(cloud, annotated):
     # How likely a point is ground is said where objects come from ground removal, which is where there are no classes.
     has_ground = "ground" in ours
     assert has_ground != ("label" in names)
+    # Objects are followed where a topic has several clouds.
+    has_tracks = "track" in ours
     assert ours == [
         "instance", "component", "semantic", "reason", *["ground"] * has_ground, "rgb", "colors",
+        *["track"] * has_tracks,
     ]
     assert all(field.count == 1 for field in annotated.fields[len(cloud.fields) :])
     rows = np.frombuffer(bytes(cloud.data), np.uint8).reshape(-1, cloud.point_step)
@@ -154,7 +157,8 @@ def check_objects(annotated, array):
     delete_all, cube, text = 3, 1, 9
     assert array.markers[0].action == delete_all
     table = points(annotated)
-    ids = {int(number) for number in np.unique(table["instance"])} - {0}
+    column = "track" if "track" in table.dtype.names else "instance"
+    ids = {int(number) for number in np.unique(table[column])} - {0}
     assert {marker.id for marker in array.markers if marker.type == cube} == ids
     assert {marker.id for marker in array.markers if marker.type == text} == ids
     for marker in array.markers:
@@ -162,7 +166,7 @@ def check_objects(annotated, array):
             continue
         assert marker.header.frame_id == annotated.header.frame_id
         if marker.type == cube:
-            check_box(marker, table[table["instance"] == marker.id])
+            check_box(marker, table[table[column] == marker.id])
 
 
 def check_box(marker, members):

@@ -1,5 +1,6 @@
 //! A cloud whose turn has come: what annotates it is written, with a checkpoint, and counted.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -10,9 +11,9 @@ use crate::annotate::checkpoint::{Checkpoint, CloudOutcome, CompletedCloud};
 use crate::annotate::clustered::Clustered;
 use crate::annotate::event::{ClusteredFrame, RunEvent};
 use crate::annotate::form::Form;
-use crate::annotate::message::Annotated;
 use crate::annotate::report::FrameReport;
 use crate::annotate::times::FrameTimes;
+use crate::annotate::writing::Annotated;
 use crate::error::{Error, Result};
 use crate::frames::{CloudKey, EncodedCloud};
 use divmerge_recording::{MessageHeader, SourceChunk, checksum};
@@ -35,11 +36,14 @@ impl Job<'_> {
                     self.watch.take(&encoded.topic, &clustered.cloud, annotated.stamp_ns);
                 }
                 self.written(&encoded, &annotated, (&report, kept))?;
-                self.announce(&encoded, &clustered, &annotated, &report);
-                Ok(())
+                self.announce(&encoded, &clustered, &annotated, &report)
             }
             Ok(CloudResult::Tracked(report, annotated, kept)) => {
                 self.written(&encoded, &annotated, (&report, kept))
+            }
+            Ok(CloudResult::Joined(report, annotated)) => {
+                let messages = [(&*annotated.cloud, None), (&*annotated.objects, None)];
+                self.add(&encoded, messages, (&report, None), None)
             }
             Ok(CloudResult::Untracked(..)) => unreachable!("its tracks are decided"),
             Ok(CloudResult::Completed(CompletedCloud::Annotated(report, messages, stored))) => {
@@ -81,7 +85,7 @@ impl Job<'_> {
         clustered: &Clustered,
         annotated: &Annotated,
         report: &FrameReport,
-    ) {
+    ) -> Result<()> {
         let remarks: Vec<String> =
             report.remarks.iter().map(|(_, problem)| problem.clone()).collect();
         let frame = ClusteredFrame {
@@ -96,7 +100,10 @@ impl Job<'_> {
             stages: &clustered.stages,
             remarks: &remarks,
         };
-        let _ = (self.on_event)(RunEvent::Frame(frame));
+        match (self.on_event)(RunEvent::Frame(frame)) {
+            ControlFlow::Continue(()) => Ok(()),
+            ControlFlow::Break(()) => Err(Error::Interrupted { path: self.report.output.clone() }),
+        }
     }
 
     /// Counts what a report says of a cloud, and what it took unless that was done before.

@@ -1,9 +1,9 @@
 //! What a thread does to a cloud.
 
 use crate::annotate::config::AnnotateConfig;
-use crate::annotate::message::Writing;
 use crate::annotate::tracking::TrackOptions;
 use crate::annotate::types::MessageTypes;
+use crate::annotate::writing::Writing;
 
 /// What a thread does to a cloud.
 #[derive(Clone, Copy)]

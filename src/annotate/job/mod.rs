@@ -5,6 +5,7 @@ mod batch;
 mod channels;
 mod cloud;
 mod cloud_job;
+mod followed;
 mod input;
 mod job_input;
 mod output;

@@ -5,9 +5,10 @@ use std::collections::VecDeque;
 use crate::annotate::assemble::AnnotatedTurn;
 use crate::annotate::checkpoint::CompletedCloud;
 use crate::annotate::clustered::Clustered;
-use crate::annotate::message::{Annotated, Writing, Written};
+use crate::annotate::message::Written;
 use crate::annotate::report::FrameReport;
 use crate::annotate::tracking::Untracked;
+use crate::annotate::writing::{Annotated, Writing};
 use crate::error::Result;
 use crate::frames::EncodedCloud;
 use divmerge_recording::workers::Ticket;
@@ -47,7 +48,7 @@ pub(super) enum PendingItem {
 /// A cloud being clustered.
 pub(super) struct PendingCloud {
     pub(super) encoded: EncodedCloud,
-    /// Its number in [`Tracking`](super::tracking::Tracking), if its objects are followed.
+    /// Its number in [`Tracking`](super::followed::Tracking), if its objects are followed.
     pub(super) followed: Option<u64>,
     pub(super) result: Ticket<Result<CloudResult>>,
 }
@@ -66,6 +67,8 @@ pub(super) enum CloudResult {
     Untracked(Box<Clustered>, Box<Untracked>),
     /// The same with its tracks.
     Tracked(FrameReport, Annotated, Option<String>),
+    /// A slice has it, and it has its tracks now.
+    Joined(FrameReport, Annotated),
     Completed(CompletedCloud),
 }
 

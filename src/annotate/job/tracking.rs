@@ -1,112 +1,17 @@
 //! Clouds whose objects are followed: observed in the order of the input, written when their tracks
 //! are decided.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
+use super::followed::{ClusteringCloud, FollowedCloud, FollowedResult};
 use super::pending::CloudResult;
 use super::state::Job;
 use crate::annotate::checkpoint::{CompletedCloud, StoredMessage};
-use crate::annotate::message::Writing;
 use crate::annotate::report::FrameReport;
-use crate::annotate::tracking::{Decided, Stored, TopicFollower, Untracked, stored_cloud};
+use crate::annotate::tracking::{Decided, TopicFollower, stored_cloud};
+use crate::annotate::writing::Writing;
 use crate::error::{Error, Result, SliceProblem};
 use crate::frames::EncodedCloud;
-use divmerge_recording::SharedBytes;
-use divmerge_recording::workers::{Promise, Ticket};
-
-/// Bytes of the input that wait at most for the tracks of a cloud before them; then the tracks are
-/// decided with what is known.
-const MOST_WAITING: u64 = 512 << 20;
-
-/// Clouds on their way through the trackers.
-#[derive(Default)]
-pub(super) struct Tracking {
-    /// By topic, where objects are followed.
-    followers: BTreeMap<Arc<str>, TopicFollower<FollowedCloud>>,
-    /// Clouds that are being clustered, in the input's order.
-    clustering: VecDeque<ClusteringCloud>,
-    /// Numbers of the clouds that are being clustered or wait for their tracks.
-    undecided: BTreeSet<u64>,
-    next_number: u64,
-}
-
-/// A cloud that is being clustered.
-struct ClusteringCloud {
-    number: u64,
-    encoded: EncodedCloud,
-    bytes: u64,
-    clustered: Ticket<Result<CloudResult>>,
-    result: Promise<Result<CloudResult>>,
-}
-
-/// A cloud that waits for its tracks.
-pub(in crate::annotate) struct FollowedCloud {
-    number: u64,
-    encoded: EncodedCloud,
-    /// Bytes of the input that were read when it came.
-    bytes: u64,
-    written: FollowedResult,
-}
-
-/// What becomes of a cloud when its tracks are decided.
-enum FollowedResult {
-    /// Its messages are written.
-    Clustered(Promise<Result<CloudResult>>, Box<Untracked>, FrameReport),
-    /// The messages that a slice has of it are written with tracks.
-    OfSlice(Promise<Result<CloudResult>>, SharedBytes, Box<Stored>, FrameReport),
-    /// Nothing: a run before wrote its messages.
-    Written,
-}
-
-impl Tracking {
-    /// Objects are followed on a topic.
-    pub(super) fn follow(&mut self, topic: &Arc<str>, follower: TopicFollower<FollowedCloud>) {
-        self.followers.insert(Arc::clone(topic), follower);
-    }
-
-    pub(super) fn follows(&self, topic: &str) -> bool {
-        self.followers.contains_key(topic)
-    }
-
-    /// Takes a cloud that is being clustered, so many bytes into the input; its number, and the
-    /// ticket for what becomes of it in the end.
-    pub(super) fn push(
-        &mut self,
-        encoded: EncodedCloud,
-        bytes: u64,
-        clustered: Ticket<Result<CloudResult>>,
-    ) -> (u64, Ticket<Result<CloudResult>>) {
-        let (result, ticket) = Promise::new();
-        let number = self.next_number;
-        self.next_number += 1;
-        self.undecided.insert(number);
-        self.clustering.push_back(ClusteringCloud { number, encoded, bytes, clustered, result });
-        (number, ticket)
-    }
-
-    /// Whether the tracks of a cloud are not decided.
-    pub(super) fn is_undecided(&self, number: u64) -> bool {
-        self.undecided.contains(&number)
-    }
-
-    /// Clouds that wait for their tracks.
-    pub(super) fn waiting(&self) -> usize {
-        self.undecided.len() - self.clustering.len()
-    }
-
-    /// Clouds that are being clustered.
-    pub(super) fn clustering(&self) -> usize {
-        self.clustering.len()
-    }
-
-    /// Whether more of the input than [`MOST_WAITING`] waits for the tracks of a cloud.
-    fn holds_too_much(&self, bytes: u64) -> bool {
-        let first = self.followers.values().filter_map(TopicFollower::first);
-        let oldest = first.map(|cloud| cloud.bytes).min();
-        oldest.is_some_and(|oldest| bytes.saturating_sub(oldest) > MOST_WAITING)
-    }
-}
 
 impl Job<'_> {
     /// Observes the clouds that have been clustered, and decides tracks that can wait no longer.
@@ -132,7 +37,7 @@ impl Job<'_> {
                 let report = FrameReport::new(&clustered, &untracked.annotated.frame_id);
                 let stamp_ns = untracked.annotated.stamp_ns;
                 self.watch.take(&encoded.topic, &clustered.cloud, stamp_ns);
-                self.announce(&encoded, &clustered, &untracked.annotated, &report);
+                self.announce(&encoded, &clustered, &untracked.annotated, &report)?;
                 let observation = std::mem::take(&mut untracked.observation);
                 (observation, FollowedResult::Clustered(result, untracked, report))
             }
@@ -156,11 +61,13 @@ impl Job<'_> {
                 };
                 (observation, written)
             }
-            other => {
+            // An error of this cloud alone.
+            other @ (Ok(_) | Err(Error::Frame(_))) => {
                 self.tracking.undecided.remove(&number);
                 result.keep(other);
                 return Ok(());
             }
+            Err(error) => return Err(error),
         };
         let topic = Arc::clone(&encoded.topic);
         let Some(follower) = self.tracking.followers.get_mut(&topic) else { return Ok(()) };
@@ -208,7 +115,7 @@ impl Job<'_> {
                         let other = Error::Slices { of: joined, problem };
                         untracked.ok_or(other)?.write(&encoded, writing, found)
                     });
-                    result.keep(annotated.map(|made| CloudResult::Tracked(report, made, None)));
+                    result.keep(annotated.map(|made| CloudResult::Joined(report, made)));
                 }
                 FollowedResult::Written => {}
             }

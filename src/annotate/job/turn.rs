@@ -84,7 +84,6 @@ impl Job<'_> {
         self.count(encoded, &report, Some(last.times));
         let bytes = parts.iter().map(|part| part.data.len()).sum();
         self.report.profile.take(encoded, bytes, last);
-        self.announce(encoded, clustered, last, &report);
-        Ok(())
+        self.announce(encoded, clustered, last, &report)
     }
 }

@@ -68,9 +68,17 @@ impl FromStr for EgoMotionSource {
 }
 
 impl TrackOptions {
-    /// Objects are not followed.
-    pub fn off() -> Self {
-        TrackOptions { mode: TrackMode::Off, ..TrackOptions::default() }
+    /// The same with another lag, seconds.
+    ///
+    /// # Errors
+    /// If it is below 0 or above a minute: all that was read waits in memory for as long.
+    pub fn with_lag(mut self, seconds: f64) -> Result<Self, String> {
+        const LONGEST: f64 = 60.0;
+        if !(0.0..=LONGEST).contains(&seconds) {
+            return Err(format!("must be in 0..={LONGEST} seconds: what was read waits in memory"));
+        }
+        self.params.lag_s = seconds;
+        Ok(self)
     }
 
     /// Whether the objects of clouds are followed to which this is done.

@@ -6,8 +6,8 @@ use std::time::Instant;
 use nalgebra::{Point3, Translation3};
 
 use super::observation::{CloudObservation, Stored};
-use crate::annotate::message::{Annotated, Writing};
 use crate::annotate::types::Placement;
+use crate::annotate::writing::{Annotated, Writing};
 use crate::error::Result;
 use crate::frames::EncodedCloud;
 use crate::messages::annotation::{OwnedAnnotation, annotated_cloud, annotation_of};

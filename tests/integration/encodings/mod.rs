@@ -142,8 +142,8 @@ fn check_points(
     assert_eq!(annotated.fields[..cloud.fields.len()], cloud.fields);
     let names: Vec<&str> = annotated.fields.iter().map(|field| field.name.as_str()).collect();
     match format.is_foxglove() {
-        true => assert!(names.ends_with(&["red", "green", "blue", "alpha"]), "{names:?}"),
-        false => assert!(names.ends_with(&["rgb", "colors"]), "{names:?}"),
+        true => assert!(names.ends_with(&["red", "green", "blue", "alpha", "track"]), "{names:?}"),
+        false => assert!(names.ends_with(&["rgb", "colors", "track"]), "{names:?}"),
     }
     let labels = labels(&annotated);
     check_colours(&annotated, &labels);
@@ -161,8 +161,10 @@ fn check_colours(annotated: &CloudMessage, [instances, .., reasons]: &[Vec<u32>;
             bytes.map(|(((r, g), b), a)| r << 24 | g << 16 | b << 8 | a).collect()
         }
     };
-    for ((&instance, &reason), colour) in instances.iter().zip(reasons).zip(colours) {
-        let [red, green, blue] = match instance {
+    // Where objects are followed, the track gives the colour.
+    let tracks = annotated.column_u32("track").unwrap_or_else(|_| instances.clone());
+    for ((&track, &reason), colour) in tracks.iter().zip(reasons).zip(colours) {
+        let [red, green, blue] = match track {
             0 => divmerge::messages::palette::reason_colour(reason as u8),
             id => divmerge::messages::palette::instance_colour(id),
         };

@@ -36,7 +36,15 @@ const ROOMS: &[&[&str]] = &[
 /// Dependencies, and the rooms or files that may name them. Others may be named anywhere.
 const DEPENDENCIES: &[(&str, &[&str])] = &[
     ("anyhow", &["src/bin"]),
-    ("base64", &["crates/recording/src/remote", "src/messages", "src/view/svg.rs"]),
+    (
+        "base64",
+        &[
+            "crates/recording/src/remote",
+            "src/annotate/tracking",
+            "src/messages",
+            "src/view/svg.rs",
+        ],
+    ),
     ("binrw", &["crates/recording"]),
     ("clap", &["src/bin"]),
     ("clap_complete", &["src/bin"]),

@@ -1,4 +1,4 @@
-//! What is kept of a frame to follow its instances: a few cells of each, some percent of its points.
+//! What is kept of a frame to follow its instances: a few cells of each.
 
 use serde::{Deserialize, Serialize};
 

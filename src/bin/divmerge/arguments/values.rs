@@ -4,6 +4,7 @@ use std::ops::{Bound, Range};
 use std::str::FromStr;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use divmerge::annotate::TrackOptions;
 use divmerge::pipeline::overrides::limits;
 use divmerge::recording::{Compression, MessageRange};
 
@@ -48,12 +49,8 @@ pub fn not_negative(text: &str) -> Result<f64, String> {
 
 /// Seconds to look ahead.
 pub fn lag(text: &str) -> Result<f64, String> {
-    const LONGEST: f64 = 60.0;
-    let seconds = not_negative(text)?;
-    match seconds <= LONGEST {
-        true => Ok(seconds),
-        false => Err(format!("at most {LONGEST} seconds: all that was read waits in memory")),
-    }
+    let seconds = number(text)?;
+    TrackOptions::default().with_lag(seconds).map(|_| seconds)
 }
 
 /// Degrees from 0 to below 90.

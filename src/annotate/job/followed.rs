@@ -1,0 +1,105 @@
+//! Clouds on their way through the trackers.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::sync::Arc;
+
+use super::pending::CloudResult;
+use crate::annotate::report::FrameReport;
+use crate::annotate::tracking::{Stored, TopicFollower, Untracked};
+use crate::error::Result;
+use crate::frames::EncodedCloud;
+use divmerge_recording::SharedBytes;
+use divmerge_recording::workers::{Promise, Ticket};
+
+/// Bytes of the input that wait at most for the tracks of a cloud before them; then the tracks are
+/// decided with what is known.
+const MOST_WAITING: u64 = 512 << 20;
+
+/// Clouds on their way through the trackers.
+#[derive(Default)]
+pub(super) struct Tracking {
+    /// By topic, where objects are followed.
+    pub(super) followers: BTreeMap<Arc<str>, TopicFollower<FollowedCloud>>,
+    /// Clouds that are being clustered, in the input's order.
+    pub(super) clustering: VecDeque<ClusteringCloud>,
+    /// Numbers of the clouds that are being clustered or wait for their tracks.
+    pub(super) undecided: BTreeSet<u64>,
+    next_number: u64,
+}
+
+/// A cloud that is being clustered.
+pub(super) struct ClusteringCloud {
+    pub(super) number: u64,
+    pub(super) encoded: EncodedCloud,
+    pub(super) bytes: u64,
+    pub(super) clustered: Ticket<Result<CloudResult>>,
+    pub(super) result: Promise<Result<CloudResult>>,
+}
+
+/// A cloud that waits for its tracks.
+pub(super) struct FollowedCloud {
+    pub(super) number: u64,
+    pub(super) encoded: EncodedCloud,
+    /// Bytes of the input that were read when it came.
+    pub(super) bytes: u64,
+    pub(super) written: FollowedResult,
+}
+
+/// What becomes of a cloud when its tracks are decided.
+pub(super) enum FollowedResult {
+    /// Its messages are written.
+    Clustered(Promise<Result<CloudResult>>, Box<Untracked>, FrameReport),
+    /// The messages that a slice has of it are written with tracks.
+    OfSlice(Promise<Result<CloudResult>>, SharedBytes, Box<Stored>, FrameReport),
+    /// Nothing: a run before wrote its messages.
+    Written,
+}
+
+impl Tracking {
+    /// Objects are followed on a topic.
+    pub(super) fn follow(&mut self, topic: &Arc<str>, follower: TopicFollower<FollowedCloud>) {
+        self.followers.insert(Arc::clone(topic), follower);
+    }
+
+    pub(super) fn follows(&self, topic: &str) -> bool {
+        self.followers.contains_key(topic)
+    }
+
+    /// Takes a cloud that is being clustered, so many bytes into the input; its number, and the
+    /// ticket for what becomes of it in the end.
+    pub(super) fn push(
+        &mut self,
+        encoded: EncodedCloud,
+        bytes: u64,
+        clustered: Ticket<Result<CloudResult>>,
+    ) -> (u64, Ticket<Result<CloudResult>>) {
+        let (result, ticket) = Promise::new();
+        let number = self.next_number;
+        self.next_number += 1;
+        self.undecided.insert(number);
+        self.clustering.push_back(ClusteringCloud { number, encoded, bytes, clustered, result });
+        (number, ticket)
+    }
+
+    /// Whether the tracks of a cloud are not decided.
+    pub(super) fn is_undecided(&self, number: u64) -> bool {
+        self.undecided.contains(&number)
+    }
+
+    /// Clouds that wait for their tracks.
+    pub(super) fn waiting(&self) -> usize {
+        self.undecided.len() - self.clustering.len()
+    }
+
+    /// Clouds that are being clustered.
+    pub(super) fn clustering(&self) -> usize {
+        self.clustering.len()
+    }
+
+    /// Whether more of the input than [`MOST_WAITING`] waits for the tracks of a cloud.
+    pub(super) fn holds_too_much(&self, bytes: u64) -> bool {
+        let first = self.followers.values().filter_map(TopicFollower::first);
+        let oldest = first.map(|cloud| cloud.bytes).min();
+        oldest.is_some_and(|oldest| bytes.saturating_sub(oldest) > MOST_WAITING)
+    }
+}
