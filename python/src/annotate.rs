@@ -35,7 +35,8 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
         topics=(), \
         from_=None, to=None, objects=None, flavor='auto', compression=None, unchecked=False, \
         assemble=None, track='auto', lag=1.0, ego_motion='estimate', only=False, \
-        in_place=False, resume=False, force=False, threads=None, progress=None, tolerance=0.01, model_config=None, model_image='auto', \
+        in_place=False, resume=False, force=False, threads=None, progress=None, \
+        tolerance=0.01, model_config=None, model_image='auto', \
         remission_scale=None, batch=None, runtime='auto', onnxruntime=None, device='auto')"
 )]
 /// Writes a recording again with instances in it: the bytes that `divmerge annotate` writes with
