@@ -1,11 +1,13 @@
 //! How well each track agrees with each instance of a frame: by overlap of their cells and by
 //! distance, where the track is expected.
 
+use std::sync::Arc;
+
 use nalgebra::Vector2;
 
 use super::assignment::Pair;
 use super::params::TrackParams;
-use super::sighting::Sighting;
+use super::sighting::{Cells, Sighting};
 use super::track::Track;
 
 /// Standard deviation of the place of a track beyond which nothing near is expected any more,
@@ -25,7 +27,7 @@ const USUAL_STEP: f64 = 0.1;
 /// The pairs of tracks and instances of a frame whose affinity is large enough.
 pub(super) fn affinities(
     tracks: &[Track],
-    frame: &[Sighting],
+    frame: &[Arc<Sighting>],
     time: f64,
     params: &TrackParams,
 ) -> Vec<Pair> {
@@ -33,6 +35,9 @@ pub(super) fn affinities(
     for (track, of_track) in tracks.iter().enumerate() {
         let expected = Expected::new(of_track, time, params);
         for (instance, sighting) in frame.iter().enumerate() {
+            if !expected.may_be(sighting) {
+                continue;
+            }
             let affinity = expected.affinity(sighting, params);
             if affinity > params.least_affinity {
                 pairs.push(Pair { track, instance, affinity });
@@ -52,6 +57,9 @@ struct Expected<'a> {
     variance: f64,
     /// Affinity of an instance that agrees in everything.
     most: f64,
+    /// The box on the plane outside of which it is not expected.
+    low: [f32; 2],
+    high: [f32; 2],
 }
 
 impl<'a> Expected<'a> {
@@ -59,34 +67,52 @@ impl<'a> Expected<'a> {
         let since = time - track.last().time;
         let expected = track.kinematics.after(since);
         let (last, fullest) = (&track.latest[0], track.fullest());
-        let mut sightings = vec![(&last.0, expected.place - last.1)];
+        let mut sightings = vec![(&*last.0, expected.place - last.1)];
         if fullest.0.points > last.0.points {
-            sightings.push((&fullest.0, expected.place - fullest.1));
+            sightings.push((&*fullest.0, expected.place - fullest.1));
         }
         let young = if track.sightings < 3 { params.young } else { 1.0 };
+        let variance = expected.place_variance().min(WIDEST * WIDEST);
+        let length = f64::from(fullest.0.size[0]);
+        let error = ((params.place_error + 0.1 * length).powi(2) + variance).sqrt();
+        let far = (FARTHEST * error) as f32;
+        let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
+        for (seen, shift) in &sightings {
+            for axis in 0..2 {
+                let shift = shift[axis] as f32;
+                let middle = seen.middle[axis] as f32;
+                let (least, most) = (seen.cells.low[axis], seen.cells.high[axis]);
+                low[axis] = low[axis].min((least - seen.reach).min(middle - far) + shift);
+                high[axis] = high[axis].max((most + seen.reach).max(middle + far) + shift);
+            }
+        }
         Expected {
             sightings,
             usual: &fullest.0,
-            variance: expected.place_variance().min(WIDEST * WIDEST),
+            variance,
+            low,
+            high,
             most: young * params.kept_after_second.powf(since - USUAL_STEP),
         }
+    }
+
+    /// Whether an instance is where the track is expected.
+    fn may_be(&self, sighting: &Sighting) -> bool {
+        let Cells { low, high, .. } = &sighting.cells;
+        (0..2).all(|k| self.low[k] <= high[k] && self.high[k] >= low[k])
     }
 
     fn affinity(&self, sighting: &Sighting, params: &TrackParams) -> f64 {
         let length = f64::from(self.usual.size[0].min(sighting.size[0]));
         let variance = (params.place_error + 0.1 * length).powi(2) + self.variance;
-        let of_sighting = |(seen, shift): &(&Sighting, Vector2<f64>)| {
-            (
-                (sighting.middle - seen.middle - shift).norm_squared(),
-                overlap(seen, sighting, *shift),
-            )
+        let away = |(seen, shift): &(&Sighting, Vector2<f64>)| {
+            (sighting.middle - seen.middle - shift).norm_squared()
         };
-        let (squared, overlap) =
-            self.sightings.iter().map(of_sighting).fold((f64::INFINITY, 0.0_f64), |best, next| {
-                (best.0.min(next.0), best.1.max(next.1))
-            });
+        let squared = self.sightings.iter().map(away).fold(f64::INFINITY, f64::min);
         let is_far = squared > FARTHEST * FARTHEST * variance;
         let nearness = if is_far { 0.0 } else { (-0.5 * squared / variance).exp() };
+        let overlaps = self.sightings.iter().map(|(seen, shift)| overlap(seen, sighting, *shift));
+        let overlap = overlaps.fold(0.0, f64::max);
         if nearness == 0.0 && overlap == 0.0 {
             return 0.0;
         }
@@ -117,23 +143,11 @@ fn overlap(a: &Sighting, b: &Sighting, shift: Vector2<f64>) -> f64 {
     if !b.cells.are_near(&a.cells, shift, a.reach) {
         return 0.0;
     }
-    let reach = a.reach * a.reach;
-    let mut is_hit = vec![false; b.cells.len()];
-    let mut hits = 0;
-    for cell in 0..a.cells.len() {
-        let [x, y, z] = a.cells.at(cell);
-        let at = [x + shift[0], y + shift[1], z];
-        if !b.cells.is_near(at, a.reach) {
-            continue;
-        }
-        let mut any = false;
-        for (hit, squared) in is_hit.iter_mut().zip(b.cells.squared_from(at)) {
-            let is_near = squared <= reach;
-            *hit |= is_near;
-            any |= is_near;
-        }
-        hits += usize::from(any);
-    }
-    let hits = hits + is_hit.iter().filter(|&&hit| hit).count();
-    hits as f64 / (a.cells.len() + b.cells.len()).max(1) as f64
+    let near = |cells: &Cells, at: [f32; 3]| {
+        cells.is_near(at, a.reach) && cells.is_within(at, a.reach * a.reach)
+    };
+    let moved = |[x, y, z]: [f32; 3], way: f32| [x + way * shift[0], y + way * shift[1], z];
+    let of_a = a.cells.iter().filter(|&at| near(&b.cells, moved(at, 1.0))).count();
+    let of_b = b.cells.iter().filter(|&at| near(&a.cells, moved(at, -1.0))).count();
+    (of_a + of_b) as f64 / (a.cells.len() + b.cells.len()).max(1) as f64
 }

@@ -11,7 +11,14 @@ const FARTHEST: f32 = 1.0;
 /// Weight of a pair of cells at 0.2 m is a half (Geman and McClure's kernel is of that shape).
 const HALF_WEIGHT_SQUARED: f32 = 0.04;
 
-const ROUNDS: usize = 4;
+/// Rounds for objects, and for background, which hardly moves.
+const ROUNDS: (usize, usize) = (4, 1);
+
+/// Most cells that are moved.
+const MOST_CELLS: usize = 32;
+
+/// A smaller step ends the rounds, metres.
+const LEAST_STEP: f64 = 0.01;
 
 /// A fit this good needs no other start: mean squared distance, square metres.
 const GOOD_FIT: f64 = 0.01;
@@ -29,7 +36,7 @@ pub(super) fn displacement(a: &Sighting, b: &Sighting, predicted: Vector2<f64>) 
 
 fn moved_into(small: &Sighting, large: &Sighting, predicted: Vector2<f64>) -> Vector2<f64> {
     let expected = fit(small, large, predicted);
-    if expected.cost < GOOD_FIT {
+    if expected.cost < GOOD_FIT || large.body.is_none() {
         return expected.shift;
     }
     let of_middles = fit(small, large, large.middle - small.middle);
@@ -48,30 +55,31 @@ struct Fit {
 fn fit(small: &Sighting, large: &Sighting, start: Vector2<f64>) -> Fit {
     let mut shift = start;
     let mut cost = 0.0;
-    for _ in 0..ROUNDS {
+    let stride = small.cells.len().div_ceil(MOST_CELLS).max(1);
+    let rounds = if large.body.is_some() { ROUNDS.0 } else { ROUNDS.1 };
+    for _ in 0..rounds {
         let (mut sum, mut total) = (Vector2::<f32>::zeros(), 0.0);
         let mut squared = 0.0_f32;
         let (x, y) = (shift.x as f32, shift.y as f32);
-        for cell in 0..small.cells.len() {
+        let mut moved = 0;
+        for cell in (0..small.cells.len()).step_by(stride) {
+            moved += 1;
             let [at_x, at_y, at_z] = small.cells.at(cell);
             let at = [at_x + x, at_y + y, at_z];
-            let mut nearest = (FARTHEST * FARTHEST, None);
-            for (other, distance) in large.cells.squared_from(at).enumerate() {
-                if distance < nearest.0 {
-                    nearest = (distance, Some(other));
-                }
-            }
-            squared += nearest.0;
-            if let Some(other) = nearest.1 {
-                let weight = HALF_WEIGHT_SQUARED / (HALF_WEIGHT_SQUARED + nearest.0);
+            let (distance, other) = large.cells.nearest(at);
+            squared += distance.min(FARTHEST * FARTHEST);
+            if distance < FARTHEST * FARTHEST {
+                let weight = HALF_WEIGHT_SQUARED / (HALF_WEIGHT_SQUARED + distance);
                 let [to_x, to_y, _] = large.cells.at(other);
                 sum += Vector2::new(to_x - at[0], to_y - at[1]) * weight;
                 total += weight;
             }
         }
-        cost = f64::from(squared) / small.cells.len().max(1) as f64;
-        if total > 0.0 {
-            shift += (sum / total).cast::<f64>();
+        cost = f64::from(squared) / f64::from(moved.max(1));
+        let step = if total > 0.0 { (sum / total).cast::<f64>() } else { Vector2::zeros() };
+        shift += step;
+        if step.norm() < LEAST_STEP {
+            break;
         }
     }
     Fit { shift, cost }

@@ -18,6 +18,9 @@ mod tracker;
 mod votes;
 mod window;
 
+#[cfg(test)]
+mod tests;
+
 pub use observation::{ObservedInstance, observe};
 pub use params::TrackParams;
 pub use tracker::{Tracker, TrackerFrame};

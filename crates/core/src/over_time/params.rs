@@ -4,8 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Parameters of a [`Tracker`](super::Tracker).
 ///
-/// All but the first two were chosen on simulated drives (`examples/13_tracks.rs`): between half
-/// and twice its value each changes the association by less than a point.
+/// All but the first two were chosen on simulated drives (`examples/14_tracks.rs` scores some).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TrackParams {
     /// How far the tracker looks ahead before it decides, seconds. 0: not at all. Default 1.

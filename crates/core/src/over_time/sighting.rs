@@ -25,12 +25,17 @@ pub(super) struct Sighting {
 /// Places, a column each, and the box around them.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Cells {
-    pub x: Vec<f32>,
-    pub y: Vec<f32>,
-    pub z: Vec<f32>,
+    /// Columns of whole blocks of [`LANES`]; what is left of the last is infinitely far.
+    x: Vec<f32>,
+    y: Vec<f32>,
+    z: Vec<f32>,
+    count: usize,
     pub low: [f32; 3],
     pub high: [f32; 3],
 }
+
+/// Places that are compared at once.
+const LANES: usize = 8;
 
 impl Sighting {
     /// An instance seen from a pose, less the origin of the tracker's world.
@@ -38,8 +43,10 @@ impl Sighting {
         let pose = pose.cast::<f32>();
         let cells: Cells =
             instance.cells().map(|cell| (pose * Point3::from(cell)).coords.into()).collect();
-        let count = cells.len().max(1) as f64;
-        let mean = |column: &[f32]| column.iter().map(|&at| f64::from(at)).sum::<f64>() / count;
+        let count = cells.len().max(1);
+        let mean = |column: &[f32]| {
+            column.iter().take(cells.len()).map(|&at| f64::from(at)).sum::<f64>() / count as f64
+        };
         let side = cell_side(instance.size.map(f64::from), instance.body) as f32;
         Sighting {
             time,
@@ -56,7 +63,7 @@ impl Sighting {
     /// Moves the world's origin.
     pub fn shift(&mut self, by: [f32; 3]) {
         self.middle -= Vector2::new(f64::from(by[0]), f64::from(by[1]));
-        let Cells { x, y, z, low, high } = &mut self.cells;
+        let Cells { x, y, z, low, high, .. } = &mut self.cells;
         for (axis, column) in [x, y, z].into_iter().enumerate() {
             column.iter_mut().for_each(|at| *at -= by[axis]);
             low[axis] -= by[axis];
@@ -67,18 +74,58 @@ impl Sighting {
 
 impl Cells {
     pub fn len(&self) -> usize {
-        self.x.len()
+        self.count
     }
 
     pub fn at(&self, cell: usize) -> [f32; 3] {
         [self.x[cell], self.y[cell], self.z[cell]]
     }
 
-    /// Squared distance of each cell from a place, square metres.
+    pub fn iter(&self) -> impl Iterator<Item = [f32; 3]> {
+        (0..self.count).map(|cell| self.at(cell))
+    }
+
+    /// Squared distances of the cells from a place, square metres, a block at a time.
+    #[inline(always)]
+    pub fn squared_from(&self, [x, y, z]: [f32; 3]) -> impl Iterator<Item = [f32; LANES]> {
+        let columns = self.x.as_chunks::<LANES>().0.iter().zip(self.y.as_chunks::<LANES>().0);
+        columns.zip(self.z.as_chunks::<LANES>().0).map(move |((a, b), c)| {
+            std::array::from_fn(|lane| {
+                let (dx, dy, dz) = (a[lane] - x, b[lane] - y, c[lane] - z);
+                dx * dx + dy * dy + dz * dz
+            })
+        })
+    }
+
+    /// Whether a cell is within a squared distance of a place, square metres.
     #[inline]
-    pub fn squared_from(&self, [x, y, z]: [f32; 3]) -> impl Iterator<Item = f32> {
-        let columns = self.x.iter().zip(&self.y).zip(&self.z);
-        columns.map(move |((a, b), c)| (a - x) * (a - x) + (b - y) * (b - y) + (c - z) * (c - z))
+    pub fn is_within(&self, at: [f32; 3], squared: f32) -> bool {
+        let mut nearest = [f32::INFINITY; LANES];
+        for block in self.squared_from(at) {
+            nearest = std::array::from_fn(|lane| {
+                if block[lane] < nearest[lane] { block[lane] } else { nearest[lane] }
+            });
+        }
+        nearest.iter().any(|&nearest| nearest <= squared)
+    }
+
+    /// The squared distance of the cell nearest to a place, square metres, and its number; of
+    /// equally near ones that of one of them, always the same.
+    #[inline]
+    pub fn nearest(&self, at: [f32; 3]) -> (f32, usize) {
+        let (mut nearest, mut found) = ([f32::INFINITY; LANES], [0_u32; LANES]);
+        for (number, block) in (0_u32..).zip(self.squared_from(at)) {
+            for lane in 0..LANES {
+                let is_nearer = block[lane] < nearest[lane];
+                nearest[lane] = if is_nearer { block[lane] } else { nearest[lane] };
+                found[lane] = if is_nearer { number } else { found[lane] };
+            }
+        }
+        let first = (f32::INFINITY, 0);
+        (0..LANES).fold(first, |best, lane| match nearest[lane] < best.0 {
+            true => (nearest[lane], found[lane] as usize * LANES + lane),
+            false => best,
+        })
     }
 
     /// Whether a place is within `reach` metres of the box around the cells.
@@ -108,6 +155,10 @@ impl FromIterator<[f32; 3]> for Cells {
                 cells.low[axis] = cells.low[axis].min(at);
                 cells.high[axis] = cells.high[axis].max(at);
             }
+        }
+        cells.count = cells.x.len();
+        for column in [&mut cells.x, &mut cells.y, &mut cells.z] {
+            column.resize(cells.count.next_multiple_of(LANES), f32::INFINITY);
         }
         cells
     }

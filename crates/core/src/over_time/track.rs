@@ -1,6 +1,7 @@
 //! A track: one object from frame to frame.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use nalgebra::Vector2;
 
@@ -29,11 +30,11 @@ pub(super) struct Track {
     pub sightings: u32,
     pub kinematics: Kinematics,
     /// The latest sightings and where the track was, the last first.
-    pub latest: VecDeque<(Sighting, Vector2<f64>)>,
+    pub latest: VecDeque<(Arc<Sighting>, Vector2<f64>)>,
 }
 
 impl Track {
-    pub fn new(key: u32, first: Sighting, params: &TrackParams) -> Self {
+    pub fn new(key: u32, first: Arc<Sighting>, params: &TrackParams) -> Self {
         let (place, error) = (first.middle, params.displacement_error);
         Track {
             key,
@@ -48,14 +49,19 @@ impl Track {
         &self.latest[0].0
     }
 
+    /// Whether it was background of late.
+    pub fn is_background(&self) -> bool {
+        self.latest.iter().all(|(sighting, _)| sighting.body.is_none())
+    }
+
     /// The latest sighting of most points, and where the track was.
-    pub fn fullest(&self) -> &(Sighting, Vector2<f64>) {
+    pub fn fullest(&self) -> &(Arc<Sighting>, Vector2<f64>) {
         let (last, rest) = (&self.latest[0], self.latest.iter().skip(1));
         rest.fold(last, |best, next| if next.0.points > best.0.points { next } else { best })
     }
 
     /// Goes on with the sighting of a later frame.
-    pub fn follow(&mut self, next: Sighting, params: &TrackParams) {
+    pub fn follow(&mut self, next: Arc<Sighting>, params: &TrackParams) {
         let expected = self.kinematics.after(next.time - self.last().time);
         let (reference, was_at) = self.fullest();
         let moved = displacement(reference, &next, expected.place - was_at);
@@ -76,7 +82,7 @@ impl Track {
         self.born.1 -= on_plane;
         self.kinematics.place -= on_plane;
         for (sighting, place) in &mut self.latest {
-            sighting.shift(by);
+            Arc::make_mut(sighting).shift(by);
             *place -= on_plane;
         }
     }

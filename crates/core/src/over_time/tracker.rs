@@ -1,6 +1,7 @@
 //! The tracker: instances of frames in, tracks out, with a fixed lag between.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use nalgebra::{Isometry3, Translation3, Vector3};
 
@@ -16,6 +17,9 @@ use super::window::{Window, WindowFrame};
 
 /// A pause between frames that ends all tracks, seconds.
 const LONGEST_PAUSE: f64 = 5.0;
+
+/// How long background may be out of sight and keep its track, seconds.
+const BACKGROUND_GAP: f64 = 0.35;
 
 /// Faster than this the sensor does not move: the pose jumped, metres in a second. 360 km/h.
 const FASTEST: f64 = 100.0;
@@ -102,10 +106,15 @@ impl Tracker {
         self.last_pose = Some((time, pose.translation.vector));
         self.move_world(&pose.translation.vector);
         let local = Translation3::from(-self.origin) * pose;
-        let sightings: Vec<Sighting> =
-            instances.iter().map(|instance| Sighting::new(instance, &local, time)).collect();
+        let sighting = |instance| Arc::new(Sighting::new(instance, &local, time));
+        let sightings: Vec<Arc<Sighting>> = instances.iter().map(sighting).collect();
 
-        self.tracks.retain(|track| time - track.last().time <= self.params.gap_s);
+        let gap_s = self.params.gap_s;
+        self.tracks.retain(|track| {
+            // Nobody asks which wall it was.
+            let longest = if track.is_background() { gap_s.min(BACKGROUND_GAP) } else { gap_s };
+            time - track.last().time <= longest
+        });
         let pairs = affinities(&self.tracks, &sightings, time, &self.params);
         let track_of = assign(self.tracks.len(), sightings.len(), &pairs);
         let (mut keys, mut places) = (Vec::new(), Vec::new());
@@ -113,7 +122,7 @@ impl Tracker {
             let track = track.unwrap_or_else(|| self.begin(sighting));
             let track = &mut self.tracks[track];
             if track.last().time < time {
-                track.follow(sighting.clone(), &self.params);
+                track.follow(Arc::clone(sighting), &self.params);
             }
             keys.push(track.key);
             places.push(track.kinematics.place);
@@ -157,9 +166,9 @@ impl Tracker {
     }
 
     /// Begins a track; its place in the list.
-    fn begin(&mut self, sighting: &Sighting) -> usize {
+    fn begin(&mut self, sighting: &Arc<Sighting>) -> usize {
         self.last_key += 1;
-        self.tracks.push(Track::new(self.last_key, sighting.clone(), &self.params));
+        self.tracks.push(Track::new(self.last_key, Arc::clone(sighting), &self.params));
         self.tracks.len() - 1
     }
 

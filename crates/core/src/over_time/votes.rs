@@ -8,11 +8,12 @@
 //! changed hands changes back.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use nalgebra::Vector2;
 
 use super::params::TrackParams;
-use super::sighting::Sighting;
+use super::sighting::{Cells, Sighting};
 use super::window::{Place, Window};
 
 /// Frames in which a track must be seen to have a say in others.
@@ -45,15 +46,23 @@ impl InstanceTrack {
     }
 }
 
-/// A track that may have a claim on an instance.
+/// A track that may vote on cells of a frame.
 #[derive(Clone, Copy)]
-struct Claimant<'a> {
+struct Voter<'a> {
     track: u32,
-    /// Whether it is background, as last seen.
-    is_background: bool,
     appearances: &'a [Place],
     /// Where it is in the frame that is decided.
     place: Vector2<f64>,
+}
+
+/// A track that may have a claim on an instance of another.
+struct Claimant<'a> {
+    voter: Voter<'a>,
+    /// Whether it is background, as last seen.
+    is_background: bool,
+    /// The box of what it reaches in the frames nearest to the one that is decided, carried there.
+    low: [f32; 3],
+    high: [f32; 3],
 }
 
 /// The track of each instance of the frame that is decided next.
@@ -62,21 +71,16 @@ pub(super) fn decide(
     track_of: impl Fn(u32) -> u32,
     params: &TrackParams,
 ) -> Vec<InstanceTrack> {
-    let now = window.decided;
-    let frame = &window.frames[now];
+    let frame = &window.frames[window.decided];
     let appearances = window.appearances(&track_of);
     let claimants: Vec<Claimant> = claimants(window, &appearances);
-    let decide = |(number, sighting): (usize, &Sighting)| {
+    let decide = |(number, sighting): (usize, &Arc<Sighting>)| {
         let track = track_of(frame.keys[number]);
-        let is_background = sighting.body.is_none();
-        let (appearances, place) = (&appearances[&track], frame.places[number]);
-        let own = Claimant { track, is_background, appearances, place };
-        // Where background is cut does not matter.
-        let is_other =
-            |other: &&Claimant| other.track != track && !(is_background && other.is_background);
-        let others = claimants.iter().filter(is_other);
-        let rivals: Vec<Claimant> =
-            others.filter(|other| reaches(window, other, sighting)).copied().collect();
+        let (appearances, place) = (appearances[&track].as_slice(), frame.places[number]);
+        let own = Voter { track, appearances, place };
+        let is_rival =
+            |claimant: &&Claimant| claimant.voter.track != track && claimant.may_claim(sighting);
+        let rivals: Vec<&Claimant> = claimants.iter().filter(is_rival).collect();
         match rivals.is_empty() {
             true => InstanceTrack::Whole(track),
             false => elect(window, sighting, own, &rivals, params),
@@ -90,50 +94,72 @@ fn claimants<'a>(window: &Window, appearances: &'a BTreeMap<u32, Vec<Place>>) ->
     let seen_often = appearances.iter().filter(|(_, places)| places.len() >= APPEARANCES);
     let claimant = |(&track, appearances): (&u32, &'a Vec<Place>)| {
         let place = window.place_in(window.decided, appearances)?;
-        let last = appearances.last().map(|&place| window.sighting(place));
-        let is_background = last.is_none_or(|sighting| sighting.body.is_none());
-        Some(Claimant { track, is_background, appearances, place })
+        Some(Claimant::new(window, Voter { track, appearances, place }))
     };
     seen_often.filter_map(claimant).collect()
 }
 
-/// Whether a track in another frame, the nearest in time, reaches an instance.
-fn reaches(window: &Window, claimant: &Claimant, sighting: &Sighting) -> bool {
-    let Claimant { appearances, place, .. } = claimant;
-    let at = appearances.partition_point(|place| place.0 < window.decided);
-    let near = [at.checked_sub(1), Some(at), Some(at + 1)];
-    let others = near.into_iter().flatten().filter_map(|number| appearances.get(number));
-    let mut others = others.filter(|other| other.0 != window.decided);
-    others.any(|&other| {
-        let shift = place - window.place(other);
-        let seen = window.sighting(other);
-        sighting.cells.are_near(&seen.cells, [shift.x as f32, shift.y as f32], seen.reach * REACH)
-    })
+impl<'a> Claimant<'a> {
+    fn new(window: &Window, voter: Voter<'a>) -> Self {
+        let Voter { appearances, place, .. } = voter;
+        let at = appearances.partition_point(|place| place.0 < window.decided);
+        let near = [at.checked_sub(1), Some(at), Some(at + 1)];
+        let near = near.into_iter().flatten().filter_map(|number| appearances.get(number));
+        let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+        for &other in near.filter(|other| other.0 != window.decided) {
+            let shift = place - window.place(other);
+            let shift = [shift.x as f32, shift.y as f32, 0.0];
+            let seen = window.sighting(other);
+            let reach = seen.reach * REACH;
+            for axis in 0..3 {
+                low[axis] = low[axis].min(seen.cells.low[axis] + shift[axis] - reach);
+                high[axis] = high[axis].max(seen.cells.high[axis] + shift[axis] + reach);
+            }
+        }
+        let last = appearances.last().map(|&place| window.sighting(place));
+        let is_background = last.is_none_or(|sighting| sighting.body.is_none());
+        Claimant { voter, is_background, low, high }
+    }
+
+    /// Whether the track reaches a place.
+    fn reaches(&self, at: [f32; 3]) -> bool {
+        (0..3).all(|k| self.low[k] <= at[k] && self.high[k] >= at[k])
+    }
+
+    /// Whether the track reaches the instance of another. Where background is cut does not matter.
+    fn may_claim(&self, sighting: &Sighting) -> bool {
+        let Cells { low, high, .. } = &sighting.cells;
+        let is_reached = (0..3).all(|k| self.low[k] <= high[k] && self.high[k] >= low[k]);
+        is_reached && !(self.is_background && sighting.body.is_none())
+    }
 }
 
 /// Gives an instance, or its cells, to the track with most votes; equal votes leave it.
 fn elect(
     window: &Window,
     sighting: &Sighting,
-    own: Claimant,
-    rivals: &[Claimant],
+    own: Voter,
+    rivals: &[&Claimant],
     params: &TrackParams,
 ) -> InstanceTrack {
     let elect_cell = |cell: usize| {
         let at = sighting.cells.at(cell);
-        let mut best = (votes(window, own, at) + 1, own.track);
-        for rival in rivals {
-            let votes = votes(window, *rival, at);
-            if votes > best.0 {
-                best = (votes, rival.track);
-            }
+        let mut best = None;
+        for Claimant { voter: rival, .. } in rivals.iter().filter(|rival| rival.reaches(at)) {
+            let (most, track) =
+                *best.get_or_insert_with(|| (votes(window, own, at) + 1, own.track));
+            let votes = match rival.appearances.len() > most {
+                true => votes(window, *rival, at),
+                false => 0,
+            };
+            best = Some(if votes > most { (votes, rival.track) } else { (most, track) });
         }
-        best.1
+        best.map_or(own.track, |(_, track)| track)
     };
     let cells = sighting.cells.len();
     let mut elected: Vec<u32> = (0..cells).map(elect_cell).collect();
     let count = |elected: &[u32], track| elected.iter().filter(|&&other| other == track).count();
-    for rival in rivals {
+    for Claimant { voter: rival, .. } in rivals {
         let won = count(&elected, rival.track);
         if won as f64 >= params.whole_share * cells as f64 && won > 0 {
             return InstanceTrack::Whole(rival.track);
@@ -153,15 +179,14 @@ fn elect(
 
 /// Other frames in which a track has a cell near a place of the frame that is decided, carried
 /// there with it.
-fn votes(window: &Window, claimant: Claimant, at: [f32; 3]) -> usize {
-    let others = claimant.appearances.iter().filter(|place| place.0 != window.decided);
+fn votes(window: &Window, voter: Voter, at: [f32; 3]) -> usize {
+    let others = voter.appearances.iter().filter(|place| place.0 != window.decided);
     let is_hit = |&&other: &&Place| {
-        let shift = window.place(other) - claimant.place;
+        let shift = window.place(other) - voter.place;
         let seen = window.sighting(other);
         let reach = seen.reach * REACH;
         let carried = [at[0] + shift.x as f32, at[1] + shift.y as f32, at[2]];
-        seen.cells.is_near(carried, reach)
-            && seen.cells.squared_from(carried).any(|squared| squared <= reach * reach)
+        seen.cells.is_near(carried, reach) && seen.cells.is_within(carried, reach * reach)
     };
     others.filter(is_hit).count()
 }

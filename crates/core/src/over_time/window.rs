@@ -1,6 +1,7 @@
 //! The frames around the one that is decided next: those of the lag before it and behind it.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
 
 use nalgebra::Vector2;
 
@@ -10,7 +11,7 @@ use super::sighting::Sighting;
 #[derive(Debug)]
 pub(super) struct WindowFrame {
     pub time: f64,
-    pub sightings: Vec<Sighting>,
+    pub sightings: Vec<Arc<Sighting>>,
     /// By sighting: where its track was.
     pub places: Vec<Vector2<f64>>,
     /// By sighting: key of its track.
@@ -80,7 +81,7 @@ impl Window {
     pub fn shift(&mut self, by: [f32; 3]) {
         let on_plane = Vector2::new(f64::from(by[0]), f64::from(by[1]));
         for frame in &mut self.frames {
-            frame.sightings.iter_mut().for_each(|sighting| sighting.shift(by));
+            frame.sightings.iter_mut().for_each(|seen| Arc::make_mut(seen).shift(by));
             frame.places.iter_mut().for_each(|place| *place -= on_plane);
         }
     }

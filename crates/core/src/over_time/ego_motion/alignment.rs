@@ -21,7 +21,7 @@ pub struct Fit {
     pub points: usize,
     /// Share of the points that lie in a voxel of the map with a surface.
     pub matched_share: f64,
-    /// Share of the matched points that lie on its surface, within [`ON_SURFACE`].
+    /// Share of the matched points that lie on its surface, within 0.2 m.
     pub inlier_share: f64,
     /// Mean distance of those from their surface, metres.
     pub mean_residual: f64,

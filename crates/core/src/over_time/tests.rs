@@ -1,0 +1,131 @@
+//! Small drives by hand: cars are boxes of cells, the sensor stands still unless it is said to move.
+
+use nalgebra::{Isometry3, Translation3};
+
+use super::*;
+use crate::cloud::Body;
+
+/// Seconds between frames.
+const STEP: f64 = 0.1;
+
+/// The cells of a car side from `from` to `to` metres along x, at some distance to the left.
+fn car(id: u32, [from, to]: [f32; 2], left: f32) -> ObservedInstance {
+    let count = ((to - from) / 0.25).round() as usize;
+    let along = (0..count).map(|k| from + (k as f32 + 0.5) * 0.25);
+    let cell = |x: f32| [0.3, 0.9].map(|z| [x, left, z].map(|at| (at * 100.0).round() as i16));
+    let cells: Vec<[i16; 3]> = along.flat_map(cell).collect();
+    ObservedInstance {
+        id,
+        semantic: 10,
+        body: Some(Body::Car),
+        points: cells.len() as u32 * 5,
+        size: [to - from, 0.2, 1.2],
+        cells,
+    }
+}
+
+/// The tracks of each frame of a drive.
+fn tracks(frames: &[Vec<ObservedInstance>], pose: impl Fn(usize) -> Isometry3<f64>) -> Tracks {
+    let mut tracker = Tracker::new(TrackParams::default());
+    let mut decided = Vec::new();
+    for (number, instances) in frames.iter().enumerate() {
+        let (time, pose) = (number as f64 * STEP, pose(number));
+        decided.extend(tracker.push(TrackerFrame { time, pose: &pose, instances }));
+    }
+    decided.extend(tracker.finish());
+    assert_eq!(decided.len(), frames.len());
+    decided
+}
+
+type Tracks = Vec<Vec<InstanceTrack>>;
+
+fn still(_: usize) -> Isometry3<f64> {
+    Isometry3::identity()
+}
+
+fn whole(track: u32) -> InstanceTrack {
+    InstanceTrack::Whole(track)
+}
+
+#[test]
+fn a_car_that_is_hidden_for_two_seconds_keeps_its_track() {
+    // 8 m/s to the right, hidden in frames 10 to 29, while another one stands beside.
+    let frame = |number: usize| {
+        let from = 0.8 * number as f32 - 10.0;
+        let moving = (!(10..30).contains(&number)).then(|| car(1, [from, from + 4.0], 6.0));
+        moving.into_iter().chain([car(2, [20.0, 24.0], 3.0)]).collect()
+    };
+    let found = tracks(&(0..40).map(frame).collect::<Vec<_>>(), still);
+    for (number, found) in found.iter().enumerate() {
+        match number {
+            10..30 => assert_eq!(*found, [whole(2)], "{number}"),
+            _ => assert_eq!(*found, [whole(1), whole(2)], "{number}"),
+        }
+    }
+}
+
+#[test]
+fn a_piece_goes_back_to_the_whole_that_it_was_part_of() {
+    let frame = |number: usize| match number {
+        8 => vec![car(1, [0.0, 2.5], 5.0), car(2, [2.5, 4.0], 5.0)],
+        _ => vec![car(1, [0.0, 4.0], 5.0)],
+    };
+    let found = tracks(&(0..20).map(frame).collect::<Vec<_>>(), still);
+    assert!(found.iter().flatten().all(|track| *track == whole(1)), "{found:?}");
+    assert_eq!(found[8].len(), 2);
+}
+
+#[test]
+fn a_car_that_another_one_swallowed_is_cut_out_again() {
+    let frame = |number: usize| match number {
+        8 => vec![car(1, [0.0, 8.5], 5.0)],
+        _ => vec![car(1, [0.0, 4.0], 5.0), car(2, [4.5, 8.5], 5.0)],
+    };
+    let found = tracks(&(0..20).map(frame).collect::<Vec<_>>(), still);
+    let InstanceTrack::Parts(parts) = &found[8][0] else { panic!("{:?}", found[8]) };
+    // Cells at the lower x first: those of the first car, the gap, those of the second.
+    assert!(parts[..32].iter().all(|&track| track == 1), "{parts:?}");
+    assert!(parts[36..].iter().all(|&track| track == 2), "{parts:?}");
+    for (number, found) in found.iter().enumerate().filter(|(number, _)| *number != 8) {
+        assert_eq!(*found, [whole(1), whole(2)], "{number}");
+    }
+}
+
+/// Parked cars, one every 250 m, seen from a drive far from the origin of the poses.
+#[test]
+fn the_world_goes_along_with_the_sensor() {
+    let place = |number: usize| 5e6 + 25.0 * STEP * number as f64;
+    let frame = |number: usize| {
+        let from = (250.0 * (number / 100) as f64 - (place(number) - 5e6)) as f32;
+        vec![car(1, [from + 20.0, from + 24.0], 5.0)]
+    };
+    let pose = |number: usize| Translation3::new(place(number), 4e6, 0.0).into();
+    let found = tracks(&(0..900).map(frame).collect::<Vec<_>>(), pose);
+    for (number, found) in found.iter().enumerate() {
+        assert_eq!(*found, [whole(1 + (number / 100) as u32)], "{number}");
+    }
+}
+
+#[test]
+fn a_leap_of_the_pose_and_a_long_pause_end_all_tracks() {
+    let frames: Vec<Vec<ObservedInstance>> =
+        (0..6).map(|_| vec![car(1, [0.0, 4.0], 5.0)]).collect();
+    let leap = |number: usize| Translation3::new(if number < 3 { 0.0 } else { 50.0 }, 0.0, 0.0);
+    let found = tracks(&frames, |number| leap(number).into());
+    assert_eq!(found.concat(), [1, 1, 1, 2, 2, 2].map(whole));
+
+    let mut tracker = Tracker::new(TrackParams::default());
+    let mut decided = Vec::new();
+    for time in [0.0, 0.1, 60.0, 60.1, 60.1, 50.0] {
+        let pose = &Isometry3::identity();
+        decided.extend(tracker.push(TrackerFrame { time, pose, instances: &frames[0] }));
+    }
+    decided.extend(tracker.finish());
+    assert_eq!(decided.concat(), [1, 1, 2, 2, 3, 4].map(whole));
+}
+
+#[test]
+fn without_instances_there_are_no_tracks() {
+    assert_eq!(tracks(&[vec![], vec![], vec![]], still), [[], [], []] as [[InstanceTrack; 0]; 3]);
+    assert_eq!(Tracker::new(TrackParams::default()).finish(), Vec::<Vec<InstanceTrack>>::new());
+}
