@@ -13,7 +13,7 @@ use divmerge::frames::EncodedClouds;
 use divmerge::messages::boxes::marker_boxes;
 use divmerge::messages::clouds::CloudFormat;
 use divmerge::pipeline::Config;
-use divmerge::recording::{Record, RecordingReader, WriteOptions};
+use divmerge::recording::{MessageHeader, Record, RecordingReader, RecordingWriter, WriteOptions};
 use divmerge::simulate::{Drive, Scene, Sensor};
 use divmerge::{Overview, Taxonomy};
 use tempfile::TempDir;
@@ -137,6 +137,43 @@ fn presets_that_are_others_and_single_clouds_have_no_tracks() {
     assert!(!has_tracks(&input, &with(TrackMode::Off, Config::best())));
     let (_folder, input) = recorded(1);
     assert!(!has_tracks(&input, &with(TrackMode::On, Config::best())));
+}
+
+/// A topic that ends does not hold up the others until the end.
+#[test]
+fn clouds_do_not_wait_for_a_topic_that_has_ended() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let input = folder.path().join("two.mcap");
+    let options = WriteOptions::default();
+    let mut writer = RecordingWriter::create(&input, &options).expect("begun");
+    let channels = ["/short", "/long"].map(|topic| {
+        let schema = CloudFormat::Ros2.schema();
+        let definition = (schema.name, schema.encoding, &*schema.data);
+        let metadata = BTreeMap::new();
+        writer.declare_channel(topic, definition, "cdr", &metadata).expect("declared")
+    });
+    let mut message = Vec::new();
+    cloud_message(&drive().frame(0), &mut message).expect("encoded");
+    for number in 0..80_u64 {
+        for &channel_id in channels.iter().skip(usize::from(number >= 3)) {
+            let log_time = 1_000_000_000 + number * 100_000_000;
+            // Seconds and nanoseconds of the stamp stand behind the header of CDR.
+            message[4..8].copy_from_slice(&((log_time / 1_000_000_000) as u32).to_le_bytes());
+            message[8..12].copy_from_slice(&((log_time % 1_000_000_000) as u32).to_le_bytes());
+            let header =
+                MessageHeader { channel_id, sequence: 0, log_time, publish_time: log_time };
+            writer.write_message(&header, &message).expect("written");
+        }
+    }
+    writer.finish().expect("complete");
+    let output = folder.path().join("out.mcap");
+    let options = AnnotateOptions { threads: 1, ..AnnotateOptions::default() };
+    let report = annotate(&input, &output, &options, &mut |_| ControlFlow::Continue(()));
+    let report = report.expect("annotated");
+    assert_eq!(report.topics["/long"].frames, 80);
+    // The two seconds that the short topic is waited for.
+    let most = report.profile.most_clouds_in_flight;
+    assert!((3..=24).contains(&most), "{most}");
 }
 
 /// The same drive twice, one behind the other: stamps go back.

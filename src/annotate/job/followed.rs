@@ -13,7 +13,10 @@ use divmerge_recording::workers::{Promise, Ticket};
 
 /// Bytes of the input that wait at most for the tracks of a cloud before them; then the tracks are
 /// decided with what is known.
-const MOST_WAITING: u64 = 512 << 20;
+const MOST_WAITING: u64 = 256 << 20;
+
+/// Seconds beyond the lag that clouds of other topics wait for a topic that has ended.
+const PATIENCE_S: f64 = 1.0;
 
 /// Clouds on their way through the trackers.
 #[derive(Default)]
@@ -94,6 +97,18 @@ impl Tracking {
     /// Clouds that are being clustered.
     pub(super) fn clustering(&self) -> usize {
         self.clustering.len()
+    }
+
+    /// The topics whose first cloud without tracks was logged so long before `now`, nanoseconds since
+    /// 1970, that the next one hardly comes.
+    pub(super) fn overdue(&self, now: u64, lag_s: f64) -> Vec<Arc<str>> {
+        let longest = ((lag_s + PATIENCE_S) * 1e9) as u64;
+        let is_overdue = |follower: &TopicFollower<FollowedCloud>| {
+            let first = follower.first().map(|cloud| cloud.encoded.header.log_time);
+            first.is_some_and(|first| now.saturating_sub(first) > longest)
+        };
+        let overdue = self.followers.iter().filter(|(_, follower)| is_overdue(follower));
+        overdue.map(|(topic, _)| Arc::clone(topic)).collect()
     }
 
     /// Whether more of the input than [`MOST_WAITING`] waits for the tracks of a cloud.

@@ -69,10 +69,15 @@ impl Job<'_> {
             }
             Err(error) => return Err(error),
         };
-        let topic = Arc::clone(&encoded.topic);
+        let (topic, now) = (Arc::clone(&encoded.topic), encoded.header.log_time);
         let Some(follower) = self.tracking.followers.get_mut(&topic) else { return Ok(()) };
         let followed = FollowedCloud { number, encoded, bytes, written };
-        for decided in follower.push(followed, observation) {
+        let mut decided = follower.push(followed, observation);
+        for topic in self.tracking.overdue(now, self.options.tracks.params.lag_s) {
+            let overdue = self.tracking.followers.get_mut(&topic);
+            decided.extend(overdue.into_iter().flat_map(TopicFollower::decide_all));
+        }
+        for decided in decided {
             self.write_decided(decided);
         }
         Ok(())
