@@ -1,4 +1,4 @@
-//! Small drives by hand. Cars are boxes of cells; the sensor stands still unless it is said to move.
+//! Small drives by hand. Cars are boxes of cells; the sensor stands unless it is said to move.
 
 use nalgebra::{Isometry3, Translation3};
 
