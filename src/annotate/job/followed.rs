@@ -99,8 +99,8 @@ impl Tracking {
         self.clustering.len()
     }
 
-    /// The topics whose first cloud without tracks was logged so long before `now`, nanoseconds since
-    /// 1970, that the next one hardly comes.
+    /// The topics whose first cloud without tracks was logged so long before `now`, nanoseconds
+    /// since 1970, that the next one hardly comes.
     pub(super) fn overdue(&self, now: u64, lag_s: f64) -> Vec<Arc<str>> {
         let longest = ((lag_s + PATIENCE_S) * 1e9) as u64;
         let is_overdue = |follower: &TopicFollower<FollowedCloud>| {
