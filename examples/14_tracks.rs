@@ -11,11 +11,10 @@
 //! instances get if each has the id of the object that most of its points are of. Switches and
 //! objects are those of classes. "Estimated" has the motion of the sensor estimated from the
 //! clouds, the other columns have the true one; of SemanticKITTI's drives all have the estimated
-//! one. Milliseconds a frame are those of the tracker.
+//! one.
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::time::Instant;
 
 use anyhow::Result;
 use divmerge::datasets::semantic_kitti::{labelled_scans, read_labels, read_scan};
@@ -46,7 +45,7 @@ fn main() -> Result<()> {
     }
     println!(
         "| drive | frames | S_assoc | perfect | estimated | switches an object | no classes | \
-         perfect | ms a frame |\n| --- | --: | --: | --: | --: | --: | --: | --: | --: |"
+         perfect |\n| --- | --: | --: | --: | --: | --: | --: | --: |"
     );
     for folder in &folders {
         real(Path::new(folder))?;
@@ -144,7 +143,7 @@ impl DriveScores {
         let [with, estimated, without] = [&self.with_classes, &self.estimated, &self.without];
         let changes = with.identity.changes();
         println!(
-            "| {name} | {} | {:.1} | {:.1} | {:.1} | {:.2} of {} | {:.1} | {:.1} | {:.1} |",
+            "| {name} | {} | {:.1} | {:.1} | {:.1} | {:.2} of {} | {:.1} | {:.1} |",
             self.frames,
             percent(&with.found),
             percent(&with.perfect),
@@ -153,7 +152,6 @@ impl DriveScores {
             changes.objects,
             percent(&without.found),
             percent(&without.perfect),
-            without.seconds * 1e3 / self.frames as f64,
         );
     }
 }
@@ -197,7 +195,6 @@ struct Followed {
     found: OverTime,
     perfect: OverTime,
     identity: Identity,
-    seconds: f64,
 }
 
 impl Followed {
@@ -210,7 +207,6 @@ impl Followed {
             found: OverTime::of(taxonomy, min_points),
             perfect: OverTime::of(taxonomy, min_points),
             identity: Identity::new(min_points),
-            seconds: 0.0,
         }
     }
 
@@ -225,12 +221,10 @@ impl Followed {
             let scan = RegistrationScan::new(cloud, stages, &ScanParams::default());
             self.ego_motion.push(&scan, STEP).world_from_sensor
         });
-        let start = Instant::now();
         let observed = observe(cloud, stages);
         let time = self.frame as f64 * STEP;
         let frame = TrackerFrame { time, pose: &pose, instances: &observed };
         let decided = self.tracker.push(frame);
-        self.seconds += start.elapsed().as_secs_f64();
         self.frame += 1;
         self.waiting.push_back(Waiting {
             instance: stages.labels.instance.clone(),
