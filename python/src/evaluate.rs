@@ -129,7 +129,9 @@ fn score(path: &Path, topic: &str, metrics: MetricSet) -> divmerge::Result<Score
             let columns = (wire.column_u32(class)?, wire.column_u32(instance)?);
             Ok::<_, divmerge::Error>(ScanLabels::of_columns(&columns.0, columns.1))
         };
-        let (found, truth) = (own("semantic", "instance")?, own("label", "true_instance")?);
+        let has_tracks = wire.fields.iter().any(|field| field.name == "track");
+        let found = if metrics.over_time && has_tracks { "track" } else { "instance" };
+        let (found, truth) = (own("semantic", found)?, own("label", "true_instance")?);
         sums.add((&found, &place), (&truth, &place), None)?;
     }
     sums.end_sequence();

@@ -21,7 +21,7 @@ def scans(drives):
 
 def test_the_figures_of_the_command_line(drives, scans, command_line, tmp_path):
     annotated, figures = tmp_path / "annotated.mcap", tmp_path / "figures.json"
-    divmerge.annotate(drives("small"), annotated)
+    divmerge.annotate(drives("small"), annotated, track="off")
     command_line("evaluate", annotated, "--json", figures, "--over-time", "--min-points", "10")
     [expected] = json.loads(figures.read_text())["topics"]
     assert expected.pop("topic") == f"{TOPIC}/instances"
@@ -30,6 +30,19 @@ def test_the_figures_of_the_command_line(drives, scans, command_line, tmp_path):
     of_recording = divmerge.evaluate(annotated, over_time=True, min_points=10)
     assert of_recording == {f"{TOPIC}/instances": expected}
     assert divmerge.evaluate(annotated, topic=TOPIC, over_time=True, min_points=10) == of_recording
+
+
+def test_tracks_are_scored_where_there_are_some(drives, command_line, tmp_path):
+    annotated, figures = tmp_path / "annotated.mcap", tmp_path / "figures.json"
+    divmerge.annotate(drives("small"), annotated)
+    command_line("evaluate", annotated, "--json", figures, "--over-time")
+    [expected] = json.loads(figures.read_text())["topics"]
+    assert expected.pop("topic") == f"{TOPIC}/instances"
+    found = divmerge.evaluate(annotated, over_time=True)
+    assert found == {f"{TOPIC}/instances": expected}
+    divmerge.annotate(drives("small"), annotated, track="off", force=True)
+    untracked = divmerge.evaluate(annotated, over_time=True)[f"{TOPIC}/instances"]
+    assert untracked["over_time"]["s_assoc"] < expected["over_time"]["s_assoc"]
 
 
 def test_truth_against_itself(scans):

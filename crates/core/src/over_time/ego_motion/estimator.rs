@@ -31,8 +31,8 @@ pub struct EgoMotionParams {
     pub prediction_weight: f64,
     /// Points that a scan needs. 100: fewer are a blocked sensor.
     pub least_points: usize,
-    /// Least share of the points that lie in a voxel with a surface. 0.1: the second scan of 16
-    /// beams has 0.2.
+    /// Least share of the points that lie in a voxel with a surface. 0.05: the second scan of 16
+    /// beams has 0.2, that of 64 beams among trees 0.08.
     pub least_matched: f64,
     /// Least share of those that lie on it. 0.5: on drives it is 0.6 or more, in another place
     /// chance gives 0.3.
@@ -57,7 +57,7 @@ impl Default for EgoMotionParams {
             least_width: 0.05,
             prediction_weight: 0.01,
             least_points: 100,
-            least_matched: 0.1,
+            least_matched: 0.05,
             least_inliers: 0.5,
             highest_speed: 60.0,
             highest_acceleration: 50.0,
