@@ -266,12 +266,9 @@ fn point_tracks(
 ) -> Vec<u32> {
     let by_id: BTreeMap<u32, (&ObservedInstance, &InstanceTrack)> =
         observed.iter().zip(tracks).map(|pair| (pair.0.id, pair)).collect();
-    let track = |(point, id): (usize, &u32)| match by_id.get(id) {
-        None => 0,
-        Some((_, InstanceTrack::Whole(track))) => *track,
-        Some((observed, InstanceTrack::Parts(of_cell))) => {
-            of_cell[observed.nearest_cell(cloud.position(point))]
-        }
+    let track = |(point, id): (usize, &u32)| {
+        let instance = by_id.get(id);
+        instance.map_or(0, |(observed, track)| track.of_point(observed, || cloud.position(point)))
     };
     instance.iter().enumerate().map(track).collect()
 }

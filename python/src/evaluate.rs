@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use divmerge::evaluate::panoptic::MIN_POINTS;
 use divmerge::evaluate::{Evaluation, MetricSet, ScanLabels, Scores};
 use divmerge::frames::{EncodedClouds, annotated_topics};
+use divmerge::messages::annotation::object_field;
 use divmerge::recording::Overview;
 use numpy::PyUntypedArrayMethods;
 use pyo3::intern;
@@ -129,8 +130,7 @@ fn score(path: &Path, topic: &str, metrics: MetricSet) -> divmerge::Result<Score
             let columns = (wire.column_u32(class)?, wire.column_u32(instance)?);
             Ok::<_, divmerge::Error>(ScanLabels::of_columns(&columns.0, columns.1))
         };
-        let has_tracks = wire.fields.iter().any(|field| field.name == "track");
-        let found = if metrics.over_time && has_tracks { "track" } else { "instance" };
+        let found = if metrics.over_time { object_field(&wire) } else { "instance" };
         let (found, truth) = (own("semantic", found)?, own("label", "true_instance")?);
         sums.add((&found, &place), (&truth, &place), None)?;
     }

@@ -54,13 +54,6 @@ pub struct AnnotateOptions {
     pub threads: usize,
 }
 
-impl AnnotateOptions {
-    /// Whether the output is a slice.
-    pub(super) fn is_slice(&self) -> bool {
-        self.slice.is_some()
-    }
-}
-
 /// Most threads that are started by default. Eight nearly keep the reading and writing thread busy,
 /// and stay below 400 MB with a large sensor (docs/performance.md).
 pub const USUAL_THREADS: usize = 8;

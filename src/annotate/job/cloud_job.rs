@@ -1,6 +1,7 @@
 //! What a thread does to a cloud.
 
 use crate::annotate::config::AnnotateConfig;
+use crate::annotate::options::AnnotateOptions;
 use crate::annotate::tracking::TrackOptions;
 use crate::annotate::types::MessageTypes;
 use crate::annotate::writing::Writing;
@@ -18,6 +19,16 @@ pub(super) struct CloudJob {
 }
 
 impl CloudJob {
+    /// What is done to a cloud whose objects are followed.
+    pub(super) fn new(options: &AnnotateOptions, keeps: bool) -> Self {
+        CloudJob {
+            types: options.types,
+            tracks: Some(options.tracks),
+            keeps,
+            is_of_slice: options.slice.is_some(),
+        }
+    }
+
     pub(super) fn writing<'a>(&'a self, config: &'a AnnotateConfig) -> Writing<'a> {
         let CloudJob { types, tracks, keeps, .. } = self;
         Writing { config, types, tracks: tracks.as_ref(), keeps: *keeps }

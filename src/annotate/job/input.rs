@@ -143,7 +143,7 @@ impl Job<'_> {
                 })
             }
         };
-        let (followed, result) = match is_followed && !self.options.is_slice() {
+        let (followed, result) = match is_followed && self.options.slice.is_none() {
             true => {
                 let (number, result) = self.tracking.push(encoded.clone(), bytes, result);
                 (Some(number), result)
@@ -156,12 +156,8 @@ impl Job<'_> {
 
     /// What is done to a cloud.
     fn cloud_job(&self, is_followed: bool) -> CloudJob {
-        CloudJob {
-            types: self.options.types,
-            tracks: is_followed.then_some(self.options.tracks),
-            keeps: self.writes_checkpoints(),
-            is_of_slice: self.options.slice.is_some(),
-        }
+        let job = CloudJob::new(self.options, self.writes_checkpoints());
+        CloudJob { tracks: job.tracks.filter(|_| is_followed), ..job }
     }
 
     /// Queues something, and writes what is ready. Where more is waiting than keeps the threads

@@ -72,16 +72,6 @@ pub(in crate::annotate) struct Job<'a> {
     pub(super) joins_slices: bool,
 }
 
-/// What is done to each cloud that goes through a network with others.
-fn batch_job(options: &AnnotateOptions, keeps: bool) -> CloudJob {
-    CloudJob {
-        types: options.types,
-        tracks: Some(options.tracks),
-        keeps: keeps || options.slice.is_some(),
-        is_of_slice: options.slice.is_some(),
-    }
-}
-
 impl<'a> Job<'a> {
     /// Begins the output.
     ///
@@ -108,7 +98,10 @@ impl<'a> Job<'a> {
             options,
             on_event,
             workers: workers.clone(),
-            batch: Batch::new(Arc::clone(&config), batch_job(options, journal.is_some())),
+            batch: Batch::new(
+                Arc::clone(&config),
+                CloudJob::new(options, journal.is_some() || options.slice.is_some()),
+            ),
             config,
             writer,
             queue: Queue::default(),

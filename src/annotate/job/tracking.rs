@@ -42,17 +42,16 @@ impl Job<'_> {
                 (observation, FollowedResult::Clustered(result, untracked, report))
             }
             Ok(CloudResult::Completed(CompletedCloud::Annotated(report, messages, stored))) => {
-                let Some(mut stored) = stored else {
+                let Some(stored) = stored else {
                     return Err(self.lacks_observation(&encoded));
                 };
-                let observation = std::mem::take(&mut stored.observation);
+                let observation = stored.observation.clone();
                 let written = match self.joins_slices {
                     true => {
                         let [StoredMessage { data, .. }, _] = messages;
                         FollowedResult::OfSlice(result, data, stored, report)
                     }
                     false => {
-                        stored.observation.clone_from(&observation);
                         let completed = CompletedCloud::Annotated(report, messages, Some(stored));
                         result.keep(Ok(CloudResult::Completed(completed)));
                         self.tracking.undecided.remove(&number);

@@ -1,7 +1,5 @@
 //! Whether and how objects are followed over time.
 
-use std::str::FromStr;
-
 use serde::{Deserialize, Serialize};
 
 use crate::annotate::config::AnnotateConfig;
@@ -30,20 +28,6 @@ pub enum TrackMode {
     Off,
 }
 
-/// Reads `auto`, `on` or `off`.
-impl FromStr for TrackMode {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "auto" => Ok(TrackMode::Auto),
-            "on" => Ok(TrackMode::On),
-            "off" => Ok(TrackMode::Off),
-            _ => Err(format!("`{text}` is none of auto, on, off")),
-        }
-    }
-}
-
 /// Where the motion of the sensor comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum EgoMotionSource {
@@ -52,19 +36,6 @@ pub enum EgoMotionSource {
     Estimate,
     /// There is none: the frame of the clouds stands still.
     None,
-}
-
-/// Reads `estimate` or `none`.
-impl FromStr for EgoMotionSource {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "estimate" => Ok(EgoMotionSource::Estimate),
-            "none" => Ok(EgoMotionSource::None),
-            _ => Err(format!("`{text}` is none of estimate, none")),
-        }
-    }
 }
 
 impl TrackOptions {

@@ -155,13 +155,10 @@ fn point_tracks(
     let cloud = if is_in_parts { Some(points.cloud()?) } else { None };
     let track_of = |(point, &id): (usize, &u32)| {
         let Some(number) = of_instance.get(id as usize).copied().flatten() else { return 0 };
-        match (&tracks[number], &cloud) {
-            (InstanceTrack::Whole(track), _) => *track,
-            (InstanceTrack::Parts(of_cell), Some(cloud)) => {
-                of_cell[observed[number].nearest_cell(cloud.position(point))]
-            }
-            (InstanceTrack::Parts(of_cell), None) => of_cell[0],
-        }
+        tracks[number].of_point(&observed[number], || {
+            let cloud = cloud.as_ref().expect("decoded, as an instance is in parts");
+            cloud.position(point)
+        })
     };
     Ok(instance.iter().enumerate().map(track_of).collect())
 }

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use anyhow::{Result, bail};
 use divmerge::frames::annotated_topics;
-use divmerge::messages::clouds::CloudMessage;
 use divmerge::recording::Overview;
 
 /// The annotated topics `T/instances`, at least one.
@@ -15,13 +14,6 @@ pub fn annotated(input: &Path) -> Result<Vec<String>> {
         bail!("{}: no annotated topic (run `divmerge annotate`)", input.display());
     }
     Ok(topics)
-}
-
-/// The field of an annotated cloud that identifies objects: the track where they are followed over
-/// time, else the instance.
-pub fn usual_instance_field(cloud: &CloudMessage) -> &'static str {
-    let has_tracks = cloud.fields.iter().any(|field| field.name == "track");
-    if has_tracks { "track" } else { "instance" }
 }
 
 /// The annotated topic that is called `T` or `T/instances`.

@@ -9,9 +9,10 @@ use divmerge::datasets::scans::SOURCE;
 use divmerge::datasets::semantic_kitti::label_pairs::{label_file, stray_label_files};
 use divmerge::datasets::semantic_kitti::sequence::SEQUENCE_KEY;
 use divmerge::frames::{EncodedCloud, EncodedClouds, find_metadata};
+use divmerge::messages::annotation::object_field;
 use divmerge::recording::{Metadata, Overview};
 
-use crate::annotated::{annotated, usual_instance_field};
+use crate::annotated::annotated;
 use crate::exit::Outcome;
 use crate::output::{OutputFile, Outputs, make_folder, refuse_address};
 use crate::progress::frame_bar;
@@ -204,7 +205,7 @@ fn words(message: &EncodedCloud, arguments: &Arguments) -> Result<Vec<u32>> {
             None => Ok(values),
         }
     };
-    let usual = usual_instance_field(&cloud);
+    let usual = object_field(&cloud);
     let instance_field = arguments.instance_field.as_deref().unwrap_or(usual);
     let (classes, instances) = (column(&arguments.class_field)?, column(instance_field)?);
     Ok(classes.iter().zip(instances).map(|(class, instance)| class | instance << 16).collect())

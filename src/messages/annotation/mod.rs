@@ -12,6 +12,7 @@ use super::ros::ByteOrder;
 use crate::error::frame::Result;
 use crate::messages::palette::{INSTANCE_COLOURS, instance_colour, reason_colour};
 
+pub use owned::object_field;
 pub(crate) use owned::{OwnedAnnotation, annotation_of};
 
 /// Bytes appended to each point of a PointCloud2.

@@ -1,6 +1,6 @@
 //! The labels of an annotated cloud, owned: to be read back, and written once more.
 
-use super::{CLASH_PREFIX, Certainty, GROUND, LABELS, PointAnnotation};
+use super::{CLASH_PREFIX, Certainty, GROUND, LABELS, PointAnnotation, TRACK};
 use crate::messages::clouds::{CloudMessage, PointField};
 
 /// Labels of every point of a cloud but its track, owned.
@@ -29,6 +29,13 @@ impl OwnedAnnotation {
             certainty: certainty.map(|(confidence, entropy)| Certainty { confidence, entropy }),
         }
     }
+}
+
+/// The field of an annotated cloud that identifies objects: the track where they are followed over
+/// time, else the instance.
+pub fn object_field(cloud: &CloudMessage) -> &'static str {
+    let has_tracks = cloud.fields.iter().any(|field| field.name == TRACK);
+    if has_tracks { TRACK } else { LABELS[0].0 }
 }
 
 /// The labels that [`annotated_cloud`] appended; `None` of a cloud that is not annotated.

@@ -38,7 +38,7 @@ pub struct ObservedInstance {
 
 impl ObservedInstance {
     /// Number of the cell nearest to a place in the cloud's frame, metres; 0 without cells.
-    pub fn nearest_cell(&self, at: [f32; 3]) -> usize {
+    pub(super) fn nearest_cell(&self, at: [f32; 3]) -> usize {
         let squared = |cell: [f32; 3]| (0..3).map(|k| (cell[k] - at[k]).powi(2)).sum::<f32>();
         let cells = self.cells().map(squared).enumerate();
         cells.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(cell, _)| cell)

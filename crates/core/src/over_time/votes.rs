@@ -12,6 +12,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector2;
 
+use super::observation::ObservedInstance;
 use super::params::TrackParams;
 use super::sighting::{Cells, Sighting};
 use super::window::{Place, Window};
@@ -35,6 +36,15 @@ pub enum InstanceTrack {
 }
 
 impl InstanceTrack {
+    /// The track of a point of the instance, which lies `at` a place in the cloud's frame, metres:
+    /// that of the nearest cell where the instance is of several.
+    pub fn of_point(&self, observed: &ObservedInstance, at: impl FnOnce() -> [f32; 3]) -> u32 {
+        match self {
+            InstanceTrack::Whole(track) => *track,
+            InstanceTrack::Parts(of_cell) => of_cell[observed.nearest_cell(at())],
+        }
+    }
+
     /// The same with other numbers for the tracks.
     pub(super) fn renumbered(self, mut number: impl FnMut(u32) -> u32) -> Self {
         match self {

@@ -9,11 +9,12 @@ use divmerge::datasets::semantic_kitti::read_labels;
 use divmerge::error::FrameError;
 use divmerge::evaluate::{Evaluation, MetricSet, ScanLabels, Scores};
 use divmerge::frames::{EncodedCloud, EncodedClouds};
+use divmerge::messages::annotation::object_field;
 use serde::Serialize;
 
 use super::arguments::Arguments;
 use super::scores::{print, refuse};
-use crate::annotated::{annotated, find_annotated, usual_instance_field};
+use crate::annotated::{annotated, find_annotated};
 use crate::arguments::truth::TRUTH_HINT;
 use crate::exit::{NotThere, error_chain};
 use crate::output::OutputFile;
@@ -156,7 +157,7 @@ fn add(
     let own = |class: &str, instance: &str| {
         Ok::<_, anyhow::Error>(ScanLabels::of_columns(&column(class)?, column(instance)?))
     };
-    let usual = if arguments.over_time { usual_instance_field(&wire) } else { "instance" };
+    let usual = if arguments.over_time { object_field(&wire) } else { "instance" };
     let instance_field = arguments.instance_field.as_deref().unwrap_or(usual);
     let found = own(&arguments.class_field, instance_field)?;
     let truth = &arguments.of_recording;

@@ -59,6 +59,16 @@ pub struct Alignment<'a> {
     pub prediction_weight: f64,
 }
 
+/// A point and the surface of its voxel.
+struct Match<'a> {
+    position: Point3<f64>,
+    surfel: &'a Surfel,
+    /// From the surface, along its normal, metres.
+    distance: f64,
+    /// How far the surface is trusted there, 0 to 1.
+    trust: f64,
+}
+
 impl Alignment<'_> {
     /// The pose of the sensor in the map, from a guess, and how well the scan fits there.
     ///
@@ -92,17 +102,23 @@ impl Alignment<'_> {
     /// sensor is, and best where the beams meet the ground in the same places as before.
     pub fn score(&self, pose: &Isometry3<f64>, width: f64) -> f64 {
         let mut score = 0.0;
-        for point in self.points {
-            let position = pose * point;
-            if let Some(surfel) = self.surfel(&position) {
-                let offset = position - surfel.mean;
-                let distance = surfel.normal.dot(&offset);
-                let trust = surfel.trust(offset.norm_squared() - distance * distance);
-                let upright = 1.0 - surfel.normal.z * surfel.normal.z;
-                score += upright * trust * kernel(distance, width);
-            }
+        for Match { surfel, distance, trust, .. } in self.matches(pose) {
+            let upright = 1.0 - surfel.normal.z * surfel.normal.z;
+            score += upright * trust * kernel(distance, width);
         }
         score
+    }
+
+    /// The points that have a surface in their voxel, seen from a pose.
+    fn matches<'s>(&'s self, pose: &'s Isometry3<f64>) -> impl Iterator<Item = Match<'s>> {
+        self.points.iter().filter_map(move |point| {
+            let position = pose * point;
+            let surfel = self.surfel(&position)?;
+            let offset = position - surfel.mean;
+            let distance = surfel.normal.dot(&offset);
+            let trust = surfel.trust(offset.norm_squared() - distance * distance);
+            Some(Match { position, surfel, distance, trust })
+        })
     }
 
     fn surfel(&self, position: &Point3<f64>) -> Option<&Surfel> {
@@ -112,15 +128,9 @@ impl Alignment<'_> {
     fn equations(&self, pose: &Isometry3<f64>, width: f64) -> Equations {
         let mut equations = Equations::default();
         let centre = Point3::from(pose.translation.vector);
-        for point in self.points {
-            let position = pose * point;
-            if let Some(surfel) = self.surfel(&position) {
-                let offset = position - surfel.mean;
-                let distance = surfel.normal.dot(&offset);
-                let trust = surfel.trust(offset.norm_squared() - distance * distance);
-                let weight = trust * kernel(distance, width);
-                equations.add(&surfel.normal, &(position - centre), distance, weight);
-            }
+        for Match { position, surfel, distance, trust } in self.matches(pose) {
+            let weight = trust * kernel(distance, width);
+            equations.add(&surfel.normal, &(position - centre), distance, weight);
         }
         equations
     }
