@@ -270,7 +270,7 @@ def annotate(
     assemble: str | None = None,
     track: Literal["auto", "on", "off"] = "auto",
     lag: float = 1.0,
-    ego_motion: Literal["estimate", "none"] = "estimate",
+    ego_motion: str = "auto",
     only: bool = False,
     in_place: bool = False,
     resume: bool = False,

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use divmerge::annotate::time_spec::{self, TimeSpec};
 use divmerge::annotate::{
-    self as library, AnnotateOptions, AnnotationReport, BoxedInstances, EgoMotionSource, Flavor,
-    Form, MessageTypes, ObjectOptions, RunEvent, Slice, TrackMode,
+    self as library, AnnotateOptions, AnnotationReport, BoxedInstances, Flavor, Form, MessageTypes,
+    ObjectOptions, RunEvent, Slice, TrackMode,
 };
 use divmerge::messages::objects::ObjectKind;
 use divmerge::recording::Compression;
@@ -34,7 +34,7 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
         units=None, sensor_origin=(), min_range=None, max_range=None, crop=None, ego=None, \
         topics=(), \
         from_=None, to=None, objects=None, flavor='auto', compression=None, unchecked=False, \
-        assemble=None, track='auto', lag=1.0, ego_motion='estimate', only=False, \
+        assemble=None, track='auto', lag=1.0, ego_motion='auto', only=False, \
         in_place=False, resume=False, force=False, threads=None, progress=None, \
         tolerance=0.01, model_config=None, model_image='auto', \
         remission_scale=None, batch=None, runtime='auto', onnxruntime=None, device='auto')"
@@ -195,13 +195,12 @@ impl AnnotateArguments {
             }
             "lag" => {
                 let seconds = number(name, value)?;
-                let tracks = options.tracks.with_lag(seconds);
+                let tracks = options.tracks.clone().with_lag(seconds);
                 options.tracks = tracks.map_err(|problem| wrong(name, problem))?;
             }
             "ego_motion" => {
-                let sources =
-                    [("estimate", EgoMotionSource::Estimate), ("none", EgoMotionSource::None)];
-                options.tracks.ego_motion = choice(name, value, &sources)?;
+                let source = text(name, value)?.parse();
+                options.tracks.ego_motion = source.map_err(|problem| wrong(name, problem))?;
             }
             "only" => {
                 if flag(name, value)? {

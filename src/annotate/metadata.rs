@@ -73,7 +73,7 @@ pub(super) fn metadata(
         metadata.insert("truncated".to_owned(), cut.clone());
     }
     for (topic, report) in &report.topics {
-        let value = serde_json::json!({
+        let mut value = serde_json::json!({
             "frames": report.frames,
             "unreadable": report.unreadable,
             "points": report.points,
@@ -82,6 +82,9 @@ pub(super) fn metadata(
             "projection": report.projection,
             "reasons": report.reasons,
         });
+        if !report.ego_motion.is_empty() {
+            value["ego_motion"] = serde_json::json!(report.ego_motion);
+        }
         metadata.insert(format!("topic {topic}"), value.to_string());
     }
     metadata

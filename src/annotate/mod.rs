@@ -53,6 +53,6 @@ pub use run::annotate;
 pub use slice_files::{SliceFile, by_recording};
 pub use slices::Slice;
 pub use times::FrameTimes;
-pub use tracking::{EgoMotionSource, TrackMode, TrackOptions};
+pub use tracking::{EgoMotionSource, MotionReport, TrackMode, TrackOptions};
 pub use types::{BoxedInstances, Flavor, MessageTypes};
 pub use writing::Annotated;

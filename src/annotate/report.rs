@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::clustered::{Clustered, remarks};
 use super::profile::Profile;
 use super::times::FrameTimes;
+use super::tracking::MotionReport;
 use crate::messages::clouds::CloudFormat;
 use divmerge_core::cloud::Reason;
 use divmerge_core::pipeline::Stages;
@@ -81,6 +82,9 @@ pub struct TopicReport {
     pub semantics: BTreeMap<String, u64>,
     /// How the range image was made, and in how many frames.
     pub projection: BTreeMap<String, u64>,
+    /// Where the motion of the sensor came from, where objects are followed over time.
+    #[serde(skip_serializing_if = "MotionReport::is_empty")]
+    pub ego_motion: MotionReport,
     /// Points per reason; `instance` counts those that have one.
     pub reasons: BTreeMap<&'static str, u64>,
     /// Milliseconds per frame.

@@ -77,7 +77,7 @@ impl RunParameters {
             to_ns: options.to_ns,
             form: options.form,
             types: options.types,
-            tracks: options.tracks,
+            tracks: options.tracks.clone(),
             follows,
             compression: options.compression.unwrap_or_else(usual),
             is_checked: !options.unchecked,
@@ -88,7 +88,7 @@ impl RunParameters {
     pub(super) fn options(&self) -> AnnotateOptions {
         AnnotateOptions {
             types: self.types,
-            tracks: self.tracks,
+            tracks: self.tracks.clone(),
             topics: self.topics.clone(),
             from_ns: self.from_ns,
             to_ns: self.to_ns,

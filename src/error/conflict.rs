@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::frame::FrameError;
+use super::spelling::did_you_mean;
 use crate::text::grouped;
 
 /// Why an output cannot be made of an input.
@@ -18,6 +19,15 @@ pub enum Conflict {
     TopicExists {
         /// The topic.
         topic: String,
+    },
+
+    /// The motion of the sensor is to come from where none is recorded.
+    #[error("no motion of the sensor on {source_name}: {}", motions_there(source_name, there))]
+    NoMotion {
+        /// Where it was looked for.
+        source_name: String,
+        /// The topics that say poses.
+        there: Vec<String>,
     },
 
     /// Suspicions beside clouds that are no messages of ROS.
@@ -123,4 +133,19 @@ pub enum Conflict {
         /// Where both go.
         name: PathBuf,
     },
+}
+
+/// Where poses are recorded instead, and the nearest spelling.
+fn motions_there(wanted: &str, there: &[String]) -> String {
+    match there {
+        [] => {
+            "no topic of the recording says poses; `--ego-motion estimate` takes the motion from \
+               the clouds"
+                .to_owned()
+        }
+        some => {
+            let near = did_you_mean(wanted, some);
+            format!("poses are on {}{near}", some.join(", "))
+        }
+    }
 }

@@ -37,4 +37,5 @@ pub use selection::Selection;
 pub use topic_boxes::FrameDetections;
 pub use topic_classes::TOLERANCE_NS;
 pub use topics::{CloudTopic, INSTANCES, OBJECTS, annotated_topics, choose_topics};
+pub(crate) use transforms::transforms_at_rest;
 pub use transforms::{recorded_transforms, transforms};

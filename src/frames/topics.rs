@@ -53,7 +53,7 @@ pub(super) fn schema_name<'a>(overview: &'a Overview, channel: &Channel) -> &'a 
 }
 
 /// The last part of that name: `PointCloud2` of `sensor_msgs/msg/PointCloud2`.
-pub(super) fn type_name<'a>(overview: &'a Overview, channel: &Channel) -> &'a str {
+pub(crate) fn type_name<'a>(overview: &'a Overview, channel: &Channel) -> &'a str {
     let name = schema_name(overview, channel);
     name.rsplit(['/', '.']).next().unwrap_or(name)
 }

@@ -1,18 +1,16 @@
-//! The transforms of a recording: `tf2_msgs/msg/TFMessage` on `/tf_static` and `/tf`.
+//! The transforms of a recording: `tf2_msgs/msg/TFMessage`, or `foxglove.FrameTransform` in
+//! protocol buffers, on `/tf_static` and `/tf`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
-
 use super::encoded::EncodedCloud;
 use super::selection::Selection;
 use super::topics::{CloudTopic, message_count, type_name};
 use super::walk::Walk;
-use crate::error::{Result, frame};
-use crate::messages::ros::RosReader;
-use crate::messages::stamp::stamp_ns;
+use crate::error::Result;
+use crate::messages::poses::{PoseMessage, RecordedPose};
 use divmerge_core::ParameterError;
 use divmerge_core::cloud::sensor_frame::SensorFrame;
 use divmerge_core::cloud::transforms::{Pair, Transforms};
@@ -57,6 +55,12 @@ pub fn transforms(recording: &Path) -> Result<Transforms> {
     read_transforms(recording, true)
 }
 
+/// How the frames of a recording stand that do not move; of a file that cannot be read nothing,
+/// and whoever reads its clouds reports the error.
+pub(crate) fn transforms_at_rest(recording: &Path) -> Transforms {
+    read_transforms(recording, false).unwrap_or_default()
+}
+
 /// The [`transforms`] of a recording, those of `/tf` only if they are wanted.
 fn read_transforms(recording: &Path, with_moving: bool) -> Result<Transforms> {
     let overview = Overview::read(recording)?;
@@ -82,7 +86,7 @@ struct TransformChannels {
 #[derive(Clone, Copy)]
 struct TransformChannel {
     is_static: bool,
-    is_ros1: bool,
+    messages: PoseMessage,
 }
 
 impl TransformChannels {
@@ -93,10 +97,11 @@ impl TransformChannels {
                 "tf" => false,
                 _ => return None,
             };
-            let is_ros1 = channel.message_encoding == "ros1";
             let is_wanted = is_static || with_moving;
-            let is_read = is_wanted && type_name(overview, channel).ends_with("TFMessage");
-            is_read.then_some((channel.id, TransformChannel { is_static, is_ros1 }))
+            let messages =
+                PoseMessage::named(type_name(overview, channel), &channel.message_encoding)?;
+            let is_read = is_wanted && messages.is_of_transforms();
+            is_read.then_some((channel.id, TransformChannel { is_static, messages }))
         };
         TransformChannels { channels: overview.channels.values().filter_map(of).collect() }
     }
@@ -178,7 +183,8 @@ impl Beginning {
         let Record::Message { data, .. } = record else { return };
         let Beginning { transforms, moving, .. } = self;
         // One that is cut off still says what came before.
-        let _ = read(data, channel.is_ros1, |stamp_ns, (parent, child), pose| {
+        let _ = channel.messages.read(data, |RecordedPose { stamp_ns, parent, child, pose }| {
+            let child = child.unwrap_or_default();
             if channel.is_static {
                 transforms.insert(parent, child, pose);
             } else if moving.insert(Transforms::pair((parent, child))) {
@@ -208,44 +214,12 @@ fn read_moving(
         let Record::Message { header, data, .. } = &step.record else { continue };
         let Some(channel) = channels.channels.get(&header.channel_id) else { continue };
         if !channel.is_static {
-            let _ = read(data, channel.is_ros1, |stamp_ns, pair, pose| {
+            let _ = channel.messages.read(data, |at| {
+                let pair = (at.parent, at.child.unwrap_or_default());
                 if pairs.contains(&Transforms::pair(pair)) {
-                    transforms.insert_at(stamp_ns, pair, pose);
+                    transforms.insert_at(at.stamp_ns, pair, at.pose);
                 }
             });
-        }
-    }
-    Ok(())
-}
-
-/// Hands over the transforms of a message: stamp, names of parent and child, and pose.
-///
-/// # Errors
-/// [`FrameError::Malformed`](crate::error::FrameError::Malformed) where it ends too early; those
-/// read before are handed over.
-fn read(
-    message: &[u8],
-    is_ros1: bool,
-    mut take: impl FnMut(i64, (&str, &str), Isometry3<f64>),
-) -> frame::Result<()> {
-    const NAME: &str = "tf2_msgs/msg/TFMessage";
-    const SMALLEST: usize = 76;
-    let mut reader =
-        if is_ros1 { RosReader::ros1(NAME, message) } else { RosReader::cdr(NAME, message)? };
-    for _ in 0..reader.sequence(SMALLEST)? {
-        let (sec, nanosec, parent) = reader.header()?;
-        let child = reader.string()?;
-        let mut numbers = [0.0; 7];
-        for number in &mut numbers {
-            *number = reader.f64()?;
-        }
-        let [along_x, along_y, along_z, x, y, z, w] = numbers;
-        let rotation = Quaternion::new(w, x, y, z);
-        let translation = Translation3::new(along_x, along_y, along_z);
-        if rotation.norm() > 0.1 && numbers.iter().all(|number| number.is_finite()) {
-            let rotation = UnitQuaternion::from_quaternion(rotation);
-            let pose = Isometry3::from_parts(translation, rotation);
-            take(stamp_ns(sec, nanosec), (&parent, &child), pose);
         }
     }
     Ok(())

@@ -12,6 +12,7 @@ pub mod definitions;
 pub mod diagnostics;
 pub mod objects;
 pub mod palette;
+pub(crate) mod poses;
 pub mod qos;
 pub mod ros;
 pub(crate) mod stamp;

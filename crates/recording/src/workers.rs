@@ -149,6 +149,16 @@ impl<R> Ticket<R> {
         true
     }
 
+    /// Waits until [`Ticket::wait`] would return at once.
+    ///
+    /// # Panics
+    /// If the job panicked.
+    pub fn get_ready(&mut self) {
+        if let Progress::Waiting(result, _) = &self.0 {
+            self.0 = Progress::Done(unwrap(result.recv().expect("a job that was done")));
+        }
+    }
+
     /// Waits for the result.
     ///
     /// # Panics

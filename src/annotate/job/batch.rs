@@ -54,7 +54,8 @@ impl Batch {
         if self.waiting.is_empty() {
             return;
         }
-        let (network, config, job) = (Arc::clone(network), Arc::clone(&self.config), self.job);
+        let (network, config, job) =
+            (Arc::clone(network), Arc::clone(&self.config), self.job.clone());
         let waiting = std::mem::take(&mut self.waiting);
         workers.detach(move || {
             let mut clouds = Vec::with_capacity(waiting.len());

@@ -7,7 +7,7 @@ use crate::annotate::types::MessageTypes;
 use crate::annotate::writing::Writing;
 
 /// What a thread does to a cloud.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct CloudJob {
     pub(super) types: MessageTypes,
     /// How its objects are followed, if they are.
@@ -23,7 +23,7 @@ impl CloudJob {
     pub(super) fn new(options: &AnnotateOptions, keeps: bool) -> Self {
         CloudJob {
             types: options.types,
-            tracks: Some(options.tracks),
+            tracks: Some(options.tracks.clone()),
             keeps,
             is_of_slice: options.slice.is_some(),
         }

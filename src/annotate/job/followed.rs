@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::pending::CloudResult;
 use crate::annotate::report::FrameReport;
-use crate::annotate::tracking::{Stored, TopicFollower, Untracked};
+use crate::annotate::tracking::{RecordedMotion, Stored, TopicFollower, Untracked};
 use crate::error::Result;
 use crate::frames::EncodedCloud;
 use divmerge_recording::SharedBytes;
@@ -18,12 +18,19 @@ const MOST_WAITING: u64 = 256 << 20;
 /// Seconds beyond the lag that clouds of other topics wait for a topic that has ended.
 const PATIENCE_S: f64 = 1.0;
 
+/// How long after a cloud it is known where the sensor was, by the log times of messages,
+/// nanoseconds. Half a second: transforms of a map come as late.
+const RECORDED_WITHIN_NS: u64 = 500_000_000;
+
 /// Clouds on their way through the trackers.
 #[derive(Default)]
 pub(super) struct Tracking {
     /// By topic, where objects are followed.
     pub(super) followers: BTreeMap<Arc<str>, TopicFollower<FollowedCloud>>,
-    /// Clouds that are being clustered, in the input's order.
+    /// What is recorded of where the sensor was.
+    pub(super) recorded: RecordedMotion,
+    /// Clouds that are being clustered or wait for what is recorded about their time, in the
+    /// input's order.
     pub(super) clustering: VecDeque<ClusteringCloud>,
     /// Numbers of the clouds that are being clustered or wait for their tracks.
     pub(super) undecided: BTreeSet<u64>,
@@ -59,6 +66,11 @@ pub(super) enum FollowedResult {
 }
 
 impl Tracking {
+    /// No topic is followed yet.
+    pub(super) fn new(recorded: RecordedMotion) -> Self {
+        Tracking { recorded, ..Tracking::default() }
+    }
+
     /// Objects are followed on a topic.
     pub(super) fn follow(&mut self, topic: &Arc<str>, follower: TopicFollower<FollowedCloud>) {
         self.followers.insert(Arc::clone(topic), follower);
@@ -94,9 +106,29 @@ impl Tracking {
         self.undecided.len() - self.clustering.len()
     }
 
-    /// Clouds that are being clustered.
-    pub(super) fn clustering(&self) -> usize {
-        self.clustering.len()
+    /// Whether the next cloud is clustered, and needs nothing that is recorded behind it.
+    pub(super) fn is_next_ready(&mut self) -> bool {
+        self.recorded.is_empty()
+            && self.clustering.front_mut().is_some_and(|first| first.clustered.is_ready())
+    }
+
+    /// Whether what is recorded about the time of the next cloud has come, by the log time of the
+    /// message that is read.
+    pub(super) fn is_next_due(&self, log_time: u64) -> bool {
+        let first = self.clustering.front().map(|first| first.encoded.header.log_time);
+        let is_past = |first: u64| first.saturating_add(RECORDED_WITHIN_NS) <= log_time;
+        !self.recorded.is_empty() && first.is_some_and(is_past)
+    }
+
+    /// The first cloud that is being clustered, if so many are.
+    pub(super) fn first_of(&mut self, most: usize) -> Option<&mut ClusteringCloud> {
+        let mut clustering = self.clustering.iter_mut();
+        let mut of_threads = clustering.by_ref().filter_map(|cloud| {
+            let is_ready = cloud.clustered.is_ready();
+            (!is_ready).then_some(cloud)
+        });
+        let first = of_threads.next()?;
+        (of_threads.count() + 1 >= most).then_some(first)
     }
 
     /// The topics whose first cloud without tracks was logged so long before `now`, nanoseconds
@@ -114,7 +146,8 @@ impl Tracking {
     /// Whether more of the input than [`MOST_WAITING`] waits for the tracks of a cloud.
     pub(super) fn holds_too_much(&self, bytes: u64) -> bool {
         let first = self.followers.values().filter_map(TopicFollower::first);
-        let oldest = first.map(|cloud| cloud.bytes).min();
+        let clustering = self.clustering.front().map(|cloud| cloud.bytes);
+        let oldest = first.map(|cloud| cloud.bytes).chain(clustering).min();
         oldest.is_some_and(|oldest| bytes.saturating_sub(oldest) > MOST_WAITING)
     }
 }

@@ -24,9 +24,16 @@ impl Job<'_> {
         }
         match part {
             Part::Chunk(chunk) if self.stays(&chunk) => {
-                let clouds: Vec<Item> = self.clouds_of(&chunk).cloned().collect();
+                let concerns = |item: &&Item| self.is_cloud(item) || self.says_pose(item);
+                let items: Vec<Item> = chunk.items.iter().filter(concerns).cloned().collect();
                 self.push(bytes, PendingItem::Chunk(chunk))?;
-                clouds.iter().try_for_each(|item| self.push_cloud(bytes, item))
+                items.iter().try_for_each(|item| {
+                    self.pass(item)?;
+                    match self.is_cloud(item) {
+                        true => self.push_cloud(bytes, item),
+                        false => Ok(()),
+                    }
+                })
             }
             part => {
                 let items = match part {
@@ -68,8 +75,14 @@ impl Job<'_> {
         matches!(item, Item::Message { header, .. } if self.clouds.contains_key(&header.channel_id))
     }
 
+    fn says_pose(&self, item: &Item) -> bool {
+        let takes = |channel| self.tracking.recorded.takes(channel);
+        matches!(item, Item::Message { header, .. } if takes(header.channel_id))
+    }
+
     /// Takes a record that is copied by itself.
     fn item(&mut self, bytes: u64, item: Item) -> Result<()> {
+        self.pass(&item)?;
         match &item {
             Item::Message { header, position, .. }
                 if !self.filter.is_in_window(header.log_time) || !self.is_in_slice(*position) =>
@@ -81,7 +94,9 @@ impl Job<'_> {
             }
             Item::Record(Record::Skipped { counts }) => {
                 for (channel, &count) in counts {
-                    self.counter.skip(&self.clouds[channel].topic, count);
+                    if let Some(cloud) = self.clouds.get(channel) {
+                        self.counter.skip(&cloud.topic, count);
+                    }
                 }
                 Ok(())
             }
@@ -171,10 +186,9 @@ impl Job<'_> {
             self.observe_ready(bytes)?;
             let is_ready = self.queue.is_first_ready() == Some(true);
             if !is_ready && self.first_is_undecided() {
-                if self.tracking.clustering() < most_clouds(threads, batch) {
+                if !self.waits_for_clouds(most_clouds(threads, batch)) {
                     return Ok(());
                 }
-                self.observe_next()?;
             } else if is_ready || self.queue.is_full(threads, batch) {
                 self.settle()?;
             } else {

@@ -1,6 +1,6 @@
 //! What is known of a job's input, and what begins with it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use crate::annotate::checkpoint::CompletedClouds;
@@ -11,10 +11,34 @@ use crate::annotate::report::{AnnotationReport, TopicReport};
 use crate::annotate::resume::{CutOffRun, Journal, clean_up};
 use crate::annotate::run_parameters::RunParameters;
 use crate::annotate::satisfiable::refuse_unsatisfiable;
-use crate::error::Result;
-use crate::frames::{CloudTopic, Selection, choose_topics};
+use crate::annotate::tracking::{EgoMotionSource, RecordedMotion};
+use crate::error::{Conflict, Error, Result};
+use crate::frames::{CloudTopic, Selection, choose_topics, transforms_at_rest};
 use divmerge_recording::workers::Workers;
 use divmerge_recording::{Overview, ReadFilter, RecordingWriter, STANDARD_STREAM, WriteOptions};
+
+/// Refuses to take the motion of the sensor from where none is recorded.
+fn refuse_missing_motion(
+    overview: &Overview,
+    recorded: &RecordedMotion,
+    wanted: &EgoMotionSource,
+) -> Result<()> {
+    let source = match wanted {
+        EgoMotionSource::Transforms => "/tf".to_owned(),
+        EgoMotionSource::Topic(topic) => topic.clone(),
+        _ => return Ok(()),
+    };
+    if !recorded.is_empty() {
+        return Ok(());
+    }
+    let mut others = RecordedMotion::default();
+    for channel in overview.channels.values() {
+        others.add_channel(overview, channel, &EgoMotionSource::Auto);
+    }
+    let there = others.channels().map(|(_, topic)| topic).collect::<BTreeSet<String>>();
+    let problem = Conflict::NoMotion { source_name: source, there: there.into_iter().collect() };
+    Err(Error::Conflict { path: overview.path.clone(), problem })
+}
 
 /// What a job is told of its input.
 pub(in crate::annotate) struct JobInput {
@@ -92,9 +116,38 @@ impl JobInput {
         Ok((completed.map(CompletedClouds::new), writer, journal))
     }
 
+    /// What is recorded of where the sensor is, as far as it is wanted and known beforehand.
+    ///
+    /// # Errors
+    /// [`Error::Conflict`] if the topic is not there that is to say it.
+    pub(super) fn recorded_motion(&self, options: &AnnotateOptions) -> Result<RecordedMotion> {
+        let JobInput { overview, parameters, is_stream, .. } = self;
+        if !parameters.follows || options.slice.is_some() {
+            return Ok(RecordedMotion::default());
+        }
+        let wanted = &options.tracks.ego_motion;
+        let mut recorded = RecordedMotion::default();
+        for channel in overview.channels.values() {
+            recorded.add_channel(overview, channel, wanted);
+        }
+        if *is_stream {
+            return Ok(recorded);
+        }
+        refuse_missing_motion(overview, &recorded, wanted)?;
+        Ok(match recorded.is_empty() {
+            true => RecordedMotion::default(),
+            false => recorded.with_frames_at_rest(transforms_at_rest(&overview.path)),
+        })
+    }
+
     /// What is to be read.
-    pub(super) fn filter(&self, options: &AnnotateOptions) -> ReadFilter {
+    pub(super) fn filter(
+        &self,
+        options: &AnnotateOptions,
+        recorded: &RecordedMotion,
+    ) -> ReadFilter {
         let numbered = self.clouds.iter().map(|(&id, cloud)| (id, cloud.topic.to_string()));
+        let numbered = numbered.chain(recorded.channels());
         ReadFilter {
             unopened: options.unchecked.then_some(self.parameters.compression),
             others: options.form != Form::Only && options.slice.is_none(),

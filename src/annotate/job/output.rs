@@ -112,6 +112,7 @@ impl Job<'_> {
         }
         self.declare_added()?;
         self.warn_of_clouds();
+        self.report_motion();
         for warning in std::mem::take(&mut self.watch).warnings() {
             self.warn(warning);
         }

@@ -85,8 +85,10 @@ impl<'a> Job<'a> {
         workers: &Workers,
         on_event: &'a mut dyn FnMut(RunEvent) -> ControlFlow<()>,
     ) -> Result<Self> {
+        let recorded = input.recorded_motion(options)?;
         let (completed, writer, journal) = input.open_output(output, options, workers)?;
-        let (report, filter) = (input.report(output, options, workers), input.filter(options));
+        let report = input.report(output, options, workers);
+        let filter = input.filter(options, &recorded);
         let JobInput { overview, parameters, clouds, is_stream } = input;
         let config = Arc::new(options.config.clone());
         let mut job = Job {
@@ -117,7 +119,7 @@ impl<'a> Job<'a> {
             journal,
             completed,
             checkpoints: Vec::new(),
-            tracking: Tracking::default(),
+            tracking: Tracking::new(recorded),
             joins_slices: false,
         };
         match is_stream {

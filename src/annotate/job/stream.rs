@@ -38,6 +38,10 @@ impl Job<'_> {
         self.overview.channels.insert(channel.id, channel.clone());
         self.names.insert(channel.topic.clone());
         self.warn_of_unreadable_clouds(channel);
+        if self.parameters.follows {
+            let wanted = &self.options.tracks.ego_motion;
+            self.tracking.recorded.add_channel(&self.overview, channel, wanted);
+        }
         if let Some(cloud) = clustered_topic(&self.overview, channel, &self.options.topics) {
             self.options.types.check(&self.overview, [cloud.format], self.options.form)?;
             let report = self.report.topics.entry(channel.topic.clone()).or_default();

@@ -12,17 +12,39 @@ use crate::annotate::tracking::{Decided, TopicFollower, stored_cloud};
 use crate::annotate::writing::Writing;
 use crate::error::{Error, Result, SliceProblem};
 use crate::frames::EncodedCloud;
+use divmerge_recording::Item;
 
 impl Job<'_> {
     /// Observes the clouds that have been clustered, and decides tracks that can wait no longer.
     pub(super) fn observe_ready(&mut self, bytes: u64) -> Result<()> {
-        while self.tracking.clustering.front_mut().is_some_and(|first| first.clustered.is_ready()) {
+        while self.tracking.is_next_ready() {
             self.observe_next()?;
         }
         if self.tracking.holds_too_much(bytes) {
             self.decide_all()?;
         }
         Ok(())
+    }
+
+    /// Takes what a message of the input says of where the sensor is, behind the clouds that this
+    /// need not wait for. So tracks depend on the order of the input alone.
+    pub(super) fn pass(&mut self, item: &Item) -> Result<()> {
+        let Item::Message { header, data, .. } = item else { return Ok(()) };
+        while self.tracking.is_next_due(header.log_time) {
+            self.observe_next()?;
+        }
+        if self.tracking.recorded.takes(header.channel_id) {
+            self.tracking.recorded.take(header.channel_id, data);
+        }
+        Ok(())
+    }
+
+    /// Waits for the first cloud that is being clustered, if so many are; whether it did.
+    pub(super) fn waits_for_clouds(&mut self, most: usize) -> bool {
+        let Some(first) = self.tracking.first_of(most) else { return false };
+        self.batch.run(&self.workers);
+        first.clustered.get_ready();
+        true
     }
 
     /// Waits until the next cloud is clustered, and observes it.
@@ -71,7 +93,7 @@ impl Job<'_> {
         let (topic, now) = (Arc::clone(&encoded.topic), encoded.header.log_time);
         let Some(follower) = self.tracking.followers.get_mut(&topic) else { return Ok(()) };
         let followed = FollowedCloud { number, encoded, bytes, written };
-        let mut decided = follower.push(followed, observation);
+        let mut decided = follower.push(followed, observation, &self.tracking.recorded);
         for topic in self.tracking.overdue(now, self.options.tracks.params.lag_s) {
             let overdue = self.tracking.followers.get_mut(&topic);
             decided.extend(overdue.into_iter().flat_map(TopicFollower::decide_all));
@@ -84,7 +106,7 @@ impl Job<'_> {
 
     /// Decides the tracks of all clouds with what is known.
     pub(super) fn decide_all(&mut self) -> Result<()> {
-        while self.tracking.clustering() > 0 {
+        while !self.tracking.clustering.is_empty() {
             self.observe_next()?;
         }
         let followers = self.tracking.followers.values_mut();
@@ -124,6 +146,18 @@ impl Job<'_> {
                 FollowedResult::Written => {}
             }
         });
+    }
+
+    /// Reports where the motion of each topic's sensor came from.
+    pub(super) fn report_motion(&mut self) {
+        let mut warnings = Vec::new();
+        for (topic, follower) in &self.tracking.followers {
+            let motion = follower.motion_report();
+            warnings.extend(motion.warnings().map(|problem| format!("{topic}: {problem}")));
+            let report = self.report.topics.entry(topic.to_string()).or_default();
+            report.ego_motion = motion.clone();
+        }
+        warnings.into_iter().for_each(|warning| self.warn(warning));
     }
 
     /// The error that what was kept of a cloud lacks its observation.

@@ -2,11 +2,10 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::Isometry3;
-
-use super::observation::{CloudObservation, ObservedMotion};
+use super::observation::CloudObservation;
 use super::options::TrackOptions;
-use divmerge_core::over_time::ego_motion::{EgoMotion, EgoMotionParams, RegistrationScan};
+use super::recorded_motion::RecordedMotion;
+use super::sensor_motion::{MotionReport, SensorMotion};
 use divmerge_core::over_time::{InstanceTrack, ObservedInstance, Tracker, TrackerFrame};
 
 /// Nanoseconds in a second.
@@ -14,7 +13,7 @@ const SECOND: f64 = 1e9;
 
 /// Follows the objects of one topic.
 pub(in crate::annotate) struct TopicFollower<T> {
-    ego_motion: EgoMotion,
+    motion: SensorMotion,
     tracker: Tracker,
     /// Time of the first cloud and of the last, nanoseconds since 1970.
     times_ns: Option<(i64, i64)>,
@@ -34,7 +33,7 @@ pub(in crate::annotate) struct Decided<T> {
 impl<T> TopicFollower<T> {
     pub(in crate::annotate) fn new(options: &TrackOptions) -> Self {
         TopicFollower {
-            ego_motion: EgoMotion::new(EgoMotionParams::default()),
+            motion: SensorMotion::new(&options.ego_motion),
             tracker: Tracker::new(options.params),
             times_ns: None,
             undecided: VecDeque::new(),
@@ -46,31 +45,31 @@ impl<T> TopicFollower<T> {
         self.undecided.front().map(|(item, _)| item)
     }
 
-    /// Takes the next cloud; gives those that are decided by it.
+    /// Where the motion of the sensor came from so far.
+    pub(in crate::annotate) fn motion_report(&self) -> &MotionReport {
+        self.motion.report()
+    }
+
+    /// Takes the next cloud, and what is recorded of where the sensor was; gives those that are
+    /// decided by it.
     pub(in crate::annotate) fn push(
         &mut self,
         item: T,
         observation: CloudObservation,
+        recorded: &RecordedMotion,
     ) -> Vec<Decided<T>> {
-        let CloudObservation { time_ns, motion, instances } = observation;
+        let time_ns = observation.time_ns;
         let (first_ns, last_ns) = self.times_ns.unwrap_or((time_ns, time_ns));
         self.times_ns = Some((first_ns, time_ns));
         let step = time_ns.saturating_sub(last_ns) as f64 / SECOND;
-        let mut decided = Vec::new();
-        let pose = match motion {
-            ObservedMotion::Pose(pose) => pose,
-            ObservedMotion::Scan(bytes) => {
-                let (pose, began_anew) = self.estimate(&bytes, step);
-                if began_anew {
-                    decided = self.tracker.finish();
-                }
-                pose
-            }
-        };
+        let recorded = recorded.poses(&observation.frame_id, time_ns);
+        let pose = self.motion.push(&observation, &recorded, step);
+        let mut decided = if pose.began_anew { self.tracker.finish() } else { Vec::new() };
         let time = time_ns.saturating_sub(first_ns) as f64 / SECOND;
+        let instances = observation.instances;
         decided.extend(self.tracker.push(TrackerFrame {
             time,
-            pose: &pose,
+            pose: &pose.world_from_cloud,
             instances: &instances,
         }));
         self.undecided.push_back((item, instances));
@@ -81,13 +80,6 @@ impl<T> TopicFollower<T> {
     pub(in crate::annotate) fn decide_all(&mut self) -> Vec<Decided<T>> {
         let decided = self.tracker.decide_all();
         self.take(decided)
-    }
-
-    /// The pose of a cloud, and whether it has nothing to do with those before.
-    fn estimate(&mut self, scan: &[u8], step: f64) -> (Isometry3<f64>, bool) {
-        let scan = RegistrationScan::from_bytes(scan).unwrap_or_default();
-        let estimate = self.ego_motion.push(&scan, step);
-        (estimate.world_from_sensor, estimate.began_anew)
     }
 
     fn take(&mut self, decided: Vec<Vec<InstanceTrack>>) -> Vec<Decided<T>> {

@@ -8,9 +8,13 @@
 mod follower;
 mod observation;
 mod options;
+mod recorded_motion;
+mod sensor_motion;
 mod tracked;
 
 pub(super) use follower::{Decided, TopicFollower};
 pub(super) use observation::{Stored, observe_cloud};
 pub use options::{EgoMotionSource, TrackMode, TrackOptions};
+pub(super) use recorded_motion::RecordedMotion;
+pub use sensor_motion::MotionReport;
 pub(super) use tracked::{Untracked, stored_cloud};

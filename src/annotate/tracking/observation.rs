@@ -19,23 +19,15 @@ use divmerge_core::over_time::{ObservedInstance, observe};
 pub(in crate::annotate) struct CloudObservation {
     /// Stamp of the cloud, or where it has none when it was logged; nanoseconds since 1970.
     pub(super) time_ns: i64,
-    pub(super) motion: ObservedMotion,
+    /// Name of the frame of its message.
+    pub(super) frame_id: String,
+    /// From the cloud as it was clustered to that frame, metres.
+    pub(super) place: Isometry3<f64>,
+    /// Whether that frame stands still: the cloud lies far from its origin, as in a map.
+    pub(super) stands_still: bool,
+    /// Points for registration, as bytes; empty where the motion is not estimated.
+    pub(super) scan: Vec<u8>,
     pub(super) instances: Vec<ObservedInstance>,
-}
-
-/// What tells how the sensor moved.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) enum ObservedMotion {
-    /// The pose of the cloud in a frame that stands still, metres.
-    Pose(Isometry3<f64>),
-    /// Points for registration, as bytes.
-    Scan(Vec<u8>),
-}
-
-impl Default for ObservedMotion {
-    fn default() -> Self {
-        ObservedMotion::Scan(Vec::new())
-    }
 }
 
 /// Observes a clustered cloud.
@@ -46,20 +38,25 @@ pub(in crate::annotate) fn observe_cloud(
     options: &TrackOptions,
 ) -> CloudObservation {
     let (cloud, stages) = (&clustered.cloud, &clustered.stages);
-    // A cloud that lies far from the origin of its frame is in one that stands still, as a map.
-    let is_far = cloud.offset != [0.0; 3];
-    let motion = match options.ego_motion {
-        EgoMotionSource::Estimate if !is_far => {
-            let scan = RegistrationScan::new(cloud, stages, &ScanParams::default());
-            ObservedMotion::Scan(scan.to_bytes())
-        }
-        _ => ObservedMotion::Pose(placement.in_metres()),
+    let stands_still = cloud.offset != [0.0; 3];
+    let is_estimated =
+        matches!(options.ego_motion, EgoMotionSource::Auto | EgoMotionSource::Estimate);
+    let scan = match is_estimated && !stands_still {
+        true => RegistrationScan::new(cloud, stages, &ScanParams::default()).to_bytes(),
+        false => Vec::new(),
     };
     let time_ns = match message.stamp_ns() {
         0 => encoded.header.log_time as i64,
         stamp_ns => stamp_ns,
     };
-    CloudObservation { time_ns, motion, instances: observe(cloud, stages) }
+    CloudObservation {
+        time_ns,
+        frame_id: message.frame_id.clone(),
+        place: placement.in_metres(),
+        stands_still,
+        scan,
+        instances: observe(cloud, stages),
+    }
 }
 
 /// What a checkpoint keeps of a cloud whose objects are followed.

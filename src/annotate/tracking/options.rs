@@ -1,12 +1,14 @@
 //! Whether and how objects are followed over time.
 
+use std::str::FromStr;
+
 use serde::{Deserialize, Serialize};
 
 use crate::annotate::config::AnnotateConfig;
 use divmerge_core::over_time::TrackParams;
 
 /// Whether and how objects are followed over the clouds of a topic.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct TrackOptions {
     /// Whether they are.
     pub mode: TrackMode,
@@ -29,13 +31,38 @@ pub enum TrackMode {
 }
 
 /// Where the motion of the sensor comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum EgoMotionSource {
-    /// It is estimated from the clouds.
+    /// As it is recorded, in transforms or on a topic of odometry or poses, once that is seen to
+    /// agree with the clouds; else it is estimated from the clouds.
     #[default]
+    Auto,
+    /// Transforms alone: of the frame of the clouds in `odom`, `map`, `world` or `earth`, else in
+    /// the farthest frame that it moves in.
+    Transforms,
+    /// A topic alone: `nav_msgs/Odometry`, `geometry_msgs/PoseStamped`,
+    /// `geometry_msgs/PoseWithCovarianceStamped` or `foxglove.PoseInFrame`.
+    Topic(String),
+    /// It is estimated from the clouds.
     Estimate,
     /// There is none: the frame of the clouds stands still.
     None,
+}
+
+impl FromStr for EgoMotionSource {
+    type Err = String;
+
+    /// `auto`, `tf`, `topic:T`, `estimate` or `none`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        match (text, text.strip_prefix("topic:")) {
+            ("auto", _) => Ok(EgoMotionSource::Auto),
+            ("tf", _) => Ok(EgoMotionSource::Transforms),
+            ("estimate", _) => Ok(EgoMotionSource::Estimate),
+            ("none", _) => Ok(EgoMotionSource::None),
+            (_, Some(topic)) if !topic.is_empty() => Ok(EgoMotionSource::Topic(topic.to_owned())),
+            _ => Err("must be auto, tf, topic:T, estimate or none".to_owned()),
+        }
+    }
 }
 
 impl TrackOptions {

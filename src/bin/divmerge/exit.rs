@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Command;
 use clap::error::ErrorKind;
+use divmerge::error::Conflict;
 use divmerge::frames::last_decoded_cloud;
 use divmerge::recording;
 use divmerge::recording::abandon_partial_files;
@@ -91,6 +92,7 @@ fn code_of(error: &anyhow::Error) -> u8 {
     match error.downcast_ref::<divmerge::Error>() {
         Some(divmerge::Error::Interrupted { .. } | divmerge::Error::Left { .. }) => INTERRUPTED,
         Some(divmerge::Error::NoCloud { problem, .. }) if problem.is_of_arguments() => WRONG_USAGE,
+        Some(divmerge::Error::Conflict { problem: Conflict::NoMotion { .. }, .. }) => WRONG_USAGE,
         Some(divmerge::Error::Recording(error)) => code_of_recording(error),
         _ if error.is::<NotBuilt>() || error.is::<RefusedOutput>() || error.is::<NotThere>() => {
             WRONG_USAGE

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use divmerge::annotate::{AnnotationReport, FrameTimes, TopicReport};
+use divmerge::annotate::{AnnotationReport, FrameTimes, MotionReport, TopicReport};
 use divmerge::cloud::Reason;
 
 use crate::text::{counted, grouped};
@@ -14,6 +14,7 @@ pub fn text(report: &AnnotationReport) -> String {
         text += &format!("{topic}: {}\n", summary(report));
         if report.frames > 0 {
             text += &format!("    {}\n    points: {}\n", sources(report), reasons(report));
+            text += &motion(report);
         }
     }
     text += &format!(
@@ -63,15 +64,28 @@ fn times(times: &FrameTimes) -> String {
     )
 }
 
+/// Where the motion of the sensor came from, where objects were followed.
+fn motion(report: &TopicReport) -> String {
+    let MotionReport { sources, comparisons, .. } = &report.ego_motion;
+    if sources.is_empty() {
+        return String::new();
+    }
+    let compared: String = comparisons.iter().map(|found| format!("    {found}\n")).collect();
+    format!("    motion of the sensor from {}\n{compared}", join(sources, report.frames))
+}
+
+/// Names with their counts, where they are not all.
+fn join(counts: &BTreeMap<String, u64>, all: u64) -> String {
+    let each = counts.iter().map(|(source, &count)| match count == all {
+        true => source.clone(),
+        false => format!("{source} ({})", counted(count, "frame")),
+    });
+    each.collect::<Vec<_>>().join("; ")
+}
+
 /// Where objects and rows came from.
 fn sources(report: &TopicReport) -> String {
-    let join = |counts: &BTreeMap<String, u64>| {
-        let each = counts.iter().map(|(source, &count)| match count == report.frames {
-            true => source.clone(),
-            false => format!("{source} ({})", counted(count, "frame")),
-        });
-        each.collect::<Vec<_>>().join("; ")
-    };
+    let join = |counts| join(counts, report.frames);
     let images = match report.projection.len() {
         0..=3 => join(&report.projection),
         sizes => format!("range images of {sizes} sizes"),

@@ -18,6 +18,9 @@ pub const VEHICLE_FRAMES: [&str; 9] = [
     "car",
 ];
 
+/// Names of frames that stand still, by ROS's custom (REP 105); `odom` first, which never jumps.
+pub const WORLD_FRAMES: [&str; 4] = ["odom", "map", "world", "earth"];
+
 /// Words in the names of the frames of sensors that measure clouds.
 const SENSOR_WORDS: [&str; 17] = [
     "lidar",
@@ -48,18 +51,19 @@ pub struct Transforms {
     /// By parent and child: the pose of the child in the parent, where it does not change.
     poses: BTreeMap<Pair, Isometry3<f64>>,
     /// The same where it does.
-    tracks: BTreeMap<Pair, Track>,
+    moving: BTreeMap<Pair, Trajectory>,
 }
 
 /// The names of two frames, the parent's first.
 pub type Pair = (String, String);
 
-/// The pose of a frame in its parent over time: nanoseconds since 1970, ascending, and poses.
+/// The pose of a frame in another over time: nanoseconds since 1970, ascending, and poses.
 #[derive(Debug, Clone, PartialEq, Default)]
-struct Track(Vec<(i64, Isometry3<f64>)>);
+pub struct Trajectory(VecDeque<(i64, Isometry3<f64>)>);
 
-impl Track {
-    fn insert(&mut self, stamp_ns: i64, pose: Isometry3<f64>) {
+impl Trajectory {
+    /// Takes in the pose at a time, nanoseconds since 1970; it replaces another at that time.
+    pub fn insert(&mut self, stamp_ns: i64, pose: Isometry3<f64>) {
         let place = self.0.partition_point(|(stamp, _)| *stamp < stamp_ns);
         match self.0.get_mut(place) {
             Some((stamp, known)) if *stamp == stamp_ns => *known = pose,
@@ -67,10 +71,16 @@ impl Track {
         }
     }
 
+    /// Forgets the poses before the last one at or before a time.
+    pub fn forget_before(&mut self, stamp_ns: i64) {
+        let later = self.0.partition_point(|(stamp, _)| *stamp <= stamp_ns);
+        self.0.drain(..later.saturating_sub(1));
+    }
+
     /// The pose at a time, between those before and after it, as tf2 has it: the place on a
     /// straight line and the rotation at a constant rate. `None` before the first, after the last,
     /// and where two poses are farther apart than tf2 remembers.
-    fn at(&self, stamp_ns: i64) -> Option<Isometry3<f64>> {
+    pub fn at(&self, stamp_ns: i64) -> Option<Isometry3<f64>> {
         /// Nanoseconds that a buffer of tf2 goes back unless told otherwise.
         const LONGEST: i64 = 10_000_000_000;
         let place = self.0.partition_point(|(stamp, _)| *stamp < stamp_ns);
@@ -96,7 +106,7 @@ impl Transforms {
 
     /// Takes in the pose of a child's frame in its parent's at a time, nanoseconds since 1970.
     pub fn insert_at(&mut self, stamp_ns: i64, frames: (&str, &str), pose: Isometry3<f64>) {
-        self.tracks.entry(Transforms::pair(frames)).or_default().insert(stamp_ns, pose);
+        self.moving.entry(Transforms::pair(frames)).or_default().insert(stamp_ns, pose);
     }
 
     /// The names of a parent's frame and a child's as they are told apart: ROS 1 wrote some with a
@@ -106,9 +116,14 @@ impl Transforms {
         (name(parent), name(child))
     }
 
+    /// Forgets how frames moved before a time, nanoseconds since 1970.
+    pub fn forget_before(&mut self, stamp_ns: i64) {
+        self.moving.values_mut().for_each(|trajectory| trajectory.forget_before(stamp_ns));
+    }
+
     /// Forgets the frames that move.
     pub fn forget_moving(&mut self) {
-        self.tracks.clear();
+        self.moving.clear();
     }
 
     /// Whether a frame is no sensor's own by its name, and none leads from it to a sensor that does
@@ -120,18 +135,18 @@ impl Transforms {
     /// How the frames stand to each other at a time, nanoseconds since 1970; those that move only
     /// where that is known.
     pub fn at(&self, stamp_ns: i64) -> Cow<'_, Transforms> {
-        if self.tracks.is_empty() {
+        if self.moving.is_empty() {
             return Cow::Borrowed(self);
         }
-        self.fixed(|track| track.at(stamp_ns))
+        self.fixed(|trajectory| trajectory.at(stamp_ns))
     }
 
     /// Whether the recording has the place of a sensor in a frame, but not at a time.
     pub fn is_missing_at(&self, frame_id: &str, stamp_ns: i64) -> bool {
         let has_sensor = |transforms: &Transforms| !transforms.sensors_in(frame_id).is_empty();
-        !self.tracks.is_empty()
+        !self.moving.is_empty()
             && !has_sensor(&self.at(stamp_ns))
-            && has_sensor(&self.fixed(|track| track.0.first().map(|(_, pose)| *pose)))
+            && has_sensor(&self.fixed(|trajectory| trajectory.0.front().map(|(_, pose)| *pose)))
     }
 
     /// The pairs of frames on the ways from a frame to sensors whose poses change.
@@ -139,19 +154,47 @@ impl Transforms {
         if is_sensor(frame_id) {
             return BTreeSet::new();
         }
-        let fixed = self.fixed(|track| track.0.first().map(|(_, pose)| *pose));
+        let fixed = self.fixed(|trajectory| trajectory.0.front().map(|(_, pose)| *pose));
         let reached = fixed.reachable(frame_id).into_iter();
         let ways =
             reached.filter(|reached| is_sensor(&reached.frame)).flat_map(|reached| reached.way);
-        ways.filter(|pair| self.tracks.contains_key(pair)).collect()
+        ways.filter(|pair| self.moving.contains_key(pair)).collect()
     }
 
-    /// With one pose for each track that has one.
-    fn fixed(&self, pose: impl Fn(&Track) -> Option<Isometry3<f64>>) -> Cow<'_, Transforms> {
+    /// With one pose for each pair that moves and has one.
+    fn fixed(&self, pose: impl Fn(&Trajectory) -> Option<Isometry3<f64>>) -> Cow<'_, Transforms> {
         let mut poses = self.poses.clone();
-        let moving = self.tracks.iter();
-        poses.extend(moving.filter_map(|(pair, track)| Some((pair.clone(), pose(track)?))));
-        Cow::Owned(Transforms { poses, tracks: BTreeMap::new() })
+        let moving = self.moving.iter();
+        poses.extend(moving.filter_map(|(pair, found)| Some((pair.clone(), pose(found)?))));
+        Cow::Owned(Transforms { poses, moving: BTreeMap::new() })
+    }
+
+    /// A frame that stands still, and the pose of another in it at a time, nanoseconds since 1970,
+    /// metres: of the frames that it moves in, the first of [`WORLD_FRAMES`], else the farthest.
+    /// `None` where it moves in none at that time.
+    pub fn pose_in_world(&self, frame_id: &str, stamp_ns: i64) -> Option<(String, Isometry3<f64>)> {
+        let reached = self.at(stamp_ns).reachable(frame_id);
+        let has_moved =
+            |reached: &&Reached| reached.way.iter().any(|pair| self.moving.contains_key(pair));
+        let moves_in = || reached.iter().filter(has_moved);
+        let is_named = |reached: &&Reached, name: &str| {
+            reached.frame.rsplit('/').next().is_some_and(|last| last == name)
+        };
+        let named = |name| moves_in().find(|reached| is_named(reached, name));
+        let is_parent = |reached: &&Reached| {
+            reached.way.last().is_some_and(|(parent, _)| *parent == reached.frame)
+        };
+        let world = WORLD_FRAMES.into_iter().find_map(named);
+        let world = world.or_else(|| moves_in().filter(is_parent).last())?;
+        Some((world.frame.clone(), world.pose.inverse()))
+    }
+
+    /// The pose of a frame in another that stands still to it, metres.
+    pub fn pose_at_rest(&self, frame_id: &str, in_frame: &str) -> Option<Isometry3<f64>> {
+        let wanted = in_frame.trim_start_matches('/');
+        let at_rest = Transforms { poses: self.poses.clone(), moving: BTreeMap::new() };
+        let found = at_rest.reachable(frame_id).into_iter().find(|at| at.frame == wanted)?;
+        Some(found.pose.inverse())
     }
 
     /// The upward direction of the vehicle in a frame, if a chain of transforms leads from there to
@@ -201,7 +244,7 @@ impl Transforms {
         let pairs = self
             .poses
             .keys()
-            .chain(self.tracks.keys())
+            .chain(self.moving.keys())
             .map(|(parent, child)| format!("{parent} <- {child}"));
         match pairs.collect::<Vec<_>>().join(", ") {
             none if none.is_empty() => "none".to_owned(),
@@ -263,6 +306,32 @@ mod tests {
         }
         assert!(!transforms.is_missing_at("map", 1));
         assert!(!transforms.is_missing_at("lidar", -1) && !transforms.is_missing_at("other", -1));
+    }
+
+    #[test]
+    fn a_frame_that_stands_still_is_found() {
+        let mut transforms = Transforms::default();
+        transforms.insert("base_link", "lidar", moved(1.0, 0.0));
+        assert_eq!(transforms.pose_in_world("lidar", 5), None);
+        for (stamp, x) in [(0, 0.0), (10, 4.0)] {
+            transforms.insert_at(stamp, ("start", "base_link"), moved(x, 0.0));
+        }
+        let (name, pose) = transforms.pose_in_world("/lidar", 5).expect("a world");
+        assert_eq!((name.as_str(), pose.translation.vector.x), ("start", 3.0));
+        assert_eq!(transforms.pose_in_world("lidar", 11), None);
+        // As some publish it: the odometry's frame below the vehicle's.
+        for (stamp, x) in [(0, 0.0), (10, -4.0)] {
+            transforms.insert_at(stamp, ("base_link", "car1/odom"), moved(x, 0.0));
+        }
+        let (name, pose) = transforms.pose_in_world("lidar", 5).expect("a world");
+        assert_eq!((name.as_str(), pose.translation.vector.x), ("car1/odom", 3.0));
+        transforms.forget_before(9);
+        assert!(transforms.pose_in_world("lidar", 5).is_some());
+        transforms.forget_before(10);
+        assert_eq!(transforms.pose_in_world("lidar", 5), None);
+        let at_rest = transforms.pose_at_rest("lidar", "base_link").expect("a pose");
+        assert_eq!(at_rest.translation.vector.x, 1.0);
+        assert_eq!(transforms.pose_at_rest("lidar", "start"), None);
     }
 
     #[test]

@@ -21,8 +21,11 @@ pub struct TrackArguments {
     #[arg(default_value = "1")]
     lag: f64,
 
-    /// Where the motion of the sensor comes from
-    #[arg(long, help_heading = TIME, default_value = "estimate", value_parser = one_of(MOTIONS))]
+    /// Where the motion of the sensor comes from: `auto` takes it from /tf, odometry or poses
+    /// once these are seen to agree with the clouds, and until then from the clouds; `tf` from /tf
+    /// alone; `topic:T` from nav_msgs/Odometry or geometry_msgs/PoseStamped on T alone; `estimate`
+    /// from the clouds alone; `none`: the frame of the clouds stands still
+    #[arg(long, help_heading = TIME, value_name = "SOURCE", default_value = "auto")]
     ego_motion: EgoMotionSource,
 }
 
@@ -32,15 +35,10 @@ const MODES: &[NamedValue<TrackMode>] = &[
     ("off", "Ids begin anew in every cloud", TrackMode::Off),
 ];
 
-const MOTIONS: &[NamedValue<EgoMotionSource>] = &[
-    ("estimate", "Estimated from the clouds", EgoMotionSource::Estimate),
-    ("none", "The frame of the clouds stands still", EgoMotionSource::None),
-];
-
 impl TrackArguments {
     pub fn options(&self) -> TrackOptions {
         let mut options = TrackOptions { mode: self.track, ..TrackOptions::default() };
-        options.ego_motion = self.ego_motion;
+        options.ego_motion = self.ego_motion.clone();
         options.params.lag_s = self.lag;
         options
     }

@@ -1,0 +1,153 @@
+//! Where a recording says that the sensor is: on `/tf`, and on topics of odometry and of poses.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use nalgebra::Isometry3;
+
+use super::options::EgoMotionSource;
+use crate::frames::topics::type_name;
+use crate::messages::poses::{PoseMessage, RecordedPose};
+use divmerge_core::cloud::transforms::{Trajectory, Transforms};
+use divmerge_recording::{Channel, Overview};
+
+/// How far back poses are kept, nanoseconds.
+const KEPT_NS: i64 = 30_000_000_000;
+
+/// After so much of the stamps older poses are forgotten again, nanoseconds.
+const FORGET_EVERY_NS: i64 = 1_000_000_000;
+
+/// What the messages read so far say of where the sensor is.
+#[derive(Default)]
+pub(in crate::annotate) struct RecordedMotion {
+    channels: BTreeMap<u16, PoseChannel>,
+    transforms: Transforms,
+    odometry: BTreeMap<RecordedSource, Trajectory>,
+    newest_ns: i64,
+    forgotten_ns: i64,
+}
+
+struct PoseChannel {
+    topic: String,
+    messages: PoseMessage,
+    is_static: bool,
+}
+
+/// Who says where the sensor is; in the order in which they are preferred.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(in crate::annotate) enum RecordedSource {
+    /// Transforms, to a frame that stands still.
+    Transforms { world: String },
+    /// A topic of odometry or poses: its frame, and the frame whose pose it gives, if it says so.
+    Topic { topic: String, parent: String, child: Option<String> },
+}
+
+impl fmt::Display for RecordedSource {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            RecordedSource::Transforms { world } => write!(f, "/tf (in {world})"),
+            RecordedSource::Topic { topic, parent, child: Some(child) } => {
+                write!(f, "{topic} ({child} in {parent})")
+            }
+            RecordedSource::Topic { topic, parent, child: None } => {
+                write!(f, "{topic} (in {parent})")
+            }
+        }
+    }
+}
+
+impl RecordedMotion {
+    /// The same with what is known beforehand of frames that do not move.
+    pub(in crate::annotate) fn with_frames_at_rest(self, transforms: Transforms) -> Self {
+        RecordedMotion { transforms, ..self }
+    }
+
+    /// Takes messages of a channel from now on, if they are wanted and say poses.
+    pub(in crate::annotate) fn add_channel(
+        &mut self,
+        overview: &Overview,
+        channel: &Channel,
+        wanted: &EgoMotionSource,
+    ) {
+        let name = type_name(overview, channel);
+        let Some(messages) = PoseMessage::named(name, &channel.message_encoding) else { return };
+        let is_static = channel.topic.ends_with("tf_static");
+        let is_wanted = match wanted {
+            EgoMotionSource::Auto => true,
+            EgoMotionSource::Transforms => messages.is_of_transforms(),
+            EgoMotionSource::Topic(topic) => *topic == channel.topic || is_static,
+            EgoMotionSource::Estimate | EgoMotionSource::None => false,
+        };
+        if is_wanted {
+            let topic = channel.topic.clone();
+            self.channels.insert(channel.id, PoseChannel { topic, messages, is_static });
+        }
+    }
+
+    /// The channels whose messages are taken, each with its topic.
+    pub(in crate::annotate) fn channels(&self) -> impl Iterator<Item = (u16, String)> {
+        self.channels.iter().map(|(&id, channel)| (id, channel.topic.clone()))
+    }
+
+    /// Whether messages of a channel are taken.
+    pub(in crate::annotate) fn takes(&self, channel: u16) -> bool {
+        self.channels.contains_key(&channel)
+    }
+
+    /// Whether nothing of what is taken moves.
+    pub(in crate::annotate) fn is_empty(&self) -> bool {
+        self.channels.values().all(|channel| channel.is_static)
+    }
+
+    /// Takes a message; one that cannot be read says nothing.
+    pub(in crate::annotate) fn take(&mut self, channel: u16, message: &[u8]) {
+        let RecordedMotion { channels, transforms, odometry, newest_ns, .. } = self;
+        let Some(PoseChannel { topic, messages, is_static }) = channels.get(&channel) else {
+            return;
+        };
+        let is_of_transforms = messages.is_of_transforms();
+        let _ = messages.read(message, |RecordedPose { stamp_ns, parent, child, pose }| {
+            match (is_of_transforms, child) {
+                (true, Some(child)) if *is_static => transforms.insert(parent, child, pose),
+                (true, Some(child)) => transforms.insert_at(stamp_ns, (parent, child), pose),
+                (true, None) => {}
+                (false, child) => {
+                    let (topic, parent) = (topic.clone(), parent.to_owned());
+                    let child = child.map(str::to_owned);
+                    let source = RecordedSource::Topic { topic, parent, child };
+                    odometry.entry(source).or_default().insert(stamp_ns, pose);
+                }
+            }
+            if !is_static {
+                *newest_ns = (*newest_ns).max(stamp_ns);
+            }
+        });
+        if self.newest_ns.saturating_sub(self.forgotten_ns) > FORGET_EVERY_NS {
+            self.forgotten_ns = self.newest_ns;
+            let oldest = self.newest_ns.saturating_sub(KEPT_NS);
+            self.transforms.forget_before(oldest);
+            self.odometry.values_mut().for_each(|poses| poses.forget_before(oldest));
+        }
+    }
+
+    /// The pose of a frame at a time, nanoseconds since 1970, as each of them says it.
+    pub(in crate::annotate) fn poses(
+        &self,
+        frame_id: &str,
+        stamp_ns: i64,
+    ) -> BTreeMap<RecordedSource, Isometry3<f64>> {
+        let of_transforms = self.transforms.pose_in_world(frame_id, stamp_ns);
+        let of_transforms = of_transforms
+            .map(|(world, pose)| (RecordedSource::Transforms { world }, pose))
+            .filter(|_| self.channels.values().any(|of| of.messages.is_of_transforms()));
+        let of_topics = self.odometry.iter().filter_map(|(source, poses)| {
+            let RecordedSource::Topic { child, .. } = source else { return None };
+            let pose = poses.at(stamp_ns)?;
+            // Where nothing says how the sensor stands to the frame whose pose it is, they are one.
+            let at_rest = |child: &String| self.transforms.pose_at_rest(frame_id, child);
+            let of_sensor = child.as_ref().and_then(at_rest).unwrap_or_default();
+            Some((source.clone(), pose * of_sensor))
+        });
+        of_transforms.into_iter().chain(of_topics).collect()
+    }
+}
