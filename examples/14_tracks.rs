@@ -234,7 +234,7 @@ impl Followed {
             id: truth.id.clone(),
             objects: truth.objects.clone(),
         });
-        decided.iter().for_each(|tracks| self.score(tracks));
+        decided.iter().for_each(|frame| self.score(&frame.tracks));
     }
 
     fn score(&mut self, tracks: &[InstanceTrack]) {
@@ -249,7 +249,7 @@ impl Followed {
 
     fn end(&mut self) {
         let decided = self.tracker.finish();
-        decided.iter().for_each(|tracks| self.score(tracks));
+        decided.iter().for_each(|frame| self.score(&frame.tracks));
         self.found.end_sequence();
         self.perfect.end_sequence();
         self.identity.end_sequence();

@@ -86,6 +86,8 @@ pub fn markers() -> Vec<Vec<u8>> {
     let boxes: Vec<ObjectBox> = (1..5)
         .map(|id| ObjectBox {
             id,
+            is_track: false,
+            velocity: None,
             pose: UprightBox::new([f64::from(id), 2.0, 0.5], [4.0, 1.8, 1.5], 0.3).pose(),
             size: [4.0, 1.8, 1.5],
             class: 10,

@@ -7,7 +7,7 @@ use super::config::{AnnotateConfig, Decoded};
 use super::labels::LabelBytes;
 use super::times::FrameTimes;
 use super::tracking::{Untracked, observe_cloud};
-use super::types::{MessageTypes, Placement};
+use super::types::{MessageTypes, Objects, Placement};
 use super::writing::{Annotated, Writing};
 use crate::error::Result;
 use crate::frames::{CloudKey, EncodedCloud, Remark};
@@ -141,8 +141,8 @@ fn write(
         return Ok((clustered, Written::Untracked(Box::new(untracked))));
     }
     annotated_cloud(&written, &labels.annotation(&clustered), &mut annotated.cloud)?;
-    let instances = &clustered.stages.instances;
-    types.write_objects(&written, instances, &placement, &mut annotated.objects)?;
+    let objects = Objects::of_cloud(&clustered.stages.instances);
+    types.write_objects(&written, objects, &placement, &mut annotated.objects)?;
     annotated.times = times(&clustered, reformat_ms + ms_since(started));
     Ok((clustered, Written::Annotated(annotated)))
 }

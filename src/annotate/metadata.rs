@@ -4,11 +4,23 @@ use std::collections::BTreeMap;
 
 use super::config::{AnnotateConfig, Semantics};
 use super::report::AnnotationReport;
+use super::tracking::TrackSummary;
 use divmerge_core::cloud::sensor_frame::SensorFrame;
 use divmerge_core::cloud::{CloudFrames, Crop};
 
 /// Name of the metadata record that says how a recording was annotated.
 pub const METADATA_NAME: &str = "divmerge";
+
+/// Name of the metadata records that say which objects were followed, one for each topic.
+pub const TRACKS_METADATA_NAME: &str = "divmerge tracks";
+
+/// The objects of a topic that were followed: its name, and a JSON list of [`TrackSummary`].
+pub(super) fn track_metadata(topic: &str, tracks: &[TrackSummary]) -> BTreeMap<String, String> {
+    BTreeMap::from([
+        ("topic".to_owned(), topic.to_owned()),
+        ("tracks".to_owned(), serde_json::json!(tracks).to_string()),
+    ])
+}
 
 /// What stands for the hash of an input that was not read whole.
 fn input_read(report: &AnnotationReport) -> String {

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::clustered::{Clustered, remarks};
 use super::profile::Profile;
 use super::times::FrameTimes;
-use super::tracking::MotionReport;
+use super::tracking::{MotionReport, TrackSummary};
 use crate::messages::clouds::CloudFormat;
 use divmerge_core::cloud::Reason;
 use divmerge_core::pipeline::Stages;
@@ -85,6 +85,9 @@ pub struct TopicReport {
     /// Where the motion of the sensor came from, where objects are followed over time.
     #[serde(skip_serializing_if = "MotionReport::is_empty")]
     pub ego_motion: MotionReport,
+    /// The objects that were followed, by the number of their track; background is none.
+    #[serde(skip)]
+    pub tracks: Vec<TrackSummary>,
     /// Points per reason; `instance` counts those that have one.
     pub reasons: BTreeMap<&'static str, u64>,
     /// Milliseconds per frame.

@@ -1,5 +1,7 @@
 //! In which messages an annotation is written.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Isometry3, Translation3};
 use serde::{Deserialize, Serialize};
 
@@ -10,6 +12,7 @@ use crate::messages::definitions::MessageSchema;
 use crate::messages::objects::{ObjectBox, ObjectEncoding, ObjectKind};
 use crate::messages::ros::{ByteOrder, Layout};
 use divmerge_core::cloud::{Instance, PointCloud};
+use divmerge_core::over_time::ObjectVelocity;
 use divmerge_recording::Overview;
 
 /// Types of the messages that are added.
@@ -21,6 +24,22 @@ pub struct MessageTypes {
     pub objects: Option<ObjectKind>,
     /// Instances that have a box.
     pub boxed: BoxedInstances,
+}
+
+/// The objects of a cloud.
+#[derive(Clone, Copy)]
+pub(super) struct Objects<'a> {
+    pub(super) instances: &'a [Instance],
+    /// Where they were followed, and their ids are those of tracks: what is known of how they move,
+    /// by track, in the coordinates that the cloud was clustered in.
+    pub(super) velocities: Option<&'a BTreeMap<u32, ObjectVelocity>>,
+}
+
+impl<'a> Objects<'a> {
+    /// Those of a cloud whose objects were not followed.
+    pub(super) fn of_cloud(instances: &'a [Instance]) -> Self {
+        Objects { instances, velocities: None }
+    }
 }
 
 /// From the coordinates that a cloud was clustered in to those of its message.
@@ -94,15 +113,22 @@ impl MessageTypes {
     pub(super) fn write_objects(
         &self,
         cloud: &CloudMessage,
-        instances: &[Instance],
+        objects: Objects,
         placement: &Placement,
         out: &mut Vec<u8>,
     ) -> frame::Result<()> {
         let Placement { frame, per_metre } = placement;
+        let Objects { instances, velocities } = objects;
         let has_all = self.boxed == BoxedInstances::All;
         let boxed = instances.iter().filter(|instance| has_all || instance.is_object());
-        let boxes: Vec<ObjectBox> =
-            boxed.map(|instance| ObjectBox::of(instance, *per_metre, frame)).collect();
+        let boxes = boxed.map(|instance| {
+            let boxed = ObjectBox::of(instance, *per_metre, frame);
+            match velocities {
+                Some(velocities) => boxed.of_track(velocities.get(&instance.id), *per_metre, frame),
+                None => boxed,
+            }
+        });
+        let boxes: Vec<ObjectBox> = boxes.collect();
         let encoding = encoding(cloud.format, cloud.byte_order);
         let header = (cloud.stamp_sec as i32, cloud.stamp_nanosec, cloud.frame_id.as_str());
         self.object_kind(encoding).write(encoding, header, &boxes, out)

@@ -174,6 +174,8 @@ fn boxes_in_another_frame_end_the_run() {
     let channel_id = writer.add_channel(BOXES, schema, "cdr", &BTreeMap::new()).expect("channel");
     let boxed = ObjectBox {
         id: 1,
+        is_track: false,
+        velocity: None,
         pose: Translation3::from([5.0; 3]).into(),
         size: [1.0; 3],
         class: 10,

@@ -5,15 +5,19 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use divmerge::annotate::{
-    AnnotateConfig, AnnotateOptions, Semantics, TrackMode, TrackOptions, annotate,
+    AnnotateConfig, AnnotateOptions, Semantics, TRACKS_METADATA_NAME, TrackMode, TrackOptions,
+    annotate,
 };
 use divmerge::datasets::cloud_recording::CloudRecording;
 use divmerge::datasets::drive::{CLOUD_TOPIC, cloud_message, write_drive};
 use divmerge::frames::EncodedClouds;
 use divmerge::messages::boxes::marker_boxes;
 use divmerge::messages::clouds::CloudFormat;
+use divmerge::messages::ros::RosReader;
 use divmerge::pipeline::Config;
-use divmerge::recording::{MessageHeader, Record, RecordingReader, RecordingWriter, WriteOptions};
+use divmerge::recording::{
+    MessageHeader, Metadata, Record, RecordingReader, RecordingWriter, WriteOptions,
+};
 use divmerge::simulate::{Drive, Scene, Sensor};
 use divmerge::{Overview, Taxonomy};
 use tempfile::TempDir;
@@ -199,4 +203,117 @@ fn tracks_end_where_time_goes_back() {
     let (first, second) = (of(&clouds[..3]), of(&clouds[3..]));
     assert!(!first.is_empty() && first.len() == second.len());
     assert!(first.is_disjoint(&second), "{first:?} {second:?}");
+}
+
+/// The boxes of each cloud by their number: length, width and height.
+fn box_sizes(path: &Path) -> Vec<BTreeMap<u32, [f64; 3]>> {
+    let overview = Overview::read(path).expect("an overview");
+    let boxes = overview.channels_of(&format!("{CLOUD_TOPIC}/objects")).next().expect("boxes").id;
+    let mut reader = RecordingReader::open(path).expect("opened");
+    let mut sizes = Vec::new();
+    while let Some(record) = reader.next_record().expect("a record") {
+        let Record::Message { header, data, .. } = record else { continue };
+        if header.channel_id == boxes {
+            sizes.push(marker_sizes(&data));
+        }
+    }
+    sizes
+}
+
+/// Reads the cubes of a MarkerArray of ROS 2.
+fn marker_sizes(message: &[u8]) -> BTreeMap<u32, [f64; 3]> {
+    let mut reader = RosReader::cdr("MarkerArray", message).expect("CDR");
+    let r = &mut reader;
+    let mut sizes = BTreeMap::new();
+    for _ in 0..r.u32().expect("a count") {
+        r.header().expect("a header");
+        let namespace = r.string().expect("a namespace");
+        let [id, _, _] = [(); 3].map(|()| r.i32().expect("a code"));
+        let [.., length, width, height] = [(); 10].map(|()| r.f64().expect("a number"));
+        let _colour = [(); 4].map(|()| r.f32().expect("a colour"));
+        let _lifetime = (r.i32().expect("seconds"), r.u32().expect("nanoseconds"));
+        let _is_locked = r.bool().expect("a flag");
+        let _lists = (r.u32().expect("points"), r.u32().expect("colours"));
+        let _texture = (r.string(), r.header(), r.string(), r.u32(), r.u32());
+        let _texts = (r.string(), r.string(), r.string(), r.u32(), r.bool());
+        if namespace == "boxes" {
+            sizes.insert(id as u32, [length, width, height]);
+        }
+    }
+    sizes
+}
+
+/// How much the length of a box changes from cloud to cloud, metres, in the mean.
+fn flicker(path: &Path, tracks: &BTreeSet<u32>) -> f64 {
+    let sizes = box_sizes(path);
+    let changes: Vec<f64> = sizes
+        .windows(2)
+        .flat_map(|pair| {
+            let both = pair[0].iter().filter(|(track, _)| tracks.contains(track));
+            both.filter_map(|(track, before)| Some((before[0] - pair[1].get(track)?[0]).abs()))
+        })
+        .collect();
+    assert!(changes.len() > 50, "{}", changes.len());
+    changes.iter().sum::<f64>() / changes.len() as f64
+}
+
+#[test]
+fn the_box_of_a_track_keeps_its_size() {
+    let (_folder, input) = recorded(FRAMES);
+    let output = annotated(&input, &AnnotateOptions::default());
+    let tracks: BTreeSet<u32> = summaries(&output).iter().map(|track| track.track).collect();
+    let steady = flicker(&output, &tracks);
+    assert!(steady < 0.1, "{steady} m");
+}
+
+#[derive(serde::Deserialize)]
+struct Summary {
+    track: u32,
+    body: String,
+    class: Option<u16>,
+    first_ns: i64,
+    last_ns: i64,
+    clouds: u64,
+    size: [f32; 3],
+    moving: bool,
+    speed: Option<[f32; 2]>,
+}
+
+fn summaries(path: &Path) -> Vec<Summary> {
+    let mut reader = RecordingReader::open(path).expect("opened");
+    while let Some(record) = reader.next_record().expect("a record") {
+        if let Record::Metadata(Metadata { name, metadata: table }) = record
+            && name == TRACKS_METADATA_NAME
+        {
+            assert_eq!(table["topic"], CLOUD_TOPIC);
+            return serde_json::from_str(&table["tracks"]).expect("a list");
+        }
+    }
+    panic!("no summary");
+}
+
+#[test]
+fn the_summary_says_what_each_object_is_and_how_it_moved() {
+    let (_folder, input) = recorded(FRAMES);
+    let output = annotated(&input, &AnnotateOptions::default());
+    let clouds = columns(&output, ["track", "label"]);
+    let mut times = Vec::new();
+    for cloud in EncodedClouds::open(&input, Some(CLOUD_TOPIC), ..).expect("clouds") {
+        times.push(cloud.expect("a cloud").decode().expect("decoded").stamp_ns());
+    }
+    let tracks = summaries(&output);
+    assert!(tracks.len() >= 10, "{}", tracks.len());
+    assert!(tracks.iter().any(|track| track.moving) && tracks.iter().any(|track| !track.moving));
+    for track in tracks {
+        let has = |cloud: &&[Vec<u32>; 2]| cloud[0].contains(&track.track);
+        assert_eq!(clouds.iter().filter(has).count() as u64, track.clouds);
+        let first = clouds.iter().position(|cloud| has(&cloud)).expect("a cloud");
+        assert_eq!(times[first], track.first_ns);
+        assert!(track.last_ns >= track.first_ns && track.size.iter().all(|&side| side >= 0.0));
+        assert_eq!(track.moving, track.speed.is_some());
+        assert!(track.speed.is_none_or(|[speed, error]| speed > 0.5 && error < speed / 3.0));
+        let people = [30, 254];
+        let is_person = track.class.is_some_and(|class| people.contains(&class));
+        assert_eq!(is_person, track.body == "person", "{:?}", track.class);
+    }
 }

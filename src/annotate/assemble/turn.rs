@@ -7,7 +7,7 @@ use crate::annotate::clustered::{Clustered, cluster_decoded};
 use crate::annotate::config::{AnnotateConfig, Decoded};
 use crate::annotate::labels::LabelBytes;
 use crate::annotate::times::FrameTimes;
-use crate::annotate::types::{MessageTypes, Placement};
+use crate::annotate::types::{MessageTypes, Objects, Placement};
 use crate::annotate::writing::Annotated;
 use crate::error::{FrameError, Result};
 use crate::frames::EncodedCloud;
@@ -61,7 +61,7 @@ pub(in crate::annotate) fn annotate_turn(
         let placement = Placement::of(&written, &clustered.cloud);
         types.write_objects(
             &written,
-            &clustered.stages.instances,
+            Objects::of_cloud(&clustered.stages.instances),
             &placement,
             &mut made.objects,
         )?;

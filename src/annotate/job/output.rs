@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use super::pending::{Pending, PendingItem};
 use super::state::Job;
 use crate::annotate::event::RunEvent;
-use crate::annotate::metadata::{METADATA_NAME, metadata};
+use crate::annotate::metadata::{METADATA_NAME, TRACKS_METADATA_NAME, metadata, track_metadata};
 use crate::annotate::report::AnnotationReport;
 use crate::annotate::resume::{clean_up, journal_of};
 use crate::error::{Error, Result};
@@ -112,7 +112,7 @@ impl Job<'_> {
         }
         self.declare_added()?;
         self.warn_of_clouds();
-        self.report_motion();
+        self.report_tracks();
         for warning in std::mem::take(&mut self.watch).warnings() {
             self.warn(warning);
         }
@@ -130,6 +130,12 @@ impl Job<'_> {
             self.writer.write_declared()?;
             let metadata = metadata(&self.report, &self.parameters.method);
             self.writer.write_metadata(METADATA_NAME, &metadata)?;
+            for (topic, report) in &self.report.topics {
+                if !report.tracks.is_empty() {
+                    let tracks = track_metadata(topic, &report.tracks);
+                    self.writer.write_metadata(TRACKS_METADATA_NAME, &tracks)?;
+                }
+            }
         }
         (self.report.output_bytes, self.report.profile.write) = self.writer.finish_timed()?;
         if self.journal.is_some() {

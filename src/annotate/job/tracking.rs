@@ -120,14 +120,14 @@ impl Job<'_> {
 
     /// Gives a cloud whose tracks are decided to the threads, to be written.
     fn write_decided(&mut self, decided: Decided<FollowedCloud>) {
-        let Decided { item, observed, tracks } = decided;
+        let Decided { item, observed, frame } = decided;
         let FollowedCloud { number, encoded, written, .. } = item;
         self.tracking.undecided.remove(&number);
         let (config, types) = (Arc::clone(&self.config), self.options.types);
         let joined = self.overview.path.clone();
         self.workers.detach(move || {
             let writing = Writing { config: &config, types: &types, tracks: None, keeps: false };
-            let found = (observed.as_slice(), tracks.as_slice());
+            let found = (observed.as_slice(), &frame);
             match written {
                 FollowedResult::Clustered(result, untracked, report) => {
                     let kept = untracked.kept.clone();
@@ -148,14 +148,15 @@ impl Job<'_> {
         });
     }
 
-    /// Reports where the motion of each topic's sensor came from.
-    pub(super) fn report_motion(&mut self) {
+    /// Reports the tracks of each topic, and where the motion of its sensor came from.
+    pub(super) fn report_tracks(&mut self) {
         let mut warnings = Vec::new();
         for (topic, follower) in &self.tracking.followers {
             let motion = follower.motion_report();
             warnings.extend(motion.warnings().map(|problem| format!("{topic}: {problem}")));
             let report = self.report.topics.entry(topic.to_string()).or_default();
             report.ego_motion = motion.clone();
+            report.tracks = follower.summaries();
         }
         warnings.into_iter().for_each(|warning| self.warn(warning));
     }

@@ -6,7 +6,8 @@ use super::observation::CloudObservation;
 use super::options::TrackOptions;
 use super::recorded_motion::RecordedMotion;
 use super::sensor_motion::{MotionReport, SensorMotion};
-use divmerge_core::over_time::{InstanceTrack, ObservedInstance, Tracker, TrackerFrame};
+use super::summary::{Summaries, TrackSummary};
+use divmerge_core::over_time::{DecidedFrame, ObservedInstance, Tracker, TrackerFrame};
 
 /// Nanoseconds in a second.
 const SECOND: f64 = 1e9;
@@ -18,7 +19,14 @@ pub(in crate::annotate) struct TopicFollower<T> {
     /// Time of the first cloud and of the last, nanoseconds since 1970.
     times_ns: Option<(i64, i64)>,
     /// Clouds whose tracks are not decided, the first first.
-    undecided: VecDeque<(T, Vec<ObservedInstance>)>,
+    undecided: VecDeque<UndecidedCloud<T>>,
+    summaries: Summaries,
+}
+
+struct UndecidedCloud<T> {
+    item: T,
+    time_ns: i64,
+    observed: Vec<ObservedInstance>,
 }
 
 /// A cloud whose tracks are decided.
@@ -26,8 +34,7 @@ pub(in crate::annotate) struct Decided<T> {
     /// What came with it.
     pub(in crate::annotate) item: T,
     pub(in crate::annotate) observed: Vec<ObservedInstance>,
-    /// The track of each of its instances.
-    pub(in crate::annotate) tracks: Vec<InstanceTrack>,
+    pub(in crate::annotate) frame: DecidedFrame,
 }
 
 impl<T> TopicFollower<T> {
@@ -37,17 +44,23 @@ impl<T> TopicFollower<T> {
             tracker: Tracker::new(options.params),
             times_ns: None,
             undecided: VecDeque::new(),
+            summaries: Summaries::default(),
         }
     }
 
     /// What came with the first cloud that is not decided.
     pub(in crate::annotate) fn first(&self) -> Option<&T> {
-        self.undecided.front().map(|(item, _)| item)
+        self.undecided.front().map(|cloud| &cloud.item)
     }
 
     /// Where the motion of the sensor came from so far.
     pub(in crate::annotate) fn motion_report(&self) -> &MotionReport {
         self.motion.report()
+    }
+
+    /// The tracks of the clouds that are decided.
+    pub(in crate::annotate) fn summaries(&self) -> Vec<TrackSummary> {
+        self.summaries.each()
     }
 
     /// Takes the next cloud, and what is recorded of where the sensor was; gives those that are
@@ -72,7 +85,7 @@ impl<T> TopicFollower<T> {
             pose: &pose.world_from_cloud,
             instances: &instances,
         }));
-        self.undecided.push_back((item, instances));
+        self.undecided.push_back(UndecidedCloud { item, time_ns, observed: instances });
         self.take(decided)
     }
 
@@ -82,10 +95,14 @@ impl<T> TopicFollower<T> {
         self.take(decided)
     }
 
-    fn take(&mut self, decided: Vec<Vec<InstanceTrack>>) -> Vec<Decided<T>> {
+    fn take(&mut self, decided: Vec<DecidedFrame>) -> Vec<Decided<T>> {
         let count = decided.len();
-        let clouds = self.undecided.drain(..count);
-        let of_cloud = clouds.zip(decided);
-        of_cloud.map(|((item, observed), tracks)| Decided { item, observed, tracks }).collect()
+        let clouds = self.undecided.drain(..count).zip(decided);
+        let mut taken = Vec::with_capacity(count);
+        for (UndecidedCloud { item, time_ns, observed }, frame) in clouds {
+            self.summaries.take(time_ns, &observed, &frame);
+            taken.push(Decided { item, observed, frame });
+        }
+        taken
     }
 }

@@ -10,6 +10,7 @@ mod observation;
 mod options;
 mod recorded_motion;
 mod sensor_motion;
+mod summary;
 mod tracked;
 
 pub(super) use follower::{Decided, TopicFollower};
@@ -17,4 +18,5 @@ pub(super) use observation::{Stored, observe_cloud};
 pub use options::{EgoMotionSource, TrackMode, TrackOptions};
 pub(super) use recorded_motion::RecordedMotion;
 pub use sensor_motion::MotionReport;
+pub use summary::TrackSummary;
 pub(super) use tracked::{Untracked, stored_cloud};

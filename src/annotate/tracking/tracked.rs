@@ -6,13 +6,13 @@ use std::time::Instant;
 use nalgebra::{Point3, Translation3};
 
 use super::observation::{CloudObservation, Stored};
-use crate::annotate::types::Placement;
+use crate::annotate::types::{Objects, Placement};
 use crate::annotate::writing::{Annotated, Writing};
 use crate::error::Result;
 use crate::frames::EncodedCloud;
 use crate::messages::annotation::{OwnedAnnotation, annotated_cloud, annotation_of};
 use divmerge_core::cloud::{Instance, PointCloud, PointColumns, UprightBox};
-use divmerge_core::over_time::{InstanceTrack, ObservedInstance};
+use divmerge_core::over_time::{DecidedFrame, InstanceTrack, ObservedInstance};
 use divmerge_recording::stopwatch::ms_since;
 
 /// A clustered cloud whose tracks are not decided.
@@ -49,7 +49,8 @@ impl Untracked {
     ) -> Result<Annotated> {
         let track = vec![0; self.labels.instance.len()];
         let instances = self.instances.clone();
-        self.write_with(encoded, writing, (&track, &instances))
+        let objects = Objects::of_cloud(&instances);
+        self.write_with(encoded, writing, (&track, objects))
     }
 
     /// The messages of the cloud with its tracks.
@@ -60,26 +61,36 @@ impl Untracked {
         self,
         encoded: &EncodedCloud,
         writing: Writing,
-        (observed, tracks): (&[ObservedInstance], &[InstanceTrack]),
+        (observed, decided): (&[ObservedInstance], &DecidedFrame),
     ) -> Result<Annotated> {
         let points = Points { encoded, placement: &self.placement };
-        let track = point_tracks(&self.labels.instance, &points, (observed, tracks))?;
-        let instances = tracked_instances(&self, &track, &points, (observed, tracks))?;
-        self.write_with(encoded, writing, (&track, &instances))
+        let found = (observed, decided.tracks.as_slice());
+        let track = point_tracks(&self.labels.instance, &points, found)?;
+        let mut instances = tracked_instances(&self, &track, &points, found)?;
+        let mut velocities = BTreeMap::new();
+        for object in &decided.objects {
+            let of_track = instances.binary_search_by_key(&object.track, |found| found.id);
+            if let Ok(place) = of_track {
+                instances[place].bounds = object.bounds;
+            }
+            velocities.extend(object.velocity.map(|velocity| (object.track, velocity)));
+        }
+        let objects = Objects { instances: &instances, velocities: Some(&velocities) };
+        self.write_with(encoded, writing, (&track, objects))
     }
 
     fn write_with(
         self,
         encoded: &EncodedCloud,
         writing: Writing,
-        (track, instances): (&[u32], &[Instance]),
+        (track, objects): (&[u32], Objects),
     ) -> Result<Annotated> {
         let started = Instant::now();
         let Untracked { labels, placement, mut annotated, .. } = self;
         let wire = encoded.decode()?;
         let written = wire.reformatted(writing.types.format(wire.format))?;
         annotated_cloud(&written, &labels.with_tracks(Some(track)), &mut annotated.cloud)?;
-        writing.types.write_objects(&written, instances, &placement, &mut annotated.objects)?;
+        writing.types.write_objects(&written, objects, &placement, &mut annotated.objects)?;
         annotated.times.encode_ms += ms_since(started);
         Ok(annotated)
     }

@@ -71,7 +71,13 @@ fn motion(report: &TopicReport) -> String {
         return String::new();
     }
     let compared: String = comparisons.iter().map(|found| format!("    {found}\n")).collect();
-    format!("    motion of the sensor from {}\n{compared}", join(sources, report.frames))
+    let moving = report.tracks.iter().filter(|track| track.moving).count();
+    format!(
+        "    {} over time, of which {} moved; motion of the sensor from {}\n{compared}",
+        counted(report.tracks.len() as u64, "object"),
+        grouped(moving as u64),
+        join(sources, report.frames)
+    )
 }
 
 /// Names with their counts, where they are not all.

@@ -1,12 +1,15 @@
 //! `autoware_perception_msgs/DetectedObjects`: a box with one of Autoware's classes for each
 //! instance.
 
+use nalgebra::Vector3;
+
 use super::object_box::{ObjectBox, write_pose_with_covariance};
 use crate::messages::ros::RosWriter;
 
 const UNKNOWN: u8 = 0;
-/// A rectangle's direction does not tell front from back.
+/// A rectangle's direction does not tell front from back, as that of what moves does.
 const SIGN_UNKNOWN: u8 = 1;
+const AVAILABLE: u8 = 2;
 const BOUNDING_BOX: u8 = 0;
 
 /// Writes a DetectedObjects message. That something is there is certain; what it is, is given as
@@ -61,10 +64,22 @@ fn label(name: &str) -> u8 {
 fn write_kinematics(boxed: &ObjectBox, writer: &mut RosWriter) {
     write_pose_with_covariance(writer, &boxed.pose);
     writer.bool(false); // has_position_covariance
-    writer.u8(SIGN_UNKNOWN);
-    writer.f64s([0.0; 6 + 36]); // twist_with_covariance
-    writer.bool(false); // has_twist
-    writer.bool(false); // has_twist_covariance
+    let moving = boxed.velocity.filter(|velocity| velocity.is_moving());
+    writer.u8(if moving.is_some() { AVAILABLE } else { SIGN_UNKNOWN });
+    // The twist is that of the box in its own axes: ahead, to the left, up, and turns.
+    let mut twist = [0.0; 6];
+    let mut covariance = [0.0; 36];
+    if let Some(velocity) = boxed.velocity {
+        let own = boxed.pose.rotation.inverse() * Vector3::from(velocity.along);
+        twist[..3].copy_from_slice(own.as_slice());
+        for axis in 0..2 {
+            covariance[axis * 7] = velocity.error.powi(2);
+        }
+    }
+    writer.f64s(twist.into_iter().chain(covariance));
+    let has_twist = boxed.velocity.is_some();
+    writer.bool(has_twist);
+    writer.bool(has_twist); // has_twist_covariance
 }
 
 #[cfg(test)]

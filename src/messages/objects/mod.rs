@@ -129,6 +129,8 @@ pub(crate) mod tests {
     pub(crate) fn upright(id: u32, centre: [f64; 3], size: [f64; 3], yaw: f64) -> ObjectBox {
         ObjectBox {
             id,
+            is_track: false,
+            velocity: None,
             pose: UprightBox { centre, size, yaw }.pose(),
             size,
             class: 10,

@@ -1,10 +1,13 @@
 //! One instance as messages of objects show it, and how a box is drawn in all of them.
 
-use nalgebra::Isometry3;
+use std::f64::consts::PI;
+
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use crate::messages::palette::{BACKGROUND_COLOUR, instance_colour};
 use crate::messages::ros::RosWriter;
 use divmerge_core::cloud::{Classification, CoarseClass, Instance};
+use divmerge_core::over_time::ObjectVelocity;
 
 /// Opacity of a box.
 pub(super) const BOX_ALPHA: f32 = 0.35;
@@ -16,8 +19,12 @@ pub(super) const TEXT_HEIGHT: f64 = 0.4;
 /// One instance as messages show it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObjectBox {
-    /// Instance, which gives the box its id and, if it is an object, its colour.
+    /// Instance or track, which gives the box its id and, if it is an object, its colour.
     pub id: u32,
+    /// Whether that is a track.
+    pub is_track: bool,
+    /// How it moves in the coordinate frame of the message, in its unit; of a track.
+    pub velocity: Option<ObjectVelocity>,
     /// From the box's own axes (x along the length, y along the width, z along the height, origin
     /// in the centre) to the coordinate frame of the message, in its unit.
     pub pose: Isometry3<f64>,
@@ -51,6 +58,8 @@ impl ObjectBox {
         };
         ObjectBox {
             id: instance.id,
+            is_track: false,
+            velocity: None,
             pose: frame * bounds.pose(),
             size: bounds.size,
             class: instance.semantic,
@@ -60,6 +69,30 @@ impl ObjectBox {
             points: instance.points,
             is_object: instance.is_object(),
         }
+    }
+
+    /// The same as that of a track, with what is known of how it moves in the sensor frame. Where it
+    /// moves, the box's x axis points ahead.
+    pub fn of_track(
+        self,
+        velocity: Option<&ObjectVelocity>,
+        per_metre: f64,
+        frame: &Isometry3<f64>,
+    ) -> Self {
+        let velocity = velocity.map(|velocity| ObjectVelocity {
+            along: (frame.rotation * Vector3::from(velocity.along) * per_metre).into(),
+            error: velocity.error * per_metre,
+        });
+        let mut pose = self.pose;
+        let ahead = pose.rotation * Vector3::x();
+        let is_moving = |velocity: &ObjectVelocity| velocity.is_moving();
+        if let Some(velocity) = velocity.filter(is_moving)
+            && ahead.dot(&Vector3::from(velocity.along)) < 0.0
+        {
+            let about = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), PI);
+            pose.rotation *= about;
+        }
+        ObjectBox { is_track: true, velocity, pose, ..self }
     }
 
     /// Red, green and blue of the box, 0 to 1.

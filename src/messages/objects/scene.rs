@@ -75,7 +75,7 @@ fn scene_update((sec, nanosec, frame_id): (i32, u32, &str), boxes: &[ObjectBox])
         timestamp,
         frame_id: frame_id.to_owned(),
         id: boxed.id.to_string(),
-        metadata: metadata(boxed).map(|(key, value)| KeyValuePair { key, value }).into(),
+        metadata: metadata(boxed).map(|(key, value)| KeyValuePair { key, value }).collect(),
         cubes: vec![cube(boxed)],
         texts: vec![text(boxed)],
         ..SceneEntity::default()
@@ -83,14 +83,21 @@ fn scene_update((sec, nanosec, frame_id): (i32, u32, &str), boxes: &[ObjectBox])
     SceneUpdate { deletions: vec![deletion], entities: entities.collect() }
 }
 
-fn metadata(boxed: &ObjectBox) -> [(String, String); 4] {
-    [
-        ("instance", boxed.id.to_string()),
+fn metadata(boxed: &ObjectBox) -> impl Iterator<Item = (String, String)> {
+    let known = [
+        (if boxed.is_track { "track" } else { "instance" }, boxed.id.to_string()),
         ("class", boxed.name.clone()),
         ("probability", format!("{:.3}", boxed.probability)),
         ("points", boxed.points.to_string()),
-    ]
-    .map(|(key, value)| (key.to_owned(), value))
+    ];
+    let speed = boxed.velocity.into_iter().flat_map(|velocity| {
+        [
+            ("speed", format!("{:.2}", velocity.speed())),
+            ("speed_error", format!("{:.2}", velocity.error)),
+            ("moving", velocity.is_moving().to_string()),
+        ]
+    });
+    known.into_iter().chain(speed).map(|(key, value)| (key.to_owned(), value))
 }
 
 fn cube(boxed: &ObjectBox) -> CubePrimitive {

@@ -14,6 +14,7 @@ mod observation;
 mod params;
 mod sighting;
 mod track;
+mod tracked_object;
 mod tracker;
 mod votes;
 mod window;
@@ -23,5 +24,6 @@ mod tests;
 
 pub use observation::{ObservedInstance, observe};
 pub use params::TrackParams;
-pub use tracker::{Tracker, TrackerFrame};
+pub use tracked_object::{ObjectVelocity, TrackedObject};
+pub use tracker::{DecidedFrame, Tracker, TrackerFrame};
 pub use votes::InstanceTrack;

@@ -32,6 +32,8 @@ pub struct ObservedInstance {
     pub points: u32,
     /// Length, width and height of its box, metres.
     pub size: [f32; 3],
+    /// Direction of the length, radians from the x axis of the cloud's frame.
+    pub yaw: f32,
     /// Mean places of its points in the cells of a grid, centimetres, in the cloud's frame.
     pub cells: Vec<[i16; 3]>,
 }
@@ -64,6 +66,7 @@ pub fn observe(cloud: &PointCloud, stages: &Stages) -> Vec<ObservedInstance> {
         body: body(instance),
         points: instance.points,
         size: instance.bounds.size.map(|along| along as f32),
+        yaw: instance.bounds.yaw as f32,
         cells: cells(samples.of(instance.id), cell_side(instance.bounds.size, body(instance))),
     };
     stages.instances.iter().map(of_instance).collect()

@@ -1,6 +1,6 @@
 //! An instance of a frame in the tracker's world.
 
-use nalgebra::{Isometry3, Point3, Vector2};
+use nalgebra::{Isometry3, Point3, Vector2, Vector3};
 
 use super::observation::{ObservedInstance, cell_side};
 use crate::cloud::Body;
@@ -15,11 +15,19 @@ pub(super) struct Sighting {
     pub points: u32,
     /// Length, width, height of its box.
     pub size: [f32; 3],
+    /// Direction of the length, radians.
+    pub yaw: f32,
     /// Mean of the cells on the plane.
     pub middle: Vector2<f64>,
     pub cells: Cells,
     /// How near cells of two sightings are that may be the same, metres.
     pub reach: f32,
+}
+
+/// The direction of a pose's x axis on the plane, radians.
+pub(super) fn heading_of(pose: &Isometry3<f64>) -> f64 {
+    let ahead = pose.rotation * Vector3::x();
+    ahead.y.atan2(ahead.x)
 }
 
 /// Places, a column each, and the box around them.
@@ -40,6 +48,7 @@ const LANES: usize = 8;
 impl Sighting {
     /// An instance seen from a pose, less the origin of the tracker's world.
     pub fn new(instance: &ObservedInstance, pose: &Isometry3<f64>, time: f64) -> Self {
+        let heading = heading_of(pose) as f32;
         let pose = pose.cast::<f32>();
         let cells: Cells =
             instance.cells().map(|cell| (pose * Point3::from(cell)).coords.into()).collect();
@@ -54,6 +63,7 @@ impl Sighting {
             body: instance.body,
             points: instance.points,
             size: instance.size,
+            yaw: instance.yaw + heading,
             middle: Vector2::new(mean(&cells.x), mean(&cells.y)),
             cells,
             reach: (0.15 + 0.6 * side).clamp(0.2, 0.5),

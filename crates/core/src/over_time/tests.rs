@@ -20,12 +20,21 @@ fn car(id: u32, [from, to]: [f32; 2], left: f32) -> ObservedInstance {
         body: Some(Body::Car),
         points: cells.len() as u32 * 5,
         size: [to - from, 0.2, 1.2],
+        yaw: 0.0,
         cells,
     }
 }
 
 /// The tracks of each frame of a drive.
 fn tracks(frames: &[Vec<ObservedInstance>], pose: impl Fn(usize) -> Isometry3<f64>) -> Tracks {
+    followed(frames, pose).into_iter().map(|frame| frame.tracks).collect()
+}
+
+/// What is decided of each frame of a drive.
+fn followed(
+    frames: &[Vec<ObservedInstance>],
+    pose: impl Fn(usize) -> Isometry3<f64>,
+) -> Vec<DecidedFrame> {
     let mut tracker = Tracker::new(TrackParams::default());
     let mut decided = Vec::new();
     for (number, instances) in frames.iter().enumerate() {
@@ -121,11 +130,54 @@ fn a_leap_of_the_pose_and_a_long_pause_end_all_tracks() {
         decided.extend(tracker.push(TrackerFrame { time, pose, instances: &frames[0] }));
     }
     decided.extend(tracker.finish());
-    assert_eq!(decided.concat(), [1, 1, 2, 2, 3, 4].map(whole));
+    let tracks: Vec<InstanceTrack> = decided.into_iter().flat_map(|frame| frame.tracks).collect();
+    assert_eq!(tracks, [1, 1, 2, 2, 3, 4].map(whole));
 }
 
 #[test]
 fn without_instances_there_are_no_tracks() {
     assert_eq!(tracks(&[vec![], vec![], vec![]], still), [[], [], []] as [[InstanceTrack; 0]; 3]);
-    assert_eq!(Tracker::new(TrackParams::default()).finish(), Vec::<Vec<InstanceTrack>>::new());
+    assert_eq!(Tracker::new(TrackParams::default()).finish(), []);
+}
+
+#[test]
+fn velocity_and_size_are_those_of_the_whole_car() {
+    // A car of 4 m passes at 8 m/s, of which 1.5 m are seen at first, while the sensor drives ahead.
+    let frame = |number: usize| {
+        let front = 0.8 * number as f32 - 0.5 * number as f32 + 5.0;
+        let seen = if number < 10 { 1.5 } else { 4.0 };
+        vec![car(1, [front, front + seen], 6.0), car(2, [20.0 - 0.5 * number as f32, 24.0], 3.0)]
+    };
+    let drives = |number: usize| Translation3::new(0.5 * number as f64, 0.0, 0.0).into();
+    let frames = followed(&(0..40).map(frame).collect::<Vec<_>>(), drives);
+    let whole = tracks(&(0..40).map(frame).collect::<Vec<_>>(), drives)[0][0].clone();
+    let of = |number: usize| {
+        let objects = frames[number].objects.iter();
+        let mut of_track = objects.filter(|object| InstanceTrack::Whole(object.track) == whole);
+        *of_track.next().expect("the car")
+    };
+    for number in [15, 20, 30] {
+        let velocity = of(number).velocity.expect("a velocity");
+        assert!((velocity.along[0] - 8.0).abs() < 0.3, "{number}: {velocity:?}");
+        assert!(velocity.is_moving() && velocity.error < 0.5, "{velocity:?}");
+        let bounds = of(number).bounds;
+        assert!((bounds.size[0] - 4.0).abs() < 0.01, "{number}: {bounds:?}");
+        let middle = 0.3 * number as f64 + 5.0 + 2.0;
+        assert!((bounds.centre[0] - middle).abs() < 0.3, "{number}: {bounds:?} {middle}");
+    }
+    // What is hidden of it lies behind the face toward the sensor.
+    let bounds = of(5).bounds;
+    assert!((bounds.size[0] - 4.0).abs() < 0.01, "{bounds:?}");
+    assert!((bounds.centre[0] - (0.3 * 5.0 + 5.0 + 2.0)).abs() < 0.5, "{bounds:?}");
+}
+
+#[test]
+fn what_stands_is_not_moving_seen_from_a_sensor_that_drives() {
+    let frame = |number: usize| vec![car(1, [30.0 - number as f32, 34.0 - number as f32], 3.0)];
+    let drives = |number: usize| Translation3::new(number as f64, 0.0, 0.0).into();
+    for frame in followed(&(0..25).map(frame).collect::<Vec<_>>(), drives) {
+        let [object] = frame.objects.as_slice() else { panic!("{frame:?}") };
+        let velocity = object.velocity.expect("a velocity");
+        assert!(!velocity.is_moving() && velocity.speed() < 0.2, "{velocity:?}");
+    }
 }

@@ -12,6 +12,7 @@ use super::observation::ObservedInstance;
 use super::params::TrackParams;
 use super::sighting::Sighting;
 use super::track::Track;
+use super::tracked_object::{Looks, TrackedObject};
 use super::votes::{InstanceTrack, decide};
 use super::window::{Window, WindowFrame};
 
@@ -39,6 +40,15 @@ pub struct TrackerFrame<'a> {
     pub instances: &'a [ObservedInstance],
 }
 
+/// A frame whose tracks are decided.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DecidedFrame {
+    /// The track of each of its instances.
+    pub tracks: Vec<InstanceTrack>,
+    /// Its objects as their tracks know them; background is none.
+    pub objects: Vec<TrackedObject>,
+}
+
 /// Follows objects from frame to frame.
 ///
 /// Tracks have numbers from 1 in the order in which frames are decided. A frame that goes back in
@@ -56,13 +66,14 @@ pub struct TrackerFrame<'a> {
 ///     body: None,
 ///     points: 2,
 ///     size: [0.5, 0.5, 1.7],
+///     yaw: 0.0,
 ///     cells: vec![[x, 0, 0], [x, 0, 50]],
 /// };
 /// let mut tracker = Tracker::new(TrackParams { lag_s: 0.0, ..TrackParams::default() });
 /// for (frame, x) in [500, 510, 520].into_iter().enumerate() {
 ///     let (time, pose) = (frame as f64 * 0.1, &Isometry3::identity());
 ///     let decided = tracker.push(TrackerFrame { time, pose, instances: &[walker(x)] });
-///     assert_eq!(decided, [[InstanceTrack::Whole(1)]]);
+///     assert_eq!(decided[0].tracks, [InstanceTrack::Whole(1)]);
 /// }
 /// ```
 #[derive(Debug)]
@@ -74,6 +85,8 @@ pub struct Tracker {
     continues: BTreeMap<u32, u32>,
     /// By key of a track: its number.
     numbers: BTreeMap<u32, u32>,
+    /// How the objects of tracks looked.
+    looks: Looks,
     last_key: u32,
     last_number: u32,
     /// Time and translation of the last pose.
@@ -91,6 +104,7 @@ impl Tracker {
             window: Window::default(),
             continues: BTreeMap::new(),
             numbers: BTreeMap::new(),
+            looks: Looks::default(),
             last_key: 0,
             last_number: 0,
             last_pose: None,
@@ -100,7 +114,7 @@ impl Tracker {
 
     /// Takes the next frame. Gives the tracks of the instances of each frame that is decided by
     /// it, in the order of the frames.
-    pub fn push(&mut self, frame: TrackerFrame) -> Vec<Vec<InstanceTrack>> {
+    pub fn push(&mut self, frame: TrackerFrame) -> Vec<DecidedFrame> {
         let mut decided = if self.is_continued_by(&frame) { Vec::new() } else { self.finish() };
         let TrackerFrame { time, pose, instances } = frame;
         self.last_pose = Some((time, pose.translation.vector));
@@ -127,7 +141,8 @@ impl Tracker {
             keys.push(track.key);
             places.push(track.kinematics.place);
         }
-        self.window.frames.push_back(WindowFrame { time, sightings, places, keys });
+        let frame = WindowFrame { time, sensor: local, sightings, places, keys };
+        self.window.frames.push_back(frame);
         self.continue_tracks(time);
         let lag_s = self.params.lag_s;
         let is_due = |since: f64| time - since >= lag_s;
@@ -138,7 +153,7 @@ impl Tracker {
     }
 
     /// Decides the frames that are left with what is known. Tracks go on.
-    pub fn decide_all(&mut self) -> Vec<Vec<InstanceTrack>> {
+    pub fn decide_all(&mut self) -> Vec<DecidedFrame> {
         let mut decided = Vec::new();
         while self.window.undecided_since().is_some() {
             decided.push(self.decide());
@@ -147,12 +162,13 @@ impl Tracker {
     }
 
     /// Decides the frames that are left, and ends all tracks.
-    pub fn finish(&mut self) -> Vec<Vec<InstanceTrack>> {
+    pub fn finish(&mut self) -> Vec<DecidedFrame> {
         let decided = self.decide_all();
         self.tracks.clear();
         self.window = Window::default();
         self.continues.clear();
         self.numbers.clear();
+        self.looks.clear();
         self.last_pose = None;
         decided
     }
@@ -191,18 +207,22 @@ impl Tracker {
     }
 
     /// Decides the next frame, and forgets what no later one needs.
-    fn decide(&mut self) -> Vec<InstanceTrack> {
-        let decided = decide(&self.window, |key| self.first_key(key), &self.params);
+    fn decide(&mut self) -> DecidedFrame {
+        let track_of = |key| self.first_key(key);
+        let appearances = self.window.appearances(track_of);
+        let decided = decide(&self.window, &appearances, track_of, &self.params);
+        let mut objects = self.looks.objects(&self.window, &appearances, &decided, &self.params);
         let mut number = |key: u32| {
             *self.numbers.entry(key).or_insert_with(|| {
                 self.last_number += 1;
                 self.last_number
             })
         };
-        let decided = decided.into_iter().map(|track| track.renumbered(&mut number)).collect();
+        let tracks = decided.into_iter().map(|track| track.renumbered(&mut number)).collect();
+        objects.iter_mut().for_each(|object| object.track = number(object.track));
         self.window.advance(self.params.lag_s);
         self.forget();
-        decided
+        DecidedFrame { tracks, objects }
     }
 
     /// Forgets the numbers of tracks that are seen no more.
@@ -218,6 +238,7 @@ impl Tracker {
         }
         self.continues.retain(|key, _| known.contains(key));
         self.numbers.retain(|key, _| known.contains(key));
+        self.looks.retain(|key| known.contains(&key));
     }
 
     /// Moves the world along with the sensor.

@@ -78,12 +78,12 @@ struct Claimant<'a> {
 /// The track of each instance of the frame that is decided next.
 pub(super) fn decide(
     window: &Window,
+    appearances: &BTreeMap<u32, Vec<Place>>,
     track_of: impl Fn(u32) -> u32,
     params: &TrackParams,
 ) -> Vec<InstanceTrack> {
     let frame = &window.frames[window.decided];
-    let appearances = window.appearances(&track_of);
-    let claimants: Vec<Claimant> = claimants(window, &appearances);
+    let claimants: Vec<Claimant> = claimants(window, appearances);
     let decide = |(number, sighting): (usize, &Arc<Sighting>)| {
         let track = track_of(frame.keys[number]);
         let (appearances, place) = (appearances[&track].as_slice(), frame.places[number]);

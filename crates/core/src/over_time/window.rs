@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-use nalgebra::Vector2;
+use nalgebra::{Isometry3, Vector2, Vector3};
 
 use super::sighting::Sighting;
 
@@ -11,6 +11,8 @@ use super::sighting::Sighting;
 #[derive(Debug)]
 pub(super) struct WindowFrame {
     pub time: f64,
+    /// From the frame of the cloud to the tracker's world.
+    pub sensor: Isometry3<f64>,
     pub sightings: Vec<Arc<Sighting>>,
     /// By sighting: where its track was.
     pub places: Vec<Vector2<f64>>,
@@ -56,6 +58,11 @@ impl Window {
         appearances
     }
 
+    /// The longest time from `now` to a frame, seconds.
+    pub fn span_around(&self, now: f64) -> f64 {
+        self.frames.iter().map(|frame| (frame.time - now).abs()).fold(0.0, f64::max)
+    }
+
     pub fn sighting(&self, (frame, sighting): Place) -> &Sighting {
         &self.frames[frame].sightings[sighting]
     }
@@ -81,6 +88,7 @@ impl Window {
     pub fn shift(&mut self, by: [f32; 3]) {
         let on_plane = Vector2::new(f64::from(by[0]), f64::from(by[1]));
         for frame in &mut self.frames {
+            frame.sensor.translation.vector -= Vector3::from(by).cast::<f64>();
             frame.sightings.iter_mut().for_each(|seen| Arc::make_mut(seen).shift(by));
             frame.places.iter_mut().for_each(|place| *place -= on_plane);
         }
