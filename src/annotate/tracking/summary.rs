@@ -73,7 +73,7 @@ impl Summaries {
             sums.last_ns = time_ns;
             sums.clouds += 1;
             sums.size = object.bounds.size.map(|along| along as f32);
-            if let Some(velocity) = object.velocity.filter(|velocity| velocity.is_moving()) {
+            if let Some(velocity) = object.velocity.filter(|velocity| velocity.is_moving) {
                 let (clouds, speed, error) = &mut sums.moving;
                 *clouds += 1;
                 *speed += velocity.speed();

@@ -64,7 +64,7 @@ fn label(name: &str) -> u8 {
 fn write_kinematics(boxed: &ObjectBox, writer: &mut RosWriter) {
     write_pose_with_covariance(writer, &boxed.pose);
     writer.bool(false); // has_position_covariance
-    let moving = boxed.velocity.filter(|velocity| velocity.is_moving());
+    let moving = boxed.velocity.filter(|velocity| velocity.is_moving);
     writer.u8(if moving.is_some() { AVAILABLE } else { SIGN_UNKNOWN });
     // The twist is that of the box in its own axes: ahead, to the left, up, and turns.
     let mut twist = [0.0; 6];

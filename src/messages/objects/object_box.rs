@@ -82,10 +82,11 @@ impl ObjectBox {
         let velocity = velocity.map(|velocity| ObjectVelocity {
             along: (frame.rotation * Vector3::from(velocity.along) * per_metre).into(),
             error: velocity.error * per_metre,
+            is_moving: velocity.is_moving,
         });
         let mut pose = self.pose;
         let ahead = pose.rotation * Vector3::x();
-        let is_moving = |velocity: &ObjectVelocity| velocity.is_moving();
+        let is_moving = |velocity: &ObjectVelocity| velocity.is_moving;
         if let Some(velocity) = velocity.filter(is_moving)
             && ahead.dot(&Vector3::from(velocity.along)) < 0.0
         {

@@ -94,7 +94,7 @@ fn metadata(boxed: &ObjectBox) -> impl Iterator<Item = (String, String)> {
         [
             ("speed", format!("{:.2}", velocity.speed())),
             ("speed_error", format!("{:.2}", velocity.error)),
-            ("moving", velocity.is_moving().to_string()),
+            ("moving", velocity.is_moving.to_string()),
         ]
     });
     known.into_iter().chain(speed).map(|(key, value)| (key.to_owned(), value))

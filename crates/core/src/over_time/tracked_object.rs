@@ -26,8 +26,10 @@ const LEAST_SPEED: f64 = 0.5;
 /// A velocity of so many standard errors is none of chance.
 const STANDARD_ERRORS: f64 = 3.0;
 
-/// A vehicle this fast points where it goes, metres in a second.
-const HEADING_SPEED: f64 = 1.0;
+/// An object stands whose cells lie, where they are, as near to those before and after as this
+/// share of what they do once it is moved along. Other faces of it come into sight as the sensor
+/// passes, which looks like a slow motion.
+const STANDS: f64 = 0.8;
 
 /// A side that is seen to this share is seen whole: cells lie within it.
 const SEEN_WHOLE: f64 = 0.8;
@@ -49,21 +51,19 @@ pub struct TrackedObject {
 /// How an object moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ObjectVelocity {
-    /// Metres in a second.
+    /// Metres in a second; zero of what stands.
     pub along: [f64; 3],
     /// Standard error of each component on the plane, metres in a second.
     pub error: f64,
+    /// Whether it moves: faster than [`LEAST_SPEED`] and not by chance, and what was seen of it
+    /// before and after does not lie where it is seen now.
+    pub is_moving: bool,
 }
 
 impl ObjectVelocity {
     /// Metres in a second.
     pub fn speed(&self) -> f64 {
         Vector3::from(self.along).norm()
-    }
-
-    /// Whether it is faster than what stands, and not by chance.
-    pub fn is_moving(&self) -> bool {
-        self.speed() > LEAST_SPEED.max(STANDARD_ERRORS * self.error)
     }
 }
 
@@ -131,9 +131,7 @@ impl Looks {
             let look = self.0.entry(track).or_default();
             look.take(window, of_track, decided);
             let motion = Motion::of(window, of_track, params);
-            if let Some(motion) = motion
-                && motion.velocity.norm() > HEADING_SPEED.max(STANDARD_ERRORS * motion.error)
-            {
+            if let Some(motion) = motion.filter(|motion| motion.is_moving) {
                 look.heading = Some(motion.velocity.y.atan2(motion.velocity.x));
             }
             let later = of_track.iter().filter(|place| place.0 > window.decided);
@@ -146,18 +144,7 @@ impl Looks {
                 _ => Vector2::zeros(),
             };
             let centre = centre(&cells, (yaw, size), &frame.sensor, smoothing);
-            let velocity = motion.map(|motion| ObjectVelocity {
-                along: frame
-                    .sensor
-                    .rotation
-                    .inverse_transform_vector(&Vector3::new(
-                        motion.velocity.x,
-                        motion.velocity.y,
-                        0.0,
-                    ))
-                    .into(),
-                error: motion.error,
-            });
+            let velocity = motion.map(|motion| motion.in_frame(&frame.sensor));
             let centre = frame.sensor.inverse_transform_point(&centre).coords.into();
             let bounds = UprightBox::new(centre, size, yaw - heading_of(&frame.sensor));
             objects.push(TrackedObject { track, body, bounds, velocity });
@@ -262,6 +249,7 @@ struct Motion {
     place: Vector2<f64>,
     velocity: Vector2<f64>,
     error: f64,
+    is_moving: bool,
 }
 
 impl Motion {
@@ -303,10 +291,54 @@ impl Motion {
         let variance = scatter + (params.displacement_error / 2.0).powi(2);
         let squares =
             used.iter().map(|(weight, time, _)| (weight * of_time(*time)).powi(2)).sum::<f64>();
+        let error = (variance * squares).sqrt() / spread;
+        let is_fast = velocity.norm() > LEAST_SPEED.max(STANDARD_ERRORS * error);
         Some(Motion {
             place: mean_place - velocity * mean_time,
             velocity,
-            error: (variance * squares).sqrt() / spread,
+            error,
+            is_moving: is_fast && !stands(window, of_track),
         })
     }
+
+    /// The velocity in the cloud's frame.
+    fn in_frame(&self, sensor: &Isometry3<f64>) -> ObjectVelocity {
+        let Motion { velocity, error, is_moving, .. } = *self;
+        let along = match is_moving {
+            true => Vector3::new(velocity.x, velocity.y, 0.0),
+            false => Vector3::zeros(),
+        };
+        let along = sensor.rotation.inverse_transform_vector(&along).into();
+        ObjectVelocity { along, error, is_moving }
+    }
+}
+
+/// Whether a track is, at the ends of the window, where it is in the frame that is decided next.
+fn stands(window: &Window, of_track: &[Place]) -> bool {
+    let Some(&now) = of_track.iter().find(|place| place.0 == window.decided) else { return true };
+    let ends = [of_track.first(), of_track.last()].into_iter().flatten();
+    let (mut there, mut moved) = (0.0, 0.0);
+    for &end in ends.filter(|end| end.0 != window.decided) {
+        let shift = (window.place(end) - window.place(now)).cast::<f32>();
+        let (now, end) = (window.sighting(now), window.sighting(end));
+        there += overlap(now, end, [0.0, 0.0]);
+        moved += overlap(now, end, shift.into());
+    }
+    there >= STANDS * moved
+}
+
+/// Share of the cells of the smaller of two sightings that are near one of the larger, if the first
+/// is moved on the plane.
+fn overlap(first: &Sighting, second: &Sighting, [x, y]: [f32; 2]) -> f64 {
+    let is_smaller = first.cells.len() <= second.cells.len();
+    let (small, large, sign) = match is_smaller {
+        true => (first, second, 1.0),
+        false => (second, first, -1.0),
+    };
+    let reach = small.reach.max(large.reach);
+    let is_near = |&[a, b, c]: &[f32; 3]| {
+        large.cells.is_within([a + sign * x, b + sign * y, c], reach * reach)
+    };
+    let near = small.cells.iter().filter(is_near).count();
+    near as f64 / small.cells.len().max(1) as f64
 }
