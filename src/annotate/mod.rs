@@ -54,5 +54,6 @@ pub use slice_files::{SliceFile, by_recording};
 pub use slices::Slice;
 pub use times::FrameTimes;
 pub use tracking::{EgoMotionSource, MotionReport, TrackMode, TrackOptions, TrackSummary};
+pub use tracking::{FollowProgress, FollowedCloud, FollowedDrive, FollowedInstance, follow_drive};
 pub use types::{BoxedInstances, Flavor, MessageTypes};
 pub use writing::Annotated;

@@ -3,4 +3,5 @@
 
 pub mod explain;
 pub mod failures;
+pub mod track;
 pub mod triage;

@@ -36,11 +36,16 @@ pub fn slot_width(count: usize) -> f64 {
 
 /// The scene's heading on the left, its remark on the right.
 pub fn heading(canvas: &mut Canvas, scene: &FrameScene) {
+    titled(canvas, &scene.heading, &scene.remark);
+}
+
+/// A heading on the left, a remark on the right.
+pub fn titled(canvas: &mut Canvas, heading: &str, remark: &str) {
     let baseline = MARGIN + theme::HEADING;
-    canvas.text([MARGIN, baseline], &scene.heading, theme::heading());
-    let taken = font::width(&scene.heading, theme::HEADING, Weight::Medium);
+    canvas.text([MARGIN, baseline], heading, theme::heading());
+    let taken = font::width(heading, theme::HEADING, Weight::Medium);
     let room = INNER_WIDTH - taken - 20.0;
-    let remark = font::fitted(&scene.remark, theme::SMALL, Weight::Regular, room);
+    let remark = font::fitted(remark, theme::SMALL, Weight::Regular, room);
     canvas.text([WIDTH - MARGIN, baseline], remark, theme::faint(Anchor::End));
 }
 

@@ -159,7 +159,8 @@ impl Plane {
         self.metre_bar(canvas);
     }
 
-    fn metre_bar(&self, canvas: &mut Canvas) {
+    /// A bar that shows the scale.
+    pub fn metre_bar(&self, canvas: &mut Canvas) {
         let metres = round_down(self.area.width / self.scale / 7.0);
         let (right, y) = (self.area.right() - 14.0, self.area.bottom() - 12.0);
         let left = right - metres * self.scale;

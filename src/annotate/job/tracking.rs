@@ -35,6 +35,7 @@ impl Job<'_> {
         }
         if self.tracking.recorded.takes(header.channel_id) {
             self.tracking.recorded.take(header.channel_id, data);
+            self.tracking.recorded.forget_what_is_past();
         }
         Ok(())
     }
@@ -120,7 +121,7 @@ impl Job<'_> {
 
     /// Gives a cloud whose tracks are decided to the threads, to be written.
     fn write_decided(&mut self, decided: Decided<FollowedCloud>) {
-        let Decided { item, observed, frame } = decided;
+        let Decided { item, observed, frame, .. } = decided;
         let FollowedCloud { number, encoded, written, .. } = item;
         self.tracking.undecided.remove(&number);
         let (config, types) = (Arc::clone(&self.config), self.options.types);

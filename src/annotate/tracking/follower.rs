@@ -2,10 +2,12 @@
 
 use std::collections::VecDeque;
 
+use nalgebra::Isometry3;
+
 use super::observation::CloudObservation;
 use super::options::TrackOptions;
 use super::recorded_motion::RecordedMotion;
-use super::sensor_motion::{MotionReport, SensorMotion};
+use super::sensor_motion::{MotionReport, SensorMotion, SensorPose};
 use super::summary::{Summaries, TrackSummary};
 use divmerge_core::over_time::{DecidedFrame, ObservedInstance, Tracker, TrackerFrame};
 
@@ -27,6 +29,7 @@ struct UndecidedCloud<T> {
     item: T,
     time_ns: i64,
     observed: Vec<ObservedInstance>,
+    pose: SensorPose,
 }
 
 /// A cloud whose tracks are decided.
@@ -35,6 +38,10 @@ pub(in crate::annotate) struct Decided<T> {
     pub(in crate::annotate) item: T,
     pub(in crate::annotate) observed: Vec<ObservedInstance>,
     pub(in crate::annotate) frame: DecidedFrame,
+    /// From its frame as it was clustered to one that stands still, metres.
+    pub(in crate::annotate) world_from_cloud: Isometry3<f64>,
+    /// Whether that has nothing to do with the ones before.
+    pub(in crate::annotate) began_anew: bool,
 }
 
 impl<T> TopicFollower<T> {
@@ -85,7 +92,7 @@ impl<T> TopicFollower<T> {
             pose: &pose.world_from_cloud,
             instances: &instances,
         }));
-        self.undecided.push_back(UndecidedCloud { item, time_ns, observed: instances });
+        self.undecided.push_back(UndecidedCloud { item, time_ns, observed: instances, pose });
         self.take(decided)
     }
 
@@ -99,9 +106,10 @@ impl<T> TopicFollower<T> {
         let count = decided.len();
         let clouds = self.undecided.drain(..count).zip(decided);
         let mut taken = Vec::with_capacity(count);
-        for (UndecidedCloud { item, time_ns, observed }, frame) in clouds {
+        for (UndecidedCloud { item, time_ns, observed, pose }, frame) in clouds {
             self.summaries.take(time_ns, &observed, &frame);
-            taken.push(Decided { item, observed, frame });
+            let SensorPose { world_from_cloud, began_anew } = pose;
+            taken.push(Decided { item, observed, frame, world_from_cloud, began_anew });
         }
         taken
     }

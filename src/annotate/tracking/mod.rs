@@ -5,6 +5,7 @@
 //! What the tracker gives depends on the observations alone. So a run that is resumed and slices
 //! that are joined keep those, and come to the same tracks.
 
+mod drive;
 mod follower;
 mod observation;
 mod options;
@@ -13,6 +14,7 @@ mod sensor_motion;
 mod summary;
 mod tracked;
 
+pub use drive::{FollowProgress, FollowedCloud, FollowedDrive, FollowedInstance, follow_drive};
 pub(super) use follower::{Decided, TopicFollower};
 pub(super) use observation::{Stored, observe_cloud};
 pub use options::{EgoMotionSource, TrackMode, TrackOptions};

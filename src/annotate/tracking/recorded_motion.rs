@@ -6,10 +6,13 @@ use std::fmt;
 use nalgebra::Isometry3;
 
 use super::options::EgoMotionSource;
+use crate::error::Result;
+use crate::frames::Selection;
 use crate::frames::topics::type_name;
+use crate::frames::walk::Walk;
 use crate::messages::poses::{PoseMessage, RecordedPose};
 use divmerge_core::cloud::transforms::{Trajectory, Transforms};
-use divmerge_recording::{Channel, Overview};
+use divmerge_recording::{Channel, Overview, Record};
 
 /// How far back poses are kept, nanoseconds.
 const KEPT_NS: i64 = 30_000_000_000;
@@ -60,6 +63,28 @@ impl RecordedMotion {
     /// The same with what is known beforehand of frames that do not move.
     pub(in crate::annotate) fn with_frames_at_rest(self, transforms: Transforms) -> Self {
         RecordedMotion { transforms, ..self }
+    }
+
+    /// All that a recording says.
+    ///
+    /// # Errors
+    /// Those of `RecordingReader::open_filtered` and `next_record`.
+    pub(in crate::annotate) fn read(overview: &Overview, wanted: &EgoMotionSource) -> Result<Self> {
+        let mut recorded = RecordedMotion::default();
+        for channel in overview.channels.values() {
+            recorded.add_channel(overview, channel, wanted);
+        }
+        if recorded.is_empty() {
+            return Ok(RecordedMotion::default());
+        }
+        let topics = recorded.channels().map(|(id, topic)| (id, topic.as_str().into())).collect();
+        let mut walk = Walk::open(overview, topics, &Selection::default())?;
+        while let Some(step) = walk.next()? {
+            if let Record::Message { header, data, .. } = &step.record {
+                recorded.take(header.channel_id, data);
+            }
+        }
+        Ok(recorded)
     }
 
     /// Takes messages of a channel from now on, if they are wanted and say poses.
@@ -122,6 +147,10 @@ impl RecordedMotion {
                 *newest_ns = (*newest_ns).max(stamp_ns);
             }
         });
+    }
+
+    /// Forgets poses of long ago.
+    pub(in crate::annotate) fn forget_what_is_past(&mut self) {
         if self.newest_ns.saturating_sub(self.forgotten_ns) > FORGET_EVERY_NS {
             self.forgotten_ns = self.newest_ns;
             let oldest = self.newest_ns.saturating_sub(KEPT_NS);

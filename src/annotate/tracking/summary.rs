@@ -7,6 +7,9 @@ use serde::Serialize;
 use divmerge_core::cloud::Body;
 use divmerge_core::over_time::{DecidedFrame, InstanceTrack, ObservedInstance};
 
+/// An object that was out of sight for longer may have stood meanwhile, seconds.
+const LONGEST_STEP: f64 = 0.5;
+
 /// An object that moves in fewer clouds stands: chance alone comes to one or two.
 const LEAST_MOVING: u64 = 3;
 
@@ -29,7 +32,7 @@ pub struct TrackSummary {
     /// Length, width and height of its box in the last cloud, metres: the size of its sightings of
     /// most points.
     pub size: [f32; 3],
-    /// Whether it ever moved.
+    /// Whether it moved: in half of its clouds, or by its own length in all.
     pub moving: bool,
     /// Mean speed over the ground while it moved, and the standard error of the speed in a cloud;
     /// metres in a second.
@@ -51,6 +54,8 @@ struct Sums {
     points: Vec<((Body, u16), u64)>,
     /// Clouds in which it moved, and the sums of its speed and of the errors of that.
     moving: (u64, f64, f64),
+    /// How far it moved, metres.
+    way: f64,
 }
 
 impl Summaries {
@@ -69,7 +74,9 @@ impl Summaries {
                 size: [0.0; 3],
                 points: Vec::new(),
                 moving: (0, 0.0, 0.0),
+                way: 0.0,
             });
+            let step = time_ns.saturating_sub(sums.last_ns) as f64 / 1e9;
             sums.last_ns = time_ns;
             sums.clouds += 1;
             sums.size = object.bounds.size.map(|along| along as f32);
@@ -78,6 +85,7 @@ impl Summaries {
                 *clouds += 1;
                 *speed += velocity.speed();
                 *error += velocity.error;
+                sums.way += velocity.speed() * step.clamp(0.0, LONGEST_STEP);
             }
         }
         for (instance, track) in observed.iter().zip(&decided.tracks) {
@@ -97,7 +105,8 @@ impl Summaries {
     pub(super) fn each(&self) -> Vec<TrackSummary> {
         let summary = |(&track, sums): (&u32, &Sums)| {
             let (clouds, speed, error) = sums.moving;
-            let moving = clouds >= LEAST_MOVING;
+            let moving = clouds >= LEAST_MOVING
+                && (2 * clouds >= sums.clouds || sums.way >= f64::from(sums.size[0]));
             let mean = |sum: f64| (sum / clouds as f64) as f32;
             let most = sums.points.iter().max_by_key(|(_, points)| *points);
             let (body, class) = most.map(|(kind, _)| *kind)?;

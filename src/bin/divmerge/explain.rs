@@ -1,5 +1,6 @@
 //! `divmerge explain`
 
+use std::ops::Range;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
@@ -10,13 +11,16 @@ use divmerge::diagnose::explain::{
     ClusteredCloud, ExplanationReport, ExplanationText, PointFacts, Subject, nearest_points,
     return_at, what_if,
 };
+use divmerge::diagnose::track::{TrackExplanation, TrackText};
 use divmerge::frames::{CloudAt, EncodedCloud, encoded_cloud_at};
 use divmerge::pipeline;
 use divmerge::view::{self, Target, explained_scene, explanation_report};
 
 use crate::arguments::method::MethodArguments;
-use crate::arguments::values::{position, positive};
-use crate::exit::{Outcome, WrongUsage};
+use crate::arguments::tracks::FollowArguments;
+use crate::arguments::values::{position, positive, range};
+use crate::exit::{NotThere, Outcome, WrongUsage};
+use crate::followed::followed_drive;
 use crate::output::{OutputFile, Outputs, picture, rrd};
 use crate::viewer;
 
@@ -47,6 +51,23 @@ pub struct Arguments {
     /// An instance of this frame; twice, instead of two points
     #[arg(long, value_name = "ID", conflicts_with = "at")]
     instance: Vec<u32>,
+
+    /// Explain an object over time instead: why its instances of different frames share the id, for
+    /// which the frames of --frames are clustered and followed
+    #[arg(long, value_name = "ID", conflicts_with_all = ["at", "instance", "output", "rerun"])]
+    track: Option<u32>,
+
+    /// The frame of the track that is explained in detail, with its alternatives
+    #[arg(long, value_name = "N", requires = "track")]
+    link: Option<u64>,
+
+    /// Frames that are followed for --track, as in 0..50 (without 50); ids are those of `annotate`
+    /// if the frames begin at 0 [default: all]
+    #[arg(long, value_name = "A..B", value_parser = range::<u64>, requires = "track")]
+    frames: Option<Range<u64>>,
+
+    #[command(flatten)]
+    following: FollowArguments,
 
     /// Maximum distance of the nearest return from a requested point, metres
     #[arg(long, value_name = "M", default_value_t = 0.3, value_parser = positive)]
@@ -92,6 +113,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     outputs.optional(arguments.rerun.as_deref())?;
     let method =
         arguments.method.config_with_warnings(&arguments.input, arguments.topic.as_slice())?;
+    if let Some(track) = arguments.track {
+        return explain_track(arguments, &method, track);
+    }
     if let Some(other) = &method.pipeline.other_method {
         bail!(
             "{} has no votes or merges to explain; `divmerge figure --method {0}` draws its result",
@@ -104,6 +128,37 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         format!("{}: frame {} of {}", path.display(), message.number, message.topic)
     })?;
     Ok(Outcome::Done)
+}
+
+/// Explains an object over time.
+fn explain_track(arguments: &Arguments, method: &AnnotateConfig, track: u32) -> Result<Outcome> {
+    let drive = followed_drive(
+        &arguments.input,
+        (arguments.topic.as_deref(), arguments.frames.clone()),
+        (method, &arguments.following),
+    )?;
+    let params = arguments.following.options().params;
+    let Some(explanation) = TrackExplanation::of(&drive, track, &params) else {
+        let last = drive.tracks.last().map_or(0, |last| last.track);
+        return Err(NotThere(format!(
+            "no instance of {} is of track {track}; the objects have tracks up to {last}",
+            drive.topic
+        ))
+        .into());
+    };
+    let is_there = |frame: &u64| explanation.links.iter().any(|link| link.cloud == *frame);
+    if let Some(frame) = arguments.link.filter(|frame| !is_there(frame)) {
+        return Err(NotThere(format!(
+            "track {track} is not seen in frame {frame}; `divmerge explain --track {track}` lists \
+             its frames"
+        ))
+        .into());
+    }
+    match arguments.json {
+        true => println!("{}", serde_json::to_string_pretty(&explanation)?),
+        false => print!("{}", TrackText { explanation: &explanation, link: arguments.link }),
+    }
+    Ok(Outcome::of(drive.unreadable == 0))
 }
 
 /// Clusters a cloud, explains the points and writes what was asked for.
@@ -175,7 +230,11 @@ fn requested(
 fn check_usage(arguments: &Arguments) -> Result<(), WrongUsage> {
     let problem = match (arguments.at.len(), arguments.instance.len()) {
         (1 | 2, 0) | (0, 2) => return Ok(()),
-        (0, 0) => "say what to explain: --at X,Y,Z once or twice, or --instance ID twice".into(),
+        (0, 0) if arguments.track.is_some() => return Ok(()),
+        (0, 0) => {
+            "say what to explain: --at X,Y,Z once or twice, --instance ID twice, or --track ID"
+                .into()
+        }
         (points, 0) => format!("--at is given {points} times; give it once or twice"),
         (_, instances) => {
             let times = if instances == 1 { "once".into() } else { format!("{instances} times") };

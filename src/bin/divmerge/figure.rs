@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use anyhow::{Context, Result, bail};
+use clap::error::ErrorKind;
 use clap::{ArgGroup, Args};
 use divmerge::annotate::AnnotateConfig;
 use divmerge::annotate::time_spec::TimeSpec;
@@ -17,8 +18,10 @@ use divmerge::view::{
 };
 
 use crate::arguments::method::MethodArguments;
+use crate::arguments::tracks::FollowArguments;
 use crate::arguments::values::{NamedValue, one_of, range};
-use crate::exit::Outcome;
+use crate::exit::{Outcome, WrongUsage};
+use crate::followed::followed_drive;
 use crate::output::{OutputFile, Outputs, make_folder, picture};
 use crate::progress::frame_bar;
 use crate::text::counted;
@@ -90,10 +93,18 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR", conflicts_with_all = ["output", "steps", "frame", "time"])]
     video: Option<PathBuf>,
 
-    /// Frames of the video, as in 0..50 (without 50) [default: all]
-    #[arg(long, value_name = "A..B", value_parser = range::<u64>, requires = "video")]
-    #[arg(conflicts_with_all = ["output", "steps"])]
+    /// Follow objects over time and draw their ways from above, of all of --frames: what moves as a
+    /// line, what stands as a box
+    #[arg(long, requires = "output", conflicts_with_all = ["steps", "video", "frame", "time"])]
+    #[arg(conflicts_with_all = ["panels", "window"])]
+    tracks: bool,
+
+    /// Frames of the video or of the tracks, as in 0..50 (without 50) [default: all]
+    #[arg(long, value_name = "A..B", value_parser = range::<u64>, conflicts_with = "steps")]
     frames: Option<Range<u64>>,
+
+    #[command(flatten)]
+    following: FollowArguments,
 
     #[command(flatten)]
     method: MethodArguments,
@@ -116,11 +127,18 @@ const STEPS: &[NamedValue<Step>] = &[
 ];
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    if arguments.frames.is_some() && arguments.video.is_none() && !arguments.tracks {
+        let problem = "--frames needs --video or --tracks; --frame is for one picture";
+        return Err(WrongUsage(ErrorKind::MissingRequiredArgument, problem.into()).into());
+    }
     let inputs = std::iter::once(arguments.input.as_path()).chain(arguments.method.files());
     let mut outputs = Outputs::new(inputs, arguments.force);
     let output = outputs.optional(arguments.output.as_deref())?;
     let method =
         arguments.method.config_with_warnings(&arguments.input, arguments.topic.as_slice())?;
+    if let (true, Some(output)) = (arguments.tracks, &output) {
+        return tracks(arguments, &method, output);
+    }
     let panels = match (arguments.panels.as_slice(), &method.pipeline.other_method) {
         ([], None) => FigureOptions::default().panels,
         ([], Some(_)) => vec![Panel::Mask, Panel::Instances, Panel::BirdsEye],
@@ -181,6 +199,24 @@ fn clustered<'a>(
         eprintln!("warning: {}: {problem}", place());
     }
     Ok(clustered)
+}
+
+/// Draws the tracks of a drive.
+fn tracks(arguments: &Arguments, method: &AnnotateConfig, output: &OutputFile) -> Result<Outcome> {
+    let drive = followed_drive(
+        &arguments.input,
+        (arguments.topic.as_deref(), arguments.frames.clone()),
+        (method, &arguments.following),
+    )?;
+    let page = view::track_figure(&drive, arguments.view, arguments.dpi);
+    let bytes = output.write_picture(&page, arguments.dpi)?;
+    println!(
+        "wrote {} ({bytes} bytes, {} of {})",
+        output.path().display(),
+        counted(drive.tracks.len() as u64, "object"),
+        counted(drive.clouds.len() as u64, "frame")
+    );
+    Ok(Outcome::of(drive.unreadable == 0))
 }
 
 fn video(

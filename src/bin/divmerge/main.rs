@@ -18,6 +18,7 @@ mod explain;
 mod export;
 mod failures;
 mod figure;
+mod followed;
 mod info;
 mod interrupt;
 mod join;

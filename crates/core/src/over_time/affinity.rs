@@ -24,13 +24,46 @@ const GROWTH: (f64, f64) = (0.3, 0.09);
 /// Seconds between frames from which the affinity of a track falls.
 const USUAL_STEP: f64 = 0.1;
 
+/// How well a track and an instance agree. The affinity is the mean of nearness and overlap, as
+/// weighed, times the others.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Agreement {
+    /// How near the instance lies to where the track is expected, 0 to 1.
+    pub nearness: f64,
+    /// Share of the cells of both that lie on each other, 0 to 1.
+    pub overlap: f64,
+    /// How alike both are in class, length and height, 0 to 1.
+    pub likeness: f64,
+    /// Less than 1 for a track that is young or was out of sight.
+    pub trust: f64,
+    /// Distance of the instance from where the track is expected, metres.
+    pub away_m: f64,
+    /// 0 to 1.
+    pub affinity: f64,
+}
+
+/// A track and an instance of a frame by their numbers, and how well they agree.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Candidate {
+    pub track: usize,
+    pub instance: usize,
+    pub agreement: Agreement,
+}
+
+impl Candidate {
+    pub fn pair(&self) -> Pair {
+        let Candidate { track, instance, agreement } = *self;
+        Pair { track, instance, affinity: agreement.affinity }
+    }
+}
+
 /// The pairs of tracks and instances of a frame whose affinity is large enough.
 pub(super) fn affinities(
     tracks: &[Track],
     frame: &[Arc<Sighting>],
     time: f64,
     params: &TrackParams,
-) -> Vec<Pair> {
+) -> Vec<Candidate> {
     let mut pairs = Vec::new();
     for (track, of_track) in tracks.iter().enumerate() {
         let expected = Expected::new(of_track, time, params);
@@ -38,10 +71,12 @@ pub(super) fn affinities(
             if !expected.may_be(sighting) {
                 continue;
             }
-            let affinity = expected.affinity(sighting, params);
-            if affinity > params.least_affinity {
-                pairs.push(Pair { track, instance, affinity });
-            }
+            let agreement = expected.agreement(sighting, params);
+            pairs.extend(
+                agreement
+                    .filter(|agreement| agreement.affinity > params.least_affinity)
+                    .map(|agreement| Candidate { track, instance, agreement }),
+            );
         }
     }
     pairs
@@ -102,7 +137,8 @@ impl<'a> Expected<'a> {
         (0..2).all(|k| self.low[k] <= high[k] && self.high[k] >= low[k])
     }
 
-    fn affinity(&self, sighting: &Sighting, params: &TrackParams) -> f64 {
+    /// `None` where neither place nor overlap speaks for it.
+    fn agreement(&self, sighting: &Sighting, params: &TrackParams) -> Option<Agreement> {
         let length = f64::from(self.usual.size[0].min(sighting.size[0]));
         let variance = (params.place_error + 0.1 * length).powi(2) + self.variance;
         let away = |(seen, shift): &(&Sighting, Vector2<f64>)| {
@@ -114,11 +150,19 @@ impl<'a> Expected<'a> {
         let overlaps = self.sightings.iter().map(|(seen, shift)| overlap(seen, sighting, *shift));
         let overlap = overlaps.fold(0.0, f64::max);
         if nearness == 0.0 && overlap == 0.0 {
-            return 0.0;
+            return None;
         }
         let share = params.distance_weight;
         let agreed = share * nearness + (1.0 - share) * overlap;
-        agreed * likeness(self.usual, sighting, params) * self.most
+        let likeness = likeness(self.usual, sighting, params);
+        Some(Agreement {
+            nearness,
+            overlap,
+            likeness,
+            trust: self.most,
+            away_m: squared.sqrt(),
+            affinity: agreed * likeness * self.most,
+        })
     }
 }
 

@@ -22,8 +22,9 @@ mod window;
 #[cfg(test)]
 mod tests;
 
+pub use affinity::Agreement;
 pub use observation::{ObservedInstance, observe};
 pub use params::TrackParams;
 pub use tracked_object::{ObjectVelocity, TrackedObject};
-pub use tracker::{DecidedFrame, Tracker, TrackerFrame};
+pub use tracker::{DecidedFrame, TrackLink, Tracker, TrackerFrame};
 pub use votes::InstanceTrack;

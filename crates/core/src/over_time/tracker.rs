@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Translation3, Vector3};
 
-use super::affinity::affinities;
-use super::assignment::assign;
+use super::affinity::{Agreement, Candidate, affinities};
+use super::assignment::{Pair, assign};
 use super::continuation::continuations;
 use super::observation::ObservedInstance;
 use super::params::TrackParams;
@@ -14,7 +14,7 @@ use super::sighting::Sighting;
 use super::track::Track;
 use super::tracked_object::{Looks, TrackedObject};
 use super::votes::{InstanceTrack, decide};
-use super::window::{Window, WindowFrame};
+use super::window::{KeyLink, Window, WindowFrame};
 
 /// A pause between frames that ends all tracks, seconds.
 const LONGEST_PAUSE: f64 = 5.0;
@@ -47,6 +47,25 @@ pub struct DecidedFrame {
     pub tracks: Vec<InstanceTrack>,
     /// Its objects as their tracks know them; background is none.
     pub objects: Vec<TrackedObject>,
+    /// Why each of its instances continues a track.
+    pub links: Vec<TrackLink>,
+}
+
+/// Why an instance continues a track.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrackLink {
+    /// The track of the instance by association alone, before the votes of the frames around;
+    /// `None` if no instance is decided to be of it.
+    pub associated: Option<u32>,
+    /// Whether it is the first sighting of an object that was out of sight, told by its velocity
+    /// before and after.
+    pub is_continuation: bool,
+    /// Seconds since the track was seen before; `None` where one begins.
+    pub since_s: Option<f64>,
+    /// How well the instance agrees with the track; `None` where one begins.
+    pub agreement: Option<Agreement>,
+    /// The other tracks that it agrees with, and how well, 0 to 1; the largest first.
+    pub others: Vec<(u32, f64)>,
 }
 
 /// Follows objects from frame to frame.
@@ -130,7 +149,9 @@ impl Tracker {
             time - track.last().time <= longest
         });
         let pairs = affinities(&self.tracks, &sightings, time, &self.params);
-        let track_of = assign(self.tracks.len(), sightings.len(), &pairs);
+        let only_pairs: Vec<Pair> = pairs.iter().map(Candidate::pair).collect();
+        let track_of = assign(self.tracks.len(), sightings.len(), &only_pairs);
+        let links = self.links(&pairs, &track_of, time);
         let (mut keys, mut places) = (Vec::new(), Vec::new());
         for (sighting, track) in sightings.iter().zip(track_of) {
             let track = track.unwrap_or_else(|| self.begin(sighting));
@@ -141,7 +162,7 @@ impl Tracker {
             keys.push(track.key);
             places.push(track.kinematics.place);
         }
-        let frame = WindowFrame { time, sensor: local, sightings, places, keys };
+        let frame = WindowFrame { time, sensor: local, sightings, places, keys, links };
         self.window.frames.push_back(frame);
         self.continue_tracks(time);
         let lag_s = self.params.lag_s;
@@ -171,6 +192,31 @@ impl Tracker {
         self.looks.clear();
         self.last_pose = None;
         decided
+    }
+
+    /// Why each instance continues the track that it was given.
+    fn links(
+        &self,
+        pairs: &[Candidate],
+        track_of: &[Option<usize>],
+        time: f64,
+    ) -> Vec<Option<KeyLink>> {
+        let mut of_instance: Vec<Vec<&Candidate>> = vec![Vec::new(); track_of.len()];
+        pairs.iter().for_each(|pair| of_instance[pair.instance].push(pair));
+        let link = |(given, mut pairs): (&Option<usize>, Vec<&Candidate>)| {
+            let affinity = |pair: &Candidate| pair.agreement.affinity;
+            pairs.sort_by(|a, b| affinity(b).total_cmp(&affinity(a)));
+            let track = (*given)?;
+            let chosen = pairs.iter().find(|pair| pair.track == track)?;
+            let others = pairs.iter().filter(|pair| pair.track != track);
+            let others = others.map(|pair| (self.tracks[pair.track].key, affinity(pair)));
+            Some(KeyLink {
+                since_s: time - self.tracks[track].last().time,
+                agreement: chosen.agreement,
+                others: others.collect(),
+            })
+        };
+        track_of.iter().zip(of_instance).map(link).collect()
     }
 
     /// Whether a frame can follow the last one.
@@ -220,9 +266,27 @@ impl Tracker {
         };
         let tracks = decided.into_iter().map(|track| track.renumbered(&mut number)).collect();
         objects.iter_mut().for_each(|object| object.track = number(object.track));
+        let links = self.decided_links();
         self.window.advance(self.params.lag_s);
         self.forget();
-        DecidedFrame { tracks, objects }
+        DecidedFrame { tracks, objects, links }
+    }
+
+    /// Why the instances of the frame that is decided next continue tracks.
+    fn decided_links(&self) -> Vec<TrackLink> {
+        let known = |key: u32| self.numbers.get(&self.first_key(key)).copied();
+        let frame = &self.window.frames[self.window.decided];
+        let link = |(link, &key): (&Option<KeyLink>, &u32)| {
+            let others = link.iter().flat_map(|link| &link.others);
+            TrackLink {
+                associated: known(key),
+                is_continuation: link.is_none() && self.first_key(key) != key,
+                since_s: link.as_ref().map(|link| link.since_s),
+                agreement: link.as_ref().map(|link| link.agreement),
+                others: others.filter_map(|&(other, of)| Some((known(other)?, of))).collect(),
+            }
+        };
+        frame.links.iter().zip(&frame.keys).map(link).collect()
     }
 
     /// Forgets the numbers of tracks that are seen no more.

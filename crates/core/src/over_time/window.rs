@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Vector2, Vector3};
 
+use super::affinity::Agreement;
 use super::sighting::Sighting;
 
 /// A frame whose instances have been followed.
@@ -18,6 +19,18 @@ pub(super) struct WindowFrame {
     pub places: Vec<Vector2<f64>>,
     /// By sighting: key of its track.
     pub keys: Vec<u32>,
+    /// By sighting: why that is its track; `None` where one begins.
+    pub links: Vec<Option<KeyLink>>,
+}
+
+/// Why an instance continues a track.
+#[derive(Debug, Clone)]
+pub(super) struct KeyLink {
+    /// Seconds since the track was seen before.
+    pub since_s: f64,
+    pub agreement: Agreement,
+    /// Keys of the other tracks that it agrees with, and the affinities; the largest first.
+    pub others: Vec<(u32, f64)>,
 }
 
 /// Frames in their order, the last ones not decided yet.

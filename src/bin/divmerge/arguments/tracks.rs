@@ -15,6 +15,13 @@ pub struct TrackArguments {
     #[arg(long, help_heading = TIME, default_value = "auto", value_parser = one_of(MODES))]
     track: TrackMode,
 
+    #[command(flatten)]
+    following: FollowArguments,
+}
+
+/// How objects are followed.
+#[derive(Args)]
+pub struct FollowArguments {
     /// How far to look ahead before the tracks of a cloud are decided, seconds; what is written
     /// waits for as long. 0 decides at once
     #[arg(long, help_heading = TIME, value_name = "SECONDS", value_parser = lag)]
@@ -37,7 +44,13 @@ const MODES: &[NamedValue<TrackMode>] = &[
 
 impl TrackArguments {
     pub fn options(&self) -> TrackOptions {
-        let mut options = TrackOptions { mode: self.track, ..TrackOptions::default() };
+        TrackOptions { mode: self.track, ..self.following.options() }
+    }
+}
+
+impl FollowArguments {
+    pub fn options(&self) -> TrackOptions {
+        let mut options = TrackOptions::default();
         options.ego_motion = self.ego_motion.clone();
         options.params.lag_s = self.lag;
         options

@@ -1,0 +1,200 @@
+//! A drive from above: the ways of its objects and of the sensor in a frame that stands still.
+
+use std::collections::BTreeMap;
+
+use super::canvas::{Anchor, Area, Canvas, Raster, Stroke, opaque};
+use super::font::{self, Weight};
+use super::layout::{Caption, GAP, HEADING_ROW, INNER_WIDTH, MARGIN, page, titled};
+use super::legend::Key;
+use super::plane::{LabelSpots, Plane, PlaneRegion};
+use super::theme;
+use crate::annotate::{FollowedCloud, FollowedDrive};
+use crate::messages::palette::instance_colour;
+use crate::text::grouped;
+use divmerge_core::geometry::footprint::Rectangle;
+use divmerge_core::over_time::TrackedObject;
+
+/// Size of the numbers of tracks.
+const NUMBER: f64 = 8.5;
+
+/// Height of the panel over its width, least and most.
+const ASPECT: (f64, f64) = (0.3, 0.75);
+
+/// Margin around what is drawn, metres.
+const AROUND: f64 = 8.0;
+
+/// Fewest clouds of a track that is drawn: what is seen once or twice may be nothing.
+const LEAST_CLOUDS: usize = 3;
+
+/// Draws the tracks of a drive on the plane, `dpi` pixels to the inch. Where the motion of the
+/// sensor breaks off, the longest piece is drawn.
+pub fn track_figure(drive: &FollowedDrive, region: Option<PlaneRegion>, dpi: f64) -> Canvas {
+    let piece = longest_piece(&drive.clouds);
+    let tracks = Ways::of(drive, piece);
+    let sensor: Vec<[f64; 2]> = piece.iter().map(sensor_place).collect();
+    let region = region.unwrap_or_else(|| {
+        let ways = tracks.0.values().flat_map(|way| way.places.iter().copied());
+        PlaneRegion::whole(&ways.chain(sensor.iter().copied()).collect::<Vec<_>>(), AROUND, 20.0)
+    });
+    let mut canvas = page();
+    let (first, last) = (piece[0].number, piece[piece.len() - 1].number);
+    let heading = format!("{}  ·  frames {first} to {last}", drive.topic);
+    titled(&mut canvas, &heading, &remark(drive, piece));
+    let moving = tracks.0.values().filter(|way| way.is_moving).count();
+    let caption = Caption {
+        letter: None,
+        title: "objects over time",
+        count: format!(
+            "({} tracks, {} of them moving)",
+            grouped(tracks.0.len() as u64),
+            grouped(moving as u64)
+        ),
+        keys: vec![
+            Key::Words("one colour per track".into()),
+            Key::Line(Stroke::solid(theme::ON_PANEL, 2.0), "the sensor".into()),
+        ],
+    };
+    let captions = [caption];
+    let top = MARGIN + HEADING_ROW + Caption::height(&captions, INNER_WIDTH);
+    captions[0].draw(&mut canvas, [MARGIN, MARGIN + HEADING_ROW], INNER_WIDTH);
+    let share = (1.0 / region.aspect()).clamp(ASPECT.0, ASPECT.1);
+    let height = (INNER_WIDTH * share).round();
+    let area = Area { x: MARGIN, y: top, width: INNER_WIDTH, height };
+    let plane = Plane::new(area, &region);
+    surroundings(&mut canvas, &plane, piece, dpi / 96.0);
+    canvas.clipped(area, |canvas| {
+        tracks.draw(canvas, &plane);
+        way(canvas, &plane, &sensor, Stroke::solid(theme::ON_PANEL, 2.0));
+    });
+    plane.metre_bar(&mut canvas);
+    tracks.numbers(&mut canvas, &plane);
+    canvas.height = area.bottom() + GAP;
+    canvas
+}
+
+/// What the motion came from, and what is not drawn.
+fn remark(drive: &FollowedDrive, piece: &[FollowedCloud]) -> String {
+    let sources: Vec<&str> = drive.motion.sources.keys().map(String::as_str).collect();
+    let left = drive.clouds.len() - piece.len();
+    let left = match left {
+        0 => String::new(),
+        left => format!("  ·  {left} more frames lie elsewhere"),
+    };
+    format!("motion of the sensor from {}{left}", sources.join(" and "))
+}
+
+/// The most clouds one behind the other whose poses are in one frame.
+fn longest_piece(clouds: &[FollowedCloud]) -> &[FollowedCloud] {
+    let mut begins: Vec<usize> =
+        (0..clouds.len()).filter(|&at| at == 0 || clouds[at].began_anew).collect();
+    begins.push(clouds.len());
+    let pieces = begins.windows(2).map(|ends| &clouds[ends[0]..ends[1]]);
+    pieces
+        .fold(&clouds[..0], |longest, next| if next.len() > longest.len() { next } else { longest })
+}
+
+fn sensor_place(cloud: &FollowedCloud) -> [f64; 2] {
+    let place = cloud.world_from_cloud.translation.vector;
+    [place.x, place.y]
+}
+
+/// The ways of objects by the number of their track.
+struct Ways(BTreeMap<u32, Way>);
+
+struct Way {
+    places: Vec<[f64; 2]>,
+    /// The box where it was last seen.
+    last: Rectangle,
+    is_moving: bool,
+}
+
+impl Ways {
+    fn of(drive: &FollowedDrive, piece: &[FollowedCloud]) -> Self {
+        let moving = |track: u32| {
+            let found = drive.tracks.binary_search_by_key(&track, |summary| summary.track);
+            found.is_ok_and(|at| drive.tracks[at].moving)
+        };
+        let mut ways: BTreeMap<u32, Way> = BTreeMap::new();
+        for cloud in piece {
+            for object in &cloud.objects {
+                let last = footprint(cloud, object);
+                let way = ways.entry(object.track).or_insert_with(|| Way {
+                    places: Vec::new(),
+                    last,
+                    is_moving: moving(object.track),
+                });
+                way.places.push(last.centre);
+                way.last = last;
+            }
+        }
+        ways.retain(|_, way| way.places.len() >= LEAST_CLOUDS);
+        Ways(ways)
+    }
+
+    /// What stands first, then what moves.
+    fn draw(&self, canvas: &mut Canvas, plane: &Plane) {
+        for is_moving in [false, true] {
+            for (&track, of) in self.0.iter().filter(|(_, of)| of.is_moving == is_moving) {
+                let colour = instance_colour(track);
+                if is_moving {
+                    way(canvas, plane, &of.places, Stroke::solid(opaque(colour), 1.8));
+                }
+                plane.rectangle(canvas, &of.last, Stroke::solid(opaque(colour), 1.0));
+            }
+        }
+    }
+
+    /// Numbers beside the boxes, those of what moves first.
+    fn numbers(&self, canvas: &mut Canvas, plane: &Plane) {
+        let area = plane.area;
+        let (width, height) = (area.width / 4.0, 32.0);
+        let bar = Area { x: area.right() - width, y: area.bottom() - height, width, height };
+        let mut spots = LabelSpots::new(area, vec![bar]);
+        let style = theme::label(NUMBER, theme::ON_PANEL, Anchor::Middle);
+        for is_moving in [true, false] {
+            for (track, of) in self.0.iter().filter(|(_, of)| of.is_moving == is_moving) {
+                let words = track.to_string();
+                let [x, y] = plane.to_page(of.last.centre);
+                let half = of.last.size[1] / 2.0 * plane.scale;
+                let width = font::width(&words, NUMBER, Weight::Medium) + 4.0;
+                let spot = Area { x: x - width / 2.0, y: y - half - 11.0, width, height: 10.0 };
+                if spots.take(spot) {
+                    canvas.text([x, spot.bottom() - 2.0], words, style);
+                }
+            }
+        }
+    }
+}
+
+/// The box of an object in the frame that stands still.
+fn footprint(cloud: &FollowedCloud, object: &TrackedObject) -> Rectangle {
+    let pose = cloud.world_from_cloud * object.bounds.pose();
+    let ahead = pose.rotation * nalgebra::Vector3::x();
+    let size = [object.bounds.size[0].max(0.3), object.bounds.size[1].max(0.3)];
+    let centre = [pose.translation.vector.x, pose.translation.vector.y];
+    Rectangle { centre, size, yaw: ahead.y.atan2(ahead.x) }
+}
+
+/// A line from place to place.
+fn way(canvas: &mut Canvas, plane: &Plane, places: &[[f64; 2]], stroke: Stroke) {
+    for pair in places.windows(2) {
+        let [from, to] = [pair[0], pair[1]].map(|place| plane.to_page(place));
+        canvas.line(from, to, stroke);
+    }
+}
+
+/// What stands around, from above.
+fn surroundings(canvas: &mut Canvas, plane: &Plane, clouds: &[FollowedCloud], density: f64) {
+    let [width, height] =
+        [plane.area.width, plane.area.height].map(|side| ((side * density) as usize).max(1));
+    let mut raster = Raster::filled(width, height, theme::PANEL);
+    let side = density.round().max(1.0) as usize;
+    for place in clouds.iter().flat_map(|cloud| &cloud.surroundings) {
+        let page = plane.to_page(place.map(f64::from));
+        let corner = [page[0] - plane.area.x, page[1] - plane.area.y].map(|at| at * density);
+        if corner.iter().all(|at| *at >= 0.0) {
+            raster.fill_square(corner.map(|at| at as usize), side, theme::OTHER_RETURNS[1]);
+        }
+    }
+    canvas.picture(plane.area, raster);
+}
