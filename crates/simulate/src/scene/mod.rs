@@ -47,6 +47,10 @@ pub enum Scene {
 }
 
 impl Scene {
+    /// The five that tables of methods are about.
+    pub const USUAL: [Scene; 5] =
+        [Scene::Street, Scene::Parking, Scene::Crowd, Scene::Hills, Scene::Yard];
+
     /// All of them.
     pub const ALL: [Scene; 6] =
         [Scene::Street, Scene::Parking, Scene::Crowd, Scene::Hills, Scene::Yard, Scene::Traffic];

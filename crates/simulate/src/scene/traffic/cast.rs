@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use rand::RngExt;
 use rand_pcg::Pcg32;
 
-use super::{LEFT, RIGHT, TOWARDS};
+use super::lanes::{LEFT, RIGHT, TOWARDS};
 use crate::objects::person::Person;
 use crate::objects::vehicle::Vehicle;
 use crate::random::{Purpose, stream};

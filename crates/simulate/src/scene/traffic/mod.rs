@@ -12,7 +12,7 @@
 //!     0 raised middle, a tram stop
 //!  -3.4 lane towards +x: overtaking
 //!    -7 lane towards +x: ego vehicle, a cyclist on its right
-//!   -10 parked vehicles
+//!   -10 parked lorries and cars
 //!   -14 sidewalk
 //!   -22 houses             | street |
 //!   -31 sidewalk
@@ -24,10 +24,13 @@
 //! ```
 
 mod cast;
+mod lanes;
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use rand::RngExt;
+
+use lanes::{OTHER_RIGHT, OTHER_TOWARDS, RIGHT, TOWARDS};
 
 use super::plan::Plan;
 use super::tile::{Layer, TILE, Tile, strip};
@@ -38,15 +41,6 @@ use crate::material::Material::{Asphalt, Grass, Paving};
 use crate::objects::class::{PARKING, ROAD, SIDEWALK, TERRAIN};
 use crate::objects::surroundings;
 use crate::objects::vehicle::Vehicle;
-
-/// Middles of the lanes of the first avenue, metres: right, left, and the two that come towards.
-const RIGHT: f64 = -7.0;
-const LEFT: f64 = -3.4;
-const TOWARDS: [f64; 2] = [3.4, 7.0];
-
-/// Middles of the lanes of the other avenue.
-const OTHER_RIGHT: f64 = -41.4;
-const OTHER_TOWARDS: f64 = -37.8;
 
 /// Speed at which the ego vehicle goes on for good, metres per second.
 const AT_LAST: f64 = 6.0;
@@ -138,7 +132,6 @@ fn ahead_after_the_turn(tile: &mut Tile<'_>, y: f64) {
 
 fn at_rest(tile: &mut Tile<'_>, _: f64) {
     let has_street = (tile.start - TILE).rem_euclid(EVERY) < 0.5 * TILE;
-    rows::parallel(tile, 10.4);
     rows::verge(tile, 12.3, -1.0);
     rows::frontage(tile, 17.9, 1.0);
     loading(tile, -44.5);
@@ -147,6 +140,7 @@ fn at_rest(tile: &mut Tile<'_>, _: f64) {
     if has_street {
         tram_stop(tile);
     } else {
+        rows::parallel(tile, 10.4);
         loading(tile, -10.4);
         rows::verge(tile, -12.3, 1.0);
         rows::parallel(tile, -34.7);
