@@ -32,7 +32,7 @@ use crate::taxonomy::PyTaxonomy;
 /// `true_instance`: then the figures of each annotated topic, by its name. taxonomy: as for
 /// `cluster`. A class that it does not know is an error. min_points: unmatched segments of fewer
 /// points are neither spurious nor missed. over_time: also LSTQ, HOTA, changes of ids and
-/// occlusions, for instances that last from scan to scan; arrays count as a tenth of a second apart.
+/// occlusions, for instances that last from scan to scan; arrays count as 0.1 s apart.
 /// topic: of a recording only this one.
 pub fn evaluate<'py>(
     py: Python<'py>,

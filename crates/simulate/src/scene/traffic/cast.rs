@@ -65,7 +65,7 @@ fn convoy(rng: &mut Pcg32) -> Vec<Actor> {
     const SPEED: f64 = 4.0;
     let lorry = |place: usize| {
         let x = 58.0 + 20.0 * place as f64 + rng.random_range(-1.0..1.0);
-        let length = rng.random_range(9.5..11.5);
+        let length = rng.random_range(8.0..9.5);
         vehicle(Vehicle::lorry(rng, length), Trajectory::straight([x, TOWARDS[0]], PI, SPEED))
     };
     (0..5).map(lorry).collect()
