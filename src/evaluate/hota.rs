@@ -20,11 +20,10 @@
 
 use std::collections::BTreeMap;
 
-use pathfinding::kuhn_munkres::kuhn_munkres;
-use pathfinding::matrix::Matrix;
 use serde::Serialize;
 
 use super::overlaps::{FrameOverlaps, TrueObject};
+use divmerge_core::geometry::assignment::assign;
 
 /// Number of thresholds.
 const THRESHOLDS: usize = 19;
@@ -42,7 +41,8 @@ pub struct Hota {
     pub ass_a: f64,
 }
 
-/// Sums over any number of sequences.
+/// Sums over any number of sequences, and the frames of the current one, some kilobytes each: which
+/// ids are paired depends on all of them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct HotaSums {
     min_points: u64,
@@ -191,25 +191,13 @@ impl Frame {
 
     /// Ids that are paired, and their similarity.
     fn pairs(&self, lives: &Lives) -> Vec<(IdPair, f64)> {
-        // The crate wants no more rows than columns.
-        let is_turned = self.objects.len() > self.found.len();
-        let (rows, columns) = (self.objects.len(), self.found.len());
-        let (rows, columns) = if is_turned { (columns, rows) } else { (rows, columns) };
-        if rows == 0 {
-            return Vec::new();
-        }
-        let place = |object, id| if is_turned { (id, object) } else { (object, id) };
-        let mut weights = Matrix::new(rows, columns, 0_i64);
-        for &(object, id, similarity) in &self.similarities {
+        let weight = |&(object, id, similarity): &(usize, usize, f64)| {
             let alignment = lives.alignment((self.objects[object], self.found[id]));
-            weights[place(object, id)] = (similarity * alignment * 1e12).round() as i64;
-        }
-        let (_, chosen) = kuhn_munkres(&weights);
-        let is_chosen = |&&(object, id, _): &&(usize, usize, f64)| {
-            let (row, column) = place(object, id);
-            chosen[row] == column
+            (object, id, similarity * alignment)
         };
-        let pairs = self.similarities.iter().filter(is_chosen);
+        let weights: Vec<(usize, usize, f64)> = self.similarities.iter().map(weight).collect();
+        let id_of = assign(self.objects.len(), self.found.len(), &weights);
+        let pairs = self.similarities.iter().filter(|pair| id_of[pair.0] == Some(pair.1));
         pairs.map(|&(object, id, iou)| ((self.objects[object], self.found[id]), iou)).collect()
     }
 }
