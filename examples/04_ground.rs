@@ -194,7 +194,7 @@ fn simulated() {
     let mut by_sensor = Sensor::USUAL.map(|_| Vec::new());
     let mut summary = Vec::new();
     println!("| Scene | situation | {sensors} |\n| --- | --- |{}", " ---: |".repeat(4));
-    for scene in Scene::ALL {
+    for scene in Scene::USUAL {
         let mut figures: Vec<[f64; 4]> = Vec::new();
         for situation in &SITUATIONS {
             let mut cells = Vec::new();

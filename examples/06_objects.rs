@@ -303,7 +303,7 @@ fn labelled(root: &Path, only: Option<&str>) -> Result<Vec<Frame>> {
 fn simulated() -> Vec<Frame> {
     let mut frames = Vec::new();
     for sensor in Sensor::USUAL {
-        for scene in Scene::ALL {
+        for scene in Scene::USUAL {
             for seed in 101..103 {
                 let frame = Drive::new(sensor, scene, seed).frame(20);
                 let classes = frame.cloud.class.clone().unwrap_or_default();

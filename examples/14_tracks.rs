@@ -4,6 +4,8 @@
 //! cargo run --release --example 14_tracks -- ../shared/data/semantickitti
 //! # Some simulated sensors only.
 //! cargo run --release --example 14_tracks -- vlp-16 hdl-32e
+//! # The table of scene `traffic`, of all four sensors or of some.
+//! cargo run --release --example 14_tracks -- traffic
 //! ```
 //!
 //! S_assoc is that of LSTQ (Aygün et al. 2021). With true classes every object of more than one
@@ -18,7 +20,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use divmerge::datasets::semantic_kitti::{labelled_scans, read_labels, read_scan};
-use divmerge::evaluate::{Identity, OverTime};
+use divmerge::evaluate::{OverTime, SCAN_STEP_NS, Tracking};
 use divmerge::over_time::ego_motion::{EgoMotion, EgoMotionParams, RegistrationScan, ScanParams};
 use divmerge::over_time::{
     InstanceTrack, ObservedInstance, TrackParams, Tracker, TrackerFrame, observe,
@@ -33,7 +35,7 @@ const SCENES: [Scene; 3] = [Scene::Street, Scene::Parking, Scene::Crowd];
 const FRAMES: usize = 300;
 const SEED: u64 = 21;
 /// Seconds between frames.
-const STEP: f64 = 0.1;
+const STEP: f64 = SCAN_STEP_NS as f64 * 1e-9;
 
 fn main() -> Result<()> {
     let (mut sensors, mut folders) = (Vec::new(), Vec::new());
@@ -43,6 +45,12 @@ fn main() -> Result<()> {
             Err(_) => folders.push(argument),
         }
     }
+    if sensors.is_empty() {
+        sensors.extend(Sensor::USUAL);
+    }
+    if folders == ["traffic"] {
+        return traffic(&sensors);
+    }
     println!(
         "| drive | frames | S_assoc | perfect | estimated | switches an object | no classes | \
          perfect |\n| --- | --: | --: | --: | --: | --: | --: | --: |"
@@ -50,7 +58,7 @@ fn main() -> Result<()> {
     for folder in &folders {
         real(Path::new(folder))?;
     }
-    for sensor in if sensors.is_empty() { Sensor::USUAL.to_vec() } else { sensors } {
+    for sensor in sensors {
         for scene in SCENES {
             let drive = Drive::new(sensor, scene, SEED);
             let mut scores = DriveScores::new();
@@ -90,6 +98,53 @@ fn real(root: &Path) -> Result<()> {
     }
     all.print("SemanticKITTI, all");
     Ok(())
+}
+
+/// The table of scene `traffic`: true classes, objects of more than one point.
+fn traffic(sensors: &[Sensor]) -> Result<()> {
+    println!(
+        "| sensor | objects | S_assoc | perfect | estimated | switches an object | fragmentations \
+         an object | HOTA | perfect | occlusions | found again | kept |\n| --- | --: | --: | --: | \
+         --: | --: | --: | --: | --: | --: | --: | --: |"
+    );
+    for &sensor in sensors {
+        let taxonomy = Taxonomy::semantic_kitti();
+        let [mut true_motion, mut estimated] = [(); 2].map(|()| Followed::new(&taxonomy, 1));
+        let drive = Drive::new(sensor, Scene::Traffic, SEED);
+        for number in 0..FRAMES {
+            let frame = drive.frame(number);
+            let id = frame.true_instance.iter().map(|&id| u32::from(id)).collect();
+            let truth = Truth::new(frame.cloud.class.as_deref().unwrap_or(&[]), id, &taxonomy);
+            let stages = run(&frame.cloud, MaskSource::Classes(&taxonomy), &Config::best());
+            true_motion.push(&frame.cloud, &stages, Some(frame.pose), &truth);
+            estimated.push(&frame.cloud, &stages, None, &truth);
+        }
+        true_motion.end();
+        estimated.end();
+        println!("{}", traffic_row(sensor, &true_motion, &estimated));
+    }
+    Ok(())
+}
+
+fn traffic_row(sensor: Sensor, followed: &Followed, estimated: &Followed) -> String {
+    let scores = followed.tracking.scores();
+    let perfect = followed.perfect_tracking.scores();
+    let (changes, occlusions) = (scores.id_changes, scores.occlusions);
+    let each = |count: u64| count as f64 / changes.objects.max(1) as f64;
+    format!(
+        "| {sensor} | {} | {:.1} | {:.1} | {:.1} | {:.2} | {:.2} | {:.1} | {:.1} | {} | {} | {} |",
+        changes.objects,
+        100.0 * followed.found.s_assoc(),
+        100.0 * followed.perfect.s_assoc(),
+        100.0 * estimated.found.s_assoc(),
+        each(changes.switches),
+        each(changes.fragmentations),
+        100.0 * scores.hota.hota,
+        100.0 * perfect.hota.hota,
+        occlusions.cases,
+        occlusions.found,
+        occlusions.kept,
+    )
 }
 
 /// What a drive with and without classes comes to.
@@ -141,7 +196,7 @@ impl DriveScores {
     fn print(&self, name: &str) {
         let percent = |followed: &OverTime| 100.0 * followed.s_assoc();
         let [with, estimated, without] = [&self.with_classes, &self.estimated, &self.without];
-        let changes = with.identity.changes();
+        let changes = with.tracking.scores().id_changes;
         println!(
             "| {name} | {} | {:.1} | {:.1} | {:.1} | {:.2} of {} | {:.1} | {:.1} |",
             self.frames,
@@ -194,7 +249,9 @@ struct Followed {
     frame: usize,
     found: OverTime,
     perfect: OverTime,
-    identity: Identity,
+    tracking: Tracking,
+    perfect_tracking: Tracking,
+    scored: u64,
 }
 
 impl Followed {
@@ -206,7 +263,9 @@ impl Followed {
             frame: 0,
             found: OverTime::of(taxonomy, min_points),
             perfect: OverTime::of(taxonomy, min_points),
-            identity: Identity::new(min_points),
+            tracking: Tracking::new(min_points),
+            perfect_tracking: Tracking::new(min_points),
+            scored: 0,
         }
     }
 
@@ -243,8 +302,12 @@ impl Followed {
         let found = point_tracks(&instance, &observed, &cloud, tracks);
         // Instances stand for classes: they say nothing of association.
         self.found.add(&class, &found, &class, &id);
-        self.perfect.add(&class, &perfect(&instance, &objects, self.frame), &class, &id);
-        self.identity.add(&found, &objects);
+        let perfect = perfect(&instance, &objects, self.scored);
+        self.perfect.add(&class, &perfect, &class, &id);
+        let time_ns = self.scored * SCAN_STEP_NS;
+        self.tracking.add(time_ns, &found, &objects);
+        self.perfect_tracking.add(time_ns, &perfect, &objects);
+        self.scored += 1;
     }
 
     fn end(&mut self) {
@@ -252,7 +315,8 @@ impl Followed {
         decided.iter().for_each(|frame| self.score(&frame.tracks));
         self.found.end_sequence();
         self.perfect.end_sequence();
-        self.identity.end_sequence();
+        self.tracking.end_sequence();
+        self.perfect_tracking.end_sequence();
         self.ego_motion = EgoMotion::new(EgoMotionParams::default());
     }
 }
@@ -275,7 +339,7 @@ fn point_tracks(
 
 /// Ids as a perfect tracker gives them: that of the object that most points of an instance are of;
 /// else one that comes once.
-fn perfect(instance: &[u32], objects: &[Option<(u16, u32)>], frame: usize) -> Vec<u32> {
+fn perfect(instance: &[u32], objects: &[Option<(u16, u32)>], frame: u64) -> Vec<u32> {
     const ONCE: u32 = 1 << 31;
     let mut votes: BTreeMap<u32, BTreeMap<u32, usize>> = BTreeMap::new();
     for (&instance, object) in instance.iter().zip(objects).filter(|(id, _)| **id != 0) {

@@ -83,7 +83,7 @@ fn main() -> Result<()> {
 }
 
 fn simulated(bench: &mut Bench, seeds: std::ops::RangeInclusive<u64>) {
-    for scene in Scene::ALL {
+    for scene in Scene::USUAL {
         for sensor in Sensor::ALL {
             for drive in seeds.clone().map(|seed| Drive::new(sensor, scene, seed)) {
                 for frame in FRAMES.map(|number| drive.frame(number)) {

@@ -179,7 +179,7 @@ pub(super) fn scores(bytes: &[u8]) -> Ended {
     let truth = ScanLabels::of_columns(&other, instance);
     let metrics = MetricSet { taxonomy: taxonomy(), min_points: 2, entropy: true, over_time: true };
     let mut sums = Evaluation::new(metrics);
-    sums.add((&found, "found"), (&truth, "truth"), Some(&case.cloud))
+    sums.add(0, (&found, "found"), (&truth, "truth"), Some(&case.cloud))
         .map_err(|error| error.to_string())?;
     sums.end_sequence();
     serde_json::to_string(&sums.scores()).map(|_| "scored".to_owned()).map_err(|e| e.to_string())

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use divmerge::evaluate::panoptic::MIN_POINTS;
-use divmerge::evaluate::{Evaluation, MetricSet, ScanLabels, Scores};
+use divmerge::evaluate::{Evaluation, MetricSet, SCAN_STEP_NS, ScanLabels, Scores};
 use divmerge::frames::{EncodedClouds, annotated_topics};
 use divmerge::messages::annotation::object_field;
 use divmerge::recording::Overview;
@@ -31,8 +31,9 @@ use crate::taxonomy::PyTaxonomy;
 /// the path of an annotated recording whose clouds carry their truth as `label` and
 /// `true_instance`: then the figures of each annotated topic, by its name. taxonomy: as for
 /// `cluster`. A class that it does not know is an error. min_points: unmatched segments of fewer
-/// points are neither spurious nor missed. over_time: also LSTQ, for instances that last from scan
-/// to scan. topic: of a recording only this one.
+/// points are neither spurious nor missed. over_time: also LSTQ, HOTA, changes of ids and
+/// occlusions, for instances that last from scan to scan; arrays count as 0.1 s apart.
+/// topic: of a recording only this one.
 pub fn evaluate<'py>(
     py: Python<'py>,
     scans: &Bound<'py, PyAny>,
@@ -57,7 +58,9 @@ pub fn evaluate<'py>(
     for (number, pair) in each.enumerate() {
         let (truth, found) = sides(&pair?, number)?;
         let places = ["prediction", "truth"].map(|side| format!("{side} of scan {number}"));
-        let added = py.detach(|| sums.add((&found, &places[0]), (&truth, &places[1]), None));
+        let time_ns = number as u64 * SCAN_STEP_NS;
+        let (found, truth) = ((&found, places[0].as_str()), (&truth, places[1].as_str()));
+        let added = py.detach(|| sums.add(time_ns, found, truth, None));
         added.map_err(raised)?;
     }
     sums.end_sequence();
@@ -132,7 +135,7 @@ fn score(path: &Path, topic: &str, metrics: MetricSet) -> divmerge::Result<Score
         };
         let found = if metrics.over_time { object_field(&wire) } else { "instance" };
         let (found, truth) = (own("semantic", found)?, own("label", "true_instance")?);
-        sums.add((&found, &place), (&truth, &place), None)?;
+        sums.add(message.log_time_ns(), (&found, &place), (&truth, &place), None)?;
     }
     sums.end_sequence();
     Ok(sums.scores())

@@ -36,9 +36,9 @@ const ENCODINGS: [(&str, CloudFormat); 5] = [
 /// simulate` writes.
 ///
 /// Its clouds on /lidar/points carry `label` (SemanticKITTI's class) and `true_instance`. `sensor`:
-/// "hdl-64e", "vlp-16", "os1-128", ...; `scene`: "street", "parking", "crowd", "hills" or "yard";
-/// `frames`: a tenth of a second each; `encoding`: "ros2", "ros1", "foxglove-protobuf",
-/// "foxglove-json" or "foxglove-ros2".
+/// "hdl-64e", "vlp-16", "os1-128", ...; `scene`: "street", "parking", "crowd", "hills", "yard"
+/// or "traffic"; `frames`: a tenth of a second each; `encoding`: "ros2", "ros1",
+/// "foxglove-protobuf", "foxglove-json" or "foxglove-ros2".
 pub fn simulate<'py>(
     py: Python<'py>,
     out: PathBuf,

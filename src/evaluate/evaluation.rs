@@ -4,13 +4,16 @@ use rustc_hash::FxHashMap;
 use serde::Serialize;
 
 use super::entropy::{Entropies, entropies, true_parts};
-use super::identity::{IdChanges, Identity};
 use super::over_time::{Lstq, OverTime};
 use super::panoptic::Panoptic;
 use super::report::PanopticReport;
+use super::tracking::{Tracking, TrackingScores};
 use crate::error::{Error, Result};
 use divmerge_core::cloud::PointCloud;
 use divmerge_core::cloud::taxonomy::Taxonomy;
+
+/// Nanoseconds from scan to scan where scans have no time.
+pub const SCAN_STEP_NS: u64 = 100_000_000;
 
 /// Which metrics are computed, and over which classes.
 #[derive(Debug, Clone, Copy)]
@@ -21,7 +24,7 @@ pub struct MetricSet<'a> {
     pub min_points: u64,
     /// Whether to compute over- and under-segmentation entropies, which need the clouds.
     pub entropy: bool,
-    /// Whether to compute LSTQ.
+    /// Whether to score ids over time: LSTQ, changes, occlusions and HOTA.
     pub over_time: bool,
 }
 
@@ -82,7 +85,7 @@ pub struct Evaluation<'a> {
     metrics: MetricSet<'a>,
     panoptic: Panoptic,
     over_time: OverTime,
-    identity: Identity,
+    tracking: Tracking,
     entropies: Vec<Entropies>,
     scans: u64,
     points: u64,
@@ -104,9 +107,9 @@ pub struct Scores {
     /// LSTQ, if asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub over_time: Option<Lstq>,
-    /// How often ids change, if LSTQ is asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub id_changes: Option<IdChanges>,
+    /// Changes of ids, occlusions and HOTA, if LSTQ is asked for.
+    #[serde(flatten)]
+    pub tracking: Option<TrackingScores>,
 }
 
 impl<'a> Evaluation<'a> {
@@ -116,15 +119,15 @@ impl<'a> Evaluation<'a> {
             metrics,
             panoptic: Panoptic::of(metrics.taxonomy, metrics.min_points),
             over_time: OverTime::of(metrics.taxonomy, metrics.min_points),
-            identity: Identity::new(metrics.min_points),
+            tracking: Tracking::new(metrics.min_points),
             entropies: Vec::new(),
             scans: 0,
             points: 0,
         }
     }
 
-    /// Adds a scan: the labels found and the true ones, each with the place it was read from, and
-    /// the cloud if entropies are computed.
+    /// Adds a scan: its time in nanoseconds, the labels found and the true ones, each with the
+    /// place it was read from, and the cloud if entropies are computed.
     ///
     /// # Errors
     /// [`Error::UnknownClass`] if the taxonomy does not know a class.
@@ -133,6 +136,7 @@ impl<'a> Evaluation<'a> {
     /// If the sides differ in length.
     pub fn add(
         &mut self,
+        time_ns: u64,
         found: (&ScanLabels, &str),
         truth: (&ScanLabels, &str),
         cloud: Option<&PointCloud>,
@@ -143,12 +147,7 @@ impl<'a> Evaluation<'a> {
         if self.metrics.over_time {
             let (own, other) = (&found.instance, &truth.instance);
             self.over_time.add(&found_class, own, &true_class, other);
-            let classes = self.metrics.taxonomy.classes();
-            let object = |(&class, &id): (&u16, &u32)| {
-                (id != 0 && classes[usize::from(class)].is_thing).then_some((class, id))
-            };
-            let objects: Vec<_> = true_class.iter().zip(other).map(object).collect();
-            self.identity.add(own, &objects);
+            self.add_tracking(time_ns, own, (&true_class, other));
         }
         if let Some(cloud) = cloud {
             self.entropies.push(self.entropies(cloud, found, truth, &true_class));
@@ -158,10 +157,24 @@ impl<'a> Evaluation<'a> {
         Ok(())
     }
 
+    /// Points whose true class is ignored, and those of things without an id, leave on both sides.
+    fn add_tracking(&mut self, time_ns: u64, found: &[u32], truth: (&[u16], &[u32])) {
+        let classes = self.metrics.taxonomy.classes();
+        let side = |((&class, &id), &found): ((&u16, &u32), &u32)| {
+            let class_of = &classes[usize::from(class)];
+            let is_left_out = class_of.is_ignored || (class_of.is_thing && id == 0);
+            let object = (class_of.is_thing && !is_left_out).then_some((class, id));
+            (if is_left_out { 0 } else { found }, object)
+        };
+        let points = truth.0.iter().zip(truth.1).zip(found);
+        let (found, objects): (Vec<u32>, Vec<_>) = points.map(side).unzip();
+        self.tracking.add(time_ns, &found, &objects);
+    }
+
     /// Ends a sequence: later ids are those of other objects.
     pub fn end_sequence(&mut self) {
         self.over_time.end_sequence();
-        self.identity.end_sequence();
+        self.tracking.end_sequence();
     }
 
     /// The scores of all scans added so far.
@@ -173,7 +186,7 @@ impl<'a> Evaluation<'a> {
             report: PanopticReport::new(&self.panoptic, taxonomy),
             entropy: entropy.then_some(self.entropies),
             over_time: over_time.then(|| self.over_time.lstq(&self.panoptic, taxonomy)),
-            id_changes: over_time.then(|| self.identity.changes()),
+            tracking: over_time.then(|| self.tracking.scores()),
         }
     }
 

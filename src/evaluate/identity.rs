@@ -11,13 +11,15 @@
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 
+use super::overlaps::{FrameOverlaps, TrueObject};
+
 /// Sums over any number of sequences.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Identity {
     min_points: u64,
     changes: IdChanges,
     /// Objects of the current sequence: class and id.
-    objects: FxHashMap<(u16, u32), Following>,
+    objects: FxHashMap<TrueObject, Following>,
 }
 
 /// How an object was followed so far.
@@ -48,32 +50,11 @@ impl Identity {
         Identity { min_points, ..Identity::default() }
     }
 
-    /// Adds the next frame of a sequence, N points: found ids, 0 for none, and of points of things
-    /// the true class and object; `None` for others.
-    ///
-    /// # Panics
-    /// If the columns differ in length.
-    pub fn add(&mut self, found: &[u32], truth: &[Option<(u16, u32)>]) {
-        assert_eq!(found.len(), truth.len(), "columns of different length");
-        let mut sizes: FxHashMap<u32, u64> = FxHashMap::default();
-        let mut objects: FxHashMap<(u16, u32), u64> = FxHashMap::default();
-        let mut both: FxHashMap<((u16, u32), u32), u64> = FxHashMap::default();
-        for (&id, &object) in found.iter().zip(truth) {
-            if id != 0 {
-                *sizes.entry(id).or_default() += 1;
-            }
-            let Some(object) = object else { continue };
-            *objects.entry(object).or_default() += 1;
-            if id != 0 {
-                *both.entry((object, id)).or_default() += 1;
-            }
-        }
-        let is_match = |((object, id), shared): &(((u16, u32), u32), u64)| {
-            2 * shared > objects[object] + sizes[id] - shared
-        };
-        let matches: FxHashMap<(u16, u32), u32> =
-            both.into_iter().filter(is_match).map(|(pair, _)| pair).collect();
-        for (object, _) in objects.into_iter().filter(|&(_, size)| size > self.min_points) {
+    /// Adds the next frame of a sequence.
+    pub fn add(&mut self, overlaps: &FrameOverlaps) {
+        let matches = overlaps.matches();
+        let sizes = overlaps.objects.iter();
+        for (&object, _) in sizes.filter(|&(_, &size)| size > self.min_points) {
             let following = self.objects.entry(object).or_default();
             match (matches.get(&object), following.last) {
                 (None, _) => following.is_lost = true,
@@ -108,7 +89,7 @@ mod tests {
     fn changes(frames: &[&[u32]]) -> IdChanges {
         let mut identity = Identity::new(1);
         for &found in frames {
-            identity.add(found, &vec![Some((1, 7)); found.len()]);
+            identity.add(&FrameOverlaps::new(found, &vec![Some((1, 7)); found.len()]));
         }
         identity.end_sequence();
         identity.changes()
@@ -129,7 +110,7 @@ mod tests {
     fn sequences_are_apart() {
         let mut identity = Identity::new(0);
         for id in [1, 2] {
-            identity.add(&[id, 0], &[Some((1, 7)), None]);
+            identity.add(&FrameOverlaps::new(&[id, 0], &[Some((1, 7)), None]));
             identity.end_sequence();
         }
         let expected = IdChanges { objects: 2, found: 2, switches: 0, fragmentations: 0 };

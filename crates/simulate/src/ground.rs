@@ -1,5 +1,7 @@
 //! The ground: a smooth, sloped surface with strips of different use along x, some of them raised.
 
+use std::ops::Range;
+
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use rand::RngExt;
 
@@ -29,6 +31,14 @@ impl Relief {
         steepest: 0.07,
     };
 
+    /// A plain that is level enough for a place that is wide across: no more than 2 % along a road,
+    /// 0.8 % across.
+    pub const LEVEL: Relief = Relief {
+        profile: [(0.015, 230.0), (0.005, 90.0)],
+        crossfall: (0.008, 310.0),
+        steepest: 0.07,
+    };
+
     /// Hills: up to 15 % along a road, 5 % across, crests and dips of 140 m radius.
     pub const HILLY: Relief =
         Relief { profile: [(0.12, 180.0), (0.03, 60.0)], crossfall: (0.05, 250.0), steepest: 0.32 };
@@ -44,6 +54,35 @@ pub(super) struct Strip {
     pub material: Material,
     /// Whether it lies [`KERB`] above the road.
     pub is_raised: bool,
+}
+
+/// Streets across the strips: one in every so many metres, as low as the road.
+#[derive(Debug, Clone)]
+pub(super) struct SideStreets {
+    /// Where one of them begins and ends along x, metres.
+    pub first: Range<f64>,
+    /// From the beginning of one to that of the next, metres.
+    pub every: f64,
+    /// Where they begin and end along y, metres.
+    pub reach: Range<f64>,
+    /// What they are made of; where it ends is given by `reach`.
+    pub surface: Strip,
+}
+
+impl SideStreets {
+    fn contains(&self, x: f64, y: f64) -> bool {
+        let width = self.first.end - self.first.start;
+        self.reach.contains(&y) && (x - self.first.start).rem_euclid(self.every) < width
+    }
+
+    /// Their edges along x between two places, and some beyond.
+    fn edges(&self, from: f64, to: f64) -> impl Iterator<Item = f64> + use<> {
+        let number = |x: f64| ((x - self.first.start) / self.every).floor() as i64;
+        let (first, every) = (self.first.clone(), self.every);
+        (number(from.min(to))..=number(from.max(to))).flat_map(move |number| {
+            [first.start, first.end].map(|edge| edge + number as f64 * every)
+        })
+    }
 }
 
 /// A wave of the longitudinal profile or of the crossfall.
@@ -72,6 +111,7 @@ pub(super) struct Ground {
     steepest: f64,
     /// From the rightmost (-y) to the leftmost; the last has no end.
     strips: Vec<Strip>,
+    side_streets: Option<SideStreets>,
 }
 
 /// Where a ray meets the ground.
@@ -99,11 +139,20 @@ impl Ground {
         let profile = relief.profile.map(|(steepness, length)| wave(steepness, length));
         let (amplitude, length) = relief.crossfall;
         let crossfall = Wave { amplitude, ..wave(1.0, length) };
-        Ground { profile, crossfall, steepest: relief.steepest, strips }
+        Ground { profile, crossfall, steepest: relief.steepest, strips, side_streets: None }
     }
 
-    /// The strip at y, metres.
-    pub fn strip(&self, y: f64) -> &Strip {
+    /// The same with streets across the strips.
+    pub fn crossed_by(self, side_streets: Option<SideStreets>) -> Self {
+        Ground { side_streets, ..self }
+    }
+
+    /// The strip at a place, metres.
+    pub fn strip(&self, x: f64, y: f64) -> &Strip {
+        let side_streets = self.side_streets.as_ref();
+        if let Some(streets) = side_streets.filter(|streets| streets.contains(x, y)) {
+            return &streets.surface;
+        }
         let index = self.strips.partition_point(|strip| strip.to_y <= y);
         &self.strips[index.min(self.strips.len() - 1)]
     }
@@ -115,7 +164,7 @@ impl Ground {
 
     /// Height of the surface, metres.
     pub fn height(&self, x: f64, y: f64) -> f64 {
-        self.base(x, y) + if self.strip(y).is_raised { KERB } else { 0.0 }
+        self.base(x, y) + if self.strip(x, y).is_raised { KERB } else { 0.0 }
     }
 
     /// Slopes along x and along y.
@@ -154,7 +203,8 @@ impl Ground {
     /// raised strip, a kerb's face, or the lower level.
     pub fn hit(&self, ray: &Ray, limit: f64) -> Option<GroundHit> {
         let upper = self.descend(ray, 0.0, KERB, limit)?;
-        if self.strip(ray.at(upper).y).is_raised {
+        let at = ray.at(upper);
+        if self.strip(at.x, at.y).is_raised {
             return Some(self.surface(ray, upper));
         }
         let lower = self.descend(ray, upper, 0.0, limit);
@@ -164,7 +214,7 @@ impl Ground {
 
     fn surface(&self, ray: &Ray, range: f64) -> GroundHit {
         let at = ray.at(range);
-        let strip = self.strip(at.y);
+        let strip = self.strip(at.x, at.y);
         GroundHit {
             range,
             class: strip.class,
@@ -211,21 +261,28 @@ impl Ground {
 
     /// The face of the first raised strip that a ray runs into between two ranges.
     fn kerb_face(&self, ray: &Ray, from: f64, to: f64) -> Option<GroundHit> {
-        let [start, end] = [from, to].map(|range| ray.at(range).y);
-        let sign = (end - start).signum();
-        let inner = &self.strips[..self.strips.len() - 1];
-        let crossed = inner.iter().filter_map(|strip| {
-            let is_crossed = (strip.to_y - start) * sign > 0.0 && (end - strip.to_y) * sign > 0.0;
-            let beyond = self.strip(strip.to_y + 1e-6 * sign);
-            (is_crossed && beyond.is_raised).then_some((strip.to_y, beyond))
-        });
-        let (y, beyond) = crossed.min_by(|a, b| (a.0 * sign).total_cmp(&(b.0 * sign)))?;
-        Some(GroundHit {
-            range: (y - ray.origin.y) / ray.direction.y,
-            class: beyond.class,
-            material: beyond.material,
-            normal: Vector3::new(0.0, -sign, 0.0),
-        })
+        let [start, end] = [from, to].map(|range| ray.at(range));
+        let face = |axis: usize, edge: f64| {
+            let sign = (end[axis] - start[axis]).signum();
+            let is_crossed = (edge - start[axis]) * sign > 0.0 && (end[axis] - edge) * sign > 0.0;
+            if !is_crossed {
+                return None;
+            }
+            let range = (edge - ray.origin[axis]) / ray.direction[axis];
+            let mut beyond = ray.at(range);
+            beyond[axis] = edge + 1e-6 * sign;
+            let strip = self.strip(beyond.x, beyond.y);
+            let mut normal = Vector3::zeros();
+            normal[axis] = -sign;
+            let (class, material) = (strip.class, strip.material);
+            strip.is_raised.then_some(GroundHit { range, class, material, normal })
+        };
+        let along = self.strips[..self.strips.len() - 1].iter();
+        let along = along.filter_map(|strip| face(1, strip.to_y));
+        let streets = self.side_streets.iter();
+        let edges = streets.flat_map(|streets| streets.edges(start.x, end.x));
+        let across = edges.filter_map(|edge| face(0, edge));
+        along.chain(across).min_by(|a, b| a.range.total_cmp(&b.range))
     }
 }
 
@@ -268,6 +325,23 @@ mod tests {
         assert_eq!((face.class, face.normal), (48, Vector3::new(0.0, -1.0, 0.0)));
         assert!((face.range - 4.0_f64.hypot(1.92)).abs() < 1e-9);
         assert!(ground.hit(&ray([1.0, 0.0, 0.1]), 100.0).is_none());
+    }
+
+    #[test]
+    fn a_side_street_has_no_kerb_but_at_its_edges() {
+        let surface =
+            Strip { to_y: f64::INFINITY, class: 44, material: Material::Asphalt, is_raised: false };
+        let streets = SideStreets { first: -3.0..5.0, every: 50.0, reach: 4.0..90.0, surface };
+        let ground = level(road_and_sidewalk()).crossed_by(Some(streets));
+        // Straight on into the side street: no kerb, and the lower level.
+        let street = ground.hit(&ray([0.0, 4.0, -1.0]), 100.0).unwrap();
+        assert!((street.range - 2.0 * 17.0_f64.sqrt()).abs() < 1e-3 && street.class == 44);
+        // From the road obliquely into the side street and against its kerb at x = 5.
+        let face = ground.hit(&ray([5.0, 6.0, -1.95]), 100.0).unwrap();
+        assert_eq!((face.class, face.normal), (48, Vector3::new(-1.0, 0.0, 0.0)));
+        assert!((face.range - 61.0_f64.sqrt().hypot(1.95)).abs() < 1e-9);
+        let is_raised = [-3.1, -2.9, 4.9, 5.1, 46.9, 47.1].map(|x| ground.strip(x, 9.0).is_raised);
+        assert_eq!(is_raised, [true, false, false, true, true, false]);
     }
 
     #[test]

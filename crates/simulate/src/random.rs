@@ -14,6 +14,8 @@ pub(super) enum Purpose {
     Column = 3,
     /// Second returns of one column of one frame.
     Edge = 4,
+    /// Those who move along ways of their own.
+    Actors = 5,
 }
 
 /// The stream of `seed` for a purpose and two numbers, such as frame and column.

@@ -30,8 +30,8 @@ pub struct Arguments {
     #[arg(long, default_value = "hdl-64e", help = format!("The sensor: {}", Sensor::names()))]
     sensor: Sensor,
 
-    /// The scene: street, parking, crowd, hills or yard
-    #[arg(long, default_value = "street")]
+    /// The scene
+    #[arg(long, default_value = "street", help = format!("The scene: {}", Scene::names()))]
     scene: Scene,
 
     /// Message types of the recording

@@ -1,6 +1,7 @@
 //! Plane and space geometry without a word of this domain: grids, circles, nearest points, plane
-//! figures, fitted planes, disjoint sets.
+//! figures, fitted planes, disjoint sets, assignments.
 
+pub mod assignment;
 pub mod circle;
 pub mod disjoint_sets;
 pub mod footprint;

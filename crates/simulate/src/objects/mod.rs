@@ -8,6 +8,7 @@ pub(super) mod vehicle;
 
 use nalgebra::{Isometry3, Point3};
 
+use super::ground::Ground;
 use super::material::{Coating, Material};
 use super::shapes::Shape;
 
@@ -87,6 +88,17 @@ pub(super) struct Placed {
     pub id: u16,
     pub model: Model,
     pub world_from_object: Isometry3<f64>,
+}
+
+impl Placed {
+    /// An object on the ground at x and y, metres, turned by `yaw` radians.
+    pub fn on(ground: &Ground, id: u16, model: Model, [x, y, yaw]: [f64; 3]) -> Self {
+        let world_from_object = match model.leans {
+            true => ground.frame_on_slope(x, y, yaw),
+            false => ground.frame_upright(x, y, yaw),
+        };
+        Placed { id, model, world_from_object }
+    }
 }
 
 /// Collects parts of one class.

@@ -17,6 +17,8 @@ pub(crate) enum Body {
     Van,
     /// A cab with a separate box behind it.
     Truck,
+    /// A truck whose box has skirts almost down to the ground.
+    Lorry,
     /// A caravan, an "other vehicle".
     Caravan,
 }
@@ -88,6 +90,11 @@ impl Vehicle {
         }
     }
 
+    /// A lorry of a given length, metres, that nothing is seen through but at its cab.
+    pub fn lorry(rng: &mut Pcg32, length: f64) -> Self {
+        Vehicle { body: Body::Lorry, length, ..Vehicle::truck(rng) }
+    }
+
     /// A caravan without its car.
     pub fn caravan(rng: &mut Pcg32) -> Self {
         Vehicle {
@@ -114,7 +121,7 @@ impl Vehicle {
     /// SemanticKITTI's raw id of the vehicle at rest.
     pub fn class(&self) -> u16 {
         match self.body {
-            Body::Truck => class::TRUCK,
+            Body::Truck | Body::Lorry => class::TRUCK,
             Body::Caravan => class::OTHER_VEHICLE,
             _ => class::CAR,
         }
@@ -128,7 +135,7 @@ impl Vehicle {
     /// The vehicle under way.
     pub fn moving(&self) -> Model {
         self.driven().model(match self.body {
-            Body::Truck => class::MOVING_TRUCK,
+            Body::Truck | Body::Lorry => class::MOVING_TRUCK,
             _ => class::MOVING_CAR,
         })
     }
@@ -136,7 +143,8 @@ impl Vehicle {
     fn model(&self, class: u16) -> Model {
         let mut parts = Parts::new(class);
         match self.body {
-            Body::Truck => self.add_truck(&mut parts),
+            Body::Truck => self.add_truck(&mut parts, 0.95),
+            Body::Lorry => self.add_truck(&mut parts, 0.35),
             Body::Caravan => self.add_caravan(&mut parts),
             _ => self.add_body(&mut parts, self.length, 0.0, self.height, &self.cabin()),
         }
@@ -231,7 +239,7 @@ impl Vehicle {
             sides: [cabin.windows_from + shift, front - 0.12],
             rake,
             pillar: front - 1.35,
-            rear: self.body != Body::Van && self.body != Body::Truck,
+            rear: !matches!(self.body, Body::Van | Body::Truck | Body::Lorry),
         };
         parts.add_coated(shell, Coating::Cabin(glazing));
     }
@@ -256,7 +264,8 @@ impl Vehicle {
         }
     }
 
-    fn add_truck(&self, parts: &mut Parts) {
+    /// The box reaches down to `clearance` metres above the ground.
+    fn add_truck(&self, parts: &mut Parts, clearance: f64) {
         let (half, cab) = (0.5 * self.length, 1.9);
         let cabin = Cabin {
             belt: 1.25,
@@ -267,7 +276,8 @@ impl Vehicle {
         };
         self.add_body(parts, cab, half - 0.5 * cab, 2.4, &cabin);
         let side = 0.5 * self.width;
-        let cargo = Shape::cuboid([-half, -side, 0.95], [half - cab - 0.12, side, self.height]);
+        let low = [-half, -side, clearance];
+        let cargo = Shape::cuboid(low, [half - cab - 0.12, side, self.height]);
         parts.add(cargo, Material::Paint);
         let frame = Shape::cuboid([-half + 0.2, -0.45, 0.5], [half - cab, 0.45, 0.95]);
         parts.add(frame, Material::Metal);
@@ -288,7 +298,7 @@ impl Vehicle {
         let half = 0.5 * self.length;
         let axles: &[f64] = match self.body {
             Body::Caravan => &[-0.2],
-            Body::Truck => &[half - 1.1, -half + 1.6],
+            Body::Truck | Body::Lorry => &[half - 1.1, -half + 1.6],
             _ => &[half - 0.82, -half + 0.75],
         };
         let outer = 0.5 * self.width - 0.03;
@@ -309,7 +319,8 @@ mod tests {
     #[test]
     fn a_vehicle_keeps_its_measures() {
         let mut rng = stream(5, Purpose::Tile, 0, 0);
-        for make in [Vehicle::car, Vehicle::van, Vehicle::truck, Vehicle::caravan] {
+        let lorry = |rng: &mut Pcg32| Vehicle::lorry(rng, 11.0);
+        for make in [Vehicle::car, Vehicle::van, Vehicle::truck, lorry, Vehicle::caravan] {
             let vehicle = make(&mut rng);
             let size = vehicle.moving().high - vehicle.moving().low;
             assert!((size.x - vehicle.length).abs() < 0.06, "{vehicle:?} {size}");

@@ -2,9 +2,9 @@
 
 use rand::RngExt;
 
-use super::tile::{Ego, Layer, TILE, Tile, strip};
+use super::plan::{Ego, Plan};
+use super::tile::{Layer, TILE, Tile, strip};
 use super::{rows, walkers};
-use crate::ground::Strip;
 use crate::material::Material::{Asphalt, Paving};
 use crate::objects::class::{BICYCLIST, ROAD, SIDEWALK};
 use crate::objects::vehicle::Vehicle;
@@ -12,8 +12,7 @@ use crate::objects::{cycle, surroundings};
 
 const EGO: Ego = Ego { y: -0.5, speed: 1.5 };
 
-/// Strips from right to left, layers, and the ego vehicle.
-pub(super) fn plan() -> (Vec<Strip>, Vec<Layer>, Ego) {
+pub(super) fn plan() -> Plan {
     let strips = vec![
         strip(-3.0, SIDEWALK, Paving, true),
         strip(3.0, ROAD, Asphalt, false),
@@ -31,7 +30,7 @@ pub(super) fn plan() -> (Vec<Strip>, Vec<Layer>, Ego) {
         layer(3.9, -2.3, rows::cyclists),
         layer(-3.4, 1.5, rows::cyclists),
     ];
-    (strips, layers, EGO)
+    Plan::straight(strips, layers, EGO)
 }
 
 fn people(tile: &mut Tile<'_>, y: f64) {

@@ -3,16 +3,15 @@
 
 use rand::RngExt;
 
-use super::tile::{Ego, Layer, Tile, strip};
+use super::plan::{Ego, Plan};
+use super::tile::{Layer, Tile, strip};
 use super::{rows, walkers};
-use crate::ground::Strip;
 use crate::material::Material::{Asphalt, Grass, Paving};
 use crate::objects::class::{PARKING, ROAD, SIDEWALK, TERRAIN};
 
 const EGO: Ego = Ego { y: -1.75, speed: 7.0 };
 
-/// Strips from right to left, layers, and the ego vehicle.
-pub(super) fn plan() -> (Vec<Strip>, Vec<Layer>, Ego) {
+pub(super) fn plan() -> Plan {
     let strips = vec![
         strip(-13.2, TERRAIN, Grass, true),
         strip(-6.9, SIDEWALK, Paving, true),
@@ -28,7 +27,7 @@ pub(super) fn plan() -> (Vec<Strip>, Vec<Layer>, Ego) {
         layer(1.3, -9.0, people),
         layer(-1.4, -10.75, people),
     ];
-    (strips, layers, EGO)
+    Plan::straight(strips, layers, EGO)
 }
 
 fn people(tile: &mut Tile<'_>, y: f64) {

@@ -1,12 +1,16 @@
 //! The scenes as layers of tiles: what a tile holds depends on the seed and its number alone, so
 //! that a drive has no end and any of its frames can be made without the others.
 
+mod actor;
 mod crowd;
 mod hills;
 mod parking;
+mod plan;
 mod rows;
 mod street;
 mod tile;
+mod traffic;
+mod trajectory;
 mod walkers;
 mod yard;
 
@@ -17,7 +21,9 @@ use nalgebra::Isometry3;
 
 use super::ground::{Ground, Relief};
 use super::objects::Placed;
-use tile::{Ego, Layer, TILE, Tile};
+use actor::Actor;
+use tile::{Layer, TILE, Tile};
+use trajectory::Trajectory;
 
 /// A place to drive through.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -34,12 +40,27 @@ pub enum Scene {
     Hills,
     /// A yard of low walls (0.3 to 0.6 m), kerbs, hedges and fences along and across.
     Yard,
+    /// Two avenues and a street between them. The ego vehicle is overtaken, stops where people
+    /// cross, turns right into the street and left into the other avenue. Lorries that pass it and
+    /// lorries that are parked hide people, cars and cyclists.
+    Traffic,
 }
 
 impl Scene {
-    /// All of them.
-    pub const ALL: [Scene; 5] =
+    /// The five that tables of methods are about.
+    pub const USUAL: [Scene; 5] =
         [Scene::Street, Scene::Parking, Scene::Crowd, Scene::Hills, Scene::Yard];
+
+    /// All of them.
+    pub const ALL: [Scene; 6] =
+        [Scene::Street, Scene::Parking, Scene::Crowd, Scene::Hills, Scene::Yard, Scene::Traffic];
+
+    /// The names, as in `street, parking or crowd`.
+    pub fn names() -> String {
+        let (last, first) = Self::ALL.split_last().expect("there are some");
+        let first: Vec<&str> = first.iter().map(|scene| scene.name()).collect();
+        format!("{} or {}", first.join(", "), last.name())
+    }
 
     fn name(self) -> &'static str {
         match self {
@@ -48,6 +69,7 @@ impl Scene {
             Scene::Crowd => "crowd",
             Scene::Hills => "hills",
             Scene::Yard => "yard",
+            Scene::Traffic => "traffic",
         }
     }
 }
@@ -63,7 +85,7 @@ impl FromStr for Scene {
 
     fn from_str(name: &str) -> Result<Self, String> {
         let found = Self::ALL.into_iter().find(|scene| scene.name() == name);
-        found.ok_or_else(|| format!("`{name}` is no scene: street, parking, crowd, hills or yard"))
+        found.ok_or_else(|| format!("`{name}` is no scene: {}", Self::names()))
     }
 }
 
@@ -73,37 +95,46 @@ pub(super) struct World {
     seed: u64,
     pub ground: Ground,
     layers: Vec<Layer>,
-    ego: Ego,
+    actors: Vec<Actor>,
+    ego: Trajectory,
 }
 
 impl World {
     pub fn new(scene: Scene, seed: u64) -> Self {
-        let (strips, layers, ego) = match scene {
+        let plan = match scene {
             Scene::Street => street::plan(),
             Scene::Parking => parking::plan(),
             Scene::Crowd => crowd::plan(),
             Scene::Hills => hills::plan(),
             Scene::Yard => yard::plan(),
+            Scene::Traffic => traffic::plan(),
         };
-        let relief = if scene == Scene::Hills { Relief::HILLY } else { Relief::GENTLE };
-        World { seed, ground: Ground::new(seed, relief, strips), layers, ego }
+        let relief = match scene {
+            Scene::Hills => Relief::HILLY,
+            Scene::Traffic => Relief::LEVEL,
+            _ => Relief::GENTLE,
+        };
+        let ground = Ground::new(seed, relief, plan.strips).crossed_by(plan.side_streets);
+        let actors = (plan.actors)(seed);
+        World { seed, ground, layers: plan.layers, actors, ego: plan.ego }
     }
 
     /// Keeps the ego vehicle where it begins.
     pub fn stand(&mut self) {
-        self.ego.speed = 0.0;
+        self.ego = self.ego.clone().at_rest();
     }
 
     /// The foot of the ego vehicle after `time` seconds: on the ground, x ahead, z along its
     /// normal.
     pub fn ego(&self, time: f64) -> Isometry3<f64> {
-        let x = self.ego.speed * time;
-        self.ground.frame_on_slope(x, self.ego.y, 0.0)
+        let [x, y, heading] = self.ego.at(time);
+        self.ground.frame_on_slope(x, y, heading)
     }
 
-    /// Everything on the tiles within `reach` metres of the ego vehicle after `time` seconds.
+    /// Everything on the tiles within `reach` metres of the ego vehicle after `time` seconds, and
+    /// all actors.
     pub fn objects(&self, time: f64, reach: f64) -> Vec<Placed> {
-        let x = self.ego.speed * time;
+        let [x, ..] = self.ego.at(time);
         let mut placed = Vec::new();
         for (index, layer) in self.layers.iter().enumerate() {
             let moved = layer.speed * time;
@@ -114,12 +145,15 @@ impl World {
                 (layer.fill)(&mut tile, layer.y);
             }
         }
+        let actors = self.actors.iter().enumerate();
+        placed.extend(actors.map(|(number, actor)| actor.placed(number, time, &self.ground)));
         placed
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::actor::ACTOR_IDS;
     use super::tile::{MOVING_IDS, STATIC_IDS, ids};
     use super::*;
 
@@ -146,5 +180,9 @@ mod tests {
                 }
             }
         }
+        for scene in Scene::ALL {
+            assert!(World::new(scene, 0).actors.len() <= ACTOR_IDS.len());
+        }
+        assert!(ACTOR_IDS.into_iter().all(|id| !taken[usize::from(id)]));
     }
 }

@@ -4,17 +4,16 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_3};
 
 use rand::RngExt;
 
-use super::tile::{Ego, Layer, TILE, Tile, strip};
+use super::plan::{Ego, Plan};
+use super::tile::{Layer, TILE, Tile, strip};
 use super::{rows, walkers};
-use crate::ground::Strip;
 use crate::material::Material::{Asphalt, Grass, Paving};
 use crate::objects::class::{PARKING, ROAD, SIDEWALK, TERRAIN};
 use crate::objects::surroundings;
 
 const EGO: Ego = Ego { y: -1.3, speed: 2.5 };
 
-/// Strips from right to left, layers, and the ego vehicle.
-pub(super) fn plan() -> (Vec<Strip>, Vec<Layer>, Ego) {
+pub(super) fn plan() -> Plan {
     let strips = vec![
         strip(-31.0, TERRAIN, Grass, true),
         strip(-29.0, SIDEWALK, Paving, true),
@@ -41,7 +40,7 @@ pub(super) fn plan() -> (Vec<Strip>, Vec<Layer>, Ego) {
         layer(1.4, 29.6, people),
         layer(-1.1, -30.0, people),
     ];
-    (strips, layers, EGO)
+    Plan::straight(strips, layers, EGO)
 }
 
 fn people(tile: &mut Tile<'_>, y: f64) {

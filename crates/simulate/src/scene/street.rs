@@ -2,16 +2,15 @@
 
 use rand::RngExt;
 
-use super::tile::{Ego, Layer, TILE, Tile, strip};
+use super::plan::{Ego, Plan};
+use super::tile::{Layer, TILE, Tile, strip};
 use super::{rows, walkers};
-use crate::ground::Strip;
 use crate::material::Material::{Asphalt, Grass, Paving};
 use crate::objects::class::{PARKING, ROAD, SIDEWALK, TERRAIN};
 
 const EGO: Ego = Ego { y: -1.75, speed: 7.0 };
 
-/// Strips from right to left, layers, and the ego vehicle.
-pub(super) fn plan() -> (Vec<Strip>, Vec<Layer>, Ego) {
+pub(super) fn plan() -> Plan {
     let strips = vec![
         strip(-13.2, TERRAIN, Grass, true),
         strip(-6.9, SIDEWALK, Paving, true),
@@ -33,7 +32,7 @@ pub(super) fn plan() -> (Vec<Strip>, Vec<Layer>, Ego) {
         layer(-1.2, 12.3, people),
         layer(1.5, 14.05, people),
     ];
-    (strips, layers, EGO)
+    Plan::straight(strips, layers, EGO)
 }
 
 fn people(tile: &mut Tile<'_>, y: f64) {

@@ -27,13 +27,6 @@ pub(super) struct Layer {
     pub fill: fn(&mut Tile<'_>, f64),
 }
 
-/// The vehicle that carries the sensor.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Ego {
-    pub y: f64,
-    pub speed: f64,
-}
-
 /// A stretch of a layer, being filled.
 pub(super) struct Tile<'a> {
     pub rng: Pcg32,
@@ -85,12 +78,7 @@ impl<'a> Tile<'a> {
             0
         };
         let x = self.start + self.speed * self.time + along;
-        let world_from_object = if model.leans {
-            self.ground.frame_on_slope(x, y, yaw)
-        } else {
-            self.ground.frame_upright(x, y, yaw)
-        };
-        self.placed.push(Placed { id, model, world_from_object });
+        self.placed.push(Placed::on(self.ground, id, model, [x, y, yaw]));
     }
 }
 

@@ -4,9 +4,9 @@ use std::f64::consts::FRAC_PI_2;
 
 use rand::RngExt;
 
-use super::tile::{Ego, Layer, TILE, Tile, strip};
+use super::plan::{Ego, Plan};
+use super::tile::{Layer, TILE, Tile, strip};
 use super::{rows, walkers};
-use crate::ground::Strip;
 use crate::material::Material::{Asphalt, Grass, Paving};
 use crate::objects::class::{ROAD, SIDEWALK, TERRAIN};
 use crate::objects::surroundings;
@@ -14,8 +14,7 @@ use crate::objects::vehicle::Vehicle;
 
 const EGO: Ego = Ego { y: 0.0, speed: 2.0 };
 
-/// Strips from right to left, layers, and the ego vehicle.
-pub(super) fn plan() -> (Vec<Strip>, Vec<Layer>, Ego) {
+pub(super) fn plan() -> Plan {
     let strips = vec![
         strip(-7.0, TERRAIN, Grass, false),
         strip(-4.0, SIDEWALK, Paving, true),
@@ -26,7 +25,7 @@ pub(super) fn plan() -> (Vec<Strip>, Vec<Layer>, Ego) {
     ];
     let layer = |speed, y, fill| Layer { speed, y, fill };
     let layers = vec![layer(0.0, 0.0, at_rest), layer(1.2, -5.4, people), layer(-1.3, 5.2, people)];
-    (strips, layers, EGO)
+    Plan::straight(strips, layers, EGO)
 }
 
 fn people(tile: &mut Tile<'_>, y: f64) {

@@ -3,13 +3,13 @@
 use super::*;
 
 /// A box's footprint: middle, unit axes, half sizes.
-struct Footprint {
-    middle: Point2<f64>,
+pub(super) struct Footprint {
+    pub middle: Point2<f64>,
     axes: [Vector2<f64>; 2],
     half: [f64; 2],
 }
 
-fn footprint(object: &Placed) -> Footprint {
+pub(super) fn footprint(object: &Placed) -> Footprint {
     let (low, high) = (object.model.low, object.model.high);
     let pose = &object.world_from_object;
     let axes = [nalgebra::Vector3::x(), nalgebra::Vector3::y()];
@@ -21,7 +21,7 @@ fn footprint(object: &Placed) -> Footprint {
 }
 
 /// Whether no axis of either rectangle separates the two.
-fn overlap(a: &Footprint, b: &Footprint) -> bool {
+pub(super) fn overlap(a: &Footprint, b: &Footprint) -> bool {
     let between = b.middle - a.middle;
     a.axes.iter().chain(&b.axes).all(|axis| {
         let reach = |f: &Footprint| {
@@ -59,16 +59,17 @@ fn the_ego_vehicle_hits_nothing() {
     let drives = Scene::ALL.map(|scene| (0..5).map(move |seed| (scene, seed)));
     for (scene, seed) in drives.into_iter().flatten() {
         let world = World::new(scene, seed);
-        for second in 0..100 {
-            let time = f64::from(second);
+        for tenth in 0..1000 {
+            let time = 0.1 * f64::from(tenth);
             let pose = world.ego(time);
             let ego = Footprint {
                 middle: pose.translation.vector.xy().into(),
-                axes: [Vector2::x(), Vector2::y()],
+                axes: [nalgebra::Vector3::x(), nalgebra::Vector3::y()]
+                    .map(|axis| (pose * axis).xy().normalize()),
                 half: [2.3, 0.95],
             };
             for object in world.objects(time, 10.0).iter().filter(|o| o.id != 0) {
-                assert!(!overlap(&ego, &footprint(object)), "{scene} at {second} s");
+                assert!(!overlap(&ego, &footprint(object)), "{scene} at {time} s");
             }
         }
     }

@@ -73,8 +73,9 @@ pub struct Arguments {
     #[arg(long)]
     pub(super) entropy: bool,
 
-    /// Also score LSTQ with its association and classification parts (Aygün et al. 2021), for
-    /// instance ids that persist from frame to frame of a sequence or topic
+    /// Also score instance ids that persist from frame to frame of a sequence or topic: LSTQ with
+    /// its association and classification parts (Aygün et al. 2021), HOTA on sets of points, id
+    /// switches, and ids kept through occlusions of two seconds
     #[arg(long)]
     pub(super) over_time: bool,
 

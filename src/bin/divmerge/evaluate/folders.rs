@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Result, bail};
 use divmerge::datasets::semantic_kitti::label_pairs::{LabelPair, label_pairs};
 use divmerge::datasets::semantic_kitti::{read_labels, read_scan};
-use divmerge::evaluate::{Evaluation, MetricSet, ScanLabels, Scores};
+use divmerge::evaluate::{Evaluation, MetricSet, SCAN_STEP_NS, ScanLabels, Scores};
 use serde::Serialize;
 
 use super::arguments::Arguments;
@@ -36,8 +36,8 @@ pub fn run(
     let mut sums = Evaluation::new(*metrics);
     let bar = frame_bar("scoring", pairs.len() as u64);
     for of_sequence in pairs.chunk_by(|a, b| a.sequence == b.sequence) {
-        for pair in of_sequence {
-            add(pair, &mut sums)?;
+        for (time_ns, pair) in (0..).step_by(SCAN_STEP_NS as usize).zip(of_sequence) {
+            add(time_ns, pair, &mut sums)?;
             bar.inc(1);
         }
         sums.end_sequence();
@@ -54,7 +54,7 @@ pub fn run(
     Ok(())
 }
 
-fn add(pair: &LabelPair, sums: &mut Evaluation) -> Result<()> {
+fn add(time_ns: u64, pair: &LabelPair, sums: &mut Evaluation) -> Result<()> {
     let read = |path: &Path| Ok::<_, divmerge::Error>(ScanLabels::of_words(read_labels(path)?));
     let (truth, found) = (read(&pair.truth)?, read(&pair.prediction)?);
     let cloud = pair.scan.as_deref().map(read_scan).transpose()?;
@@ -64,5 +64,5 @@ fn add(pair: &LabelPair, sums: &mut Evaluation) -> Result<()> {
         bail!("{}: the files have changed since they were checked", pair.truth.display());
     }
     let [own, other] = [&pair.prediction, &pair.truth].map(|path| path.display().to_string());
-    Ok(sums.add((&found, &own), (&truth, &other), cloud.as_ref())?)
+    Ok(sums.add(time_ns, (&found, &own), (&truth, &other), cloud.as_ref())?)
 }

@@ -177,7 +177,7 @@ fn add(
         }
     };
     let cloud = metrics.entropy.then(|| wire.to_cloud(None).with_context(context)).transpose()?;
-    Ok(sums.add((&found, place), (&truth, place), cloud.as_ref())?)
+    Ok(sums.add(message.log_time_ns(), (&found, place), (&truth, place), cloud.as_ref())?)
 }
 
 /// Label files without a cloud, and clouds without a label file.

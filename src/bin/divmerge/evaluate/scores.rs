@@ -1,7 +1,9 @@
 //! Scores as a table, and the problems that prevent them.
 
 use anyhow::{Result, bail};
-use divmerge::evaluate::{IdChanges, PanopticQuality, Scores};
+use divmerge::evaluate::{
+    Hota, IdChanges, OcclusionCases, PanopticQuality, Scores, TrackingScores,
+};
 use divmerge::geometry::statistics::mean_and_deviation;
 
 use crate::text::{counted, grouped};
@@ -67,16 +69,31 @@ pub fn print(figures: &Scores) {
             println!("  {:<12} {assoc:>5.1}   {objects} over time", class.name);
         }
     }
-    if let Some(IdChanges { objects, found, switches, fragmentations }) = figures.id_changes {
-        println!(
-            "{} found of {}: {}, {}",
-            grouped(found),
-            counted(objects, "object"),
-            match switches {
-                1 => "1 id switch".to_owned(),
-                _ => format!("{} id switches", grouped(switches)),
-            },
-            counted(fragmentations, "fragmentation"),
-        );
+    if let Some(tracking) = &figures.tracking {
+        print_tracking(tracking);
     }
+}
+
+fn print_tracking(tracking: &TrackingScores) {
+    let Hota { hota, det_a, ass_a } = tracking.hota;
+    let [hota, det_a, ass_a] = [hota, det_a, ass_a].map(|figure| figure * 100.0);
+    println!("HOTA (points)  {hota:>5.1}   DetA {det_a:.1}   AssA {ass_a:.1}");
+    let IdChanges { objects, found, switches, fragmentations } = tracking.id_changes;
+    println!(
+        "{} found of {}: {}, {}",
+        grouped(found),
+        counted(objects, "object"),
+        match switches {
+            1 => "1 id switch".to_owned(),
+            _ => format!("{} id switches", grouped(switches)),
+        },
+        counted(fragmentations, "fragmentation"),
+    );
+    let OcclusionCases { cases, found, kept } = tracking.occlusions;
+    println!(
+        "{} of two seconds: {} found before and after, {} with the same id",
+        counted(cases, "occlusion"),
+        grouped(found),
+        grouped(kept),
+    );
 }
