@@ -59,7 +59,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
     ("numpy", &["python/src"]),
     ("object_store", &["crates/recording/src/remote"]),
     ("ort", &["src/network"]),
-    ("pathfinding", &["crates/core/src/geometry", "crates/core/src/over_time"]),
+    ("pathfinding", &["crates/core/src/geometry"]),
     ("png", &["src/view"]),
     ("pyo3", &["python/src"]),
     ("rand_pcg", &["crates/simulate", "src/comparison"]),

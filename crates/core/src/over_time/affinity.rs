@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use nalgebra::Vector2;
 
-use super::assignment::Pair;
 use super::params::TrackParams;
 use super::sighting::{Cells, Sighting};
 use super::track::Track;
@@ -51,9 +50,9 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
-    pub fn pair(&self) -> Pair {
-        let Candidate { track, instance, agreement } = *self;
-        Pair { track, instance, affinity: agreement.affinity }
+    /// The instance, the track, and the affinity.
+    pub fn weighed(&self) -> (usize, usize, f64) {
+        (self.instance, self.track, self.agreement.affinity)
     }
 }
 

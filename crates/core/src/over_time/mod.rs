@@ -5,7 +5,6 @@
 //! it gives depends on the observations and poses alone, in their order.
 
 mod affinity;
-mod assignment;
 mod continuation;
 mod displacement;
 pub mod ego_motion;

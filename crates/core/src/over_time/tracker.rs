@@ -6,7 +6,6 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Translation3, Vector3};
 
 use super::affinity::{Agreement, Candidate, affinities};
-use super::assignment::{Pair, assign};
 use super::continuation::continuations;
 use super::observation::ObservedInstance;
 use super::params::TrackParams;
@@ -15,6 +14,7 @@ use super::track::Track;
 use super::tracked_object::{Looks, TrackedObject};
 use super::votes::{InstanceTrack, decide};
 use super::window::{KeyLink, Window, WindowFrame};
+use crate::geometry::assignment::assign;
 
 /// A pause between frames that ends all tracks, seconds.
 const LONGEST_PAUSE: f64 = 5.0;
@@ -149,8 +149,8 @@ impl Tracker {
             time - track.last().time <= longest
         });
         let pairs = affinities(&self.tracks, &sightings, time, &self.params);
-        let only_pairs: Vec<Pair> = pairs.iter().map(Candidate::pair).collect();
-        let track_of = assign(self.tracks.len(), sightings.len(), &only_pairs);
+        let weighed: Vec<(usize, usize, f64)> = pairs.iter().map(Candidate::weighed).collect();
+        let track_of = assign(sightings.len(), self.tracks.len(), &weighed);
         let links = self.links(&pairs, &track_of, time);
         let (mut keys, mut places) = (Vec::new(), Vec::new());
         for (sighting, track) in sightings.iter().zip(track_of) {
