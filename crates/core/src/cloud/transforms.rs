@@ -185,7 +185,7 @@ impl Transforms {
             reached.way.last().is_some_and(|(parent, _)| *parent == reached.frame)
         };
         let world = WORLD_FRAMES.into_iter().find_map(named);
-        let world = world.or_else(|| moves_in().filter(is_parent).last())?;
+        let world = world.or_else(|| moves_in().rfind(is_parent))?;
         Some((world.frame.clone(), world.pose.inverse()))
     }
 

@@ -55,8 +55,8 @@ pub struct ObjectVelocity {
     pub along: [f64; 3],
     /// Standard error of each component on the plane, metres in a second.
     pub error: f64,
-    /// Whether it moves: faster than [`LEAST_SPEED`] and not by chance, and what was seen of it
-    /// before and after does not lie where it is seen now.
+    /// Whether it moves: faster than half a metre in a second and not by chance, and what was seen
+    /// of it before and after does not lie where it is seen now.
     pub is_moving: bool,
 }
 

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use divmerge::annotate::{EgoMotionSource, TrackMode, TrackOptions};
+use divmerge::over_time::TrackParams;
 
 use super::values::{NamedValue, lag, one_of};
 
@@ -50,9 +51,8 @@ impl TrackArguments {
 
 impl FollowArguments {
     pub fn options(&self) -> TrackOptions {
-        let mut options = TrackOptions::default();
-        options.ego_motion = self.ego_motion.clone();
-        options.params.lag_s = self.lag;
-        options
+        let params = TrackParams { lag_s: self.lag, ..TrackParams::default() };
+        let ego_motion = self.ego_motion.clone();
+        TrackOptions { ego_motion, params, ..TrackOptions::default() }
     }
 }
