@@ -42,6 +42,40 @@ fn floor_under_a_ceiling_is_the_floor() {
     assert!(count(&|height| height < 0.1) > 2000);
 }
 
+/// F1 of the floor in a room, for a sensor of 16 beams that somebody carries through it.
+fn floor_f1(half: [f64; 2], ceiling: f64, attitude: (f64, f64)) -> f64 {
+    let scene = Scene {
+        rows: 16,
+        columns: 900,
+        beams: (15.0, -15.0),
+        sensor: 1.6,
+        attitude,
+        noise: 0.02,
+        solids: room(half, ceiling),
+        ..Scene::default()
+    };
+    let (cloud, over_floor) = scene.scan();
+    let (mut both, mut all) = (0, 0);
+    for (is_found, height) in verdicts(&cloud).into_iter().zip(over_floor) {
+        let is_floor = height < scene.noise;
+        both += 2 * u32::from(is_floor && is_found);
+        all += u32::from(is_floor) + u32::from(is_found);
+    }
+    f64::from(both) / f64::from(all)
+}
+
+#[test]
+fn floor_of_a_small_room_is_not_a_slant_from_floor_to_ceiling() {
+    for half in [[3.0, 4.0], [5.0, 4.0], [7.0, 5.0]] {
+        for ceiling in [2.5, 3.0] {
+            for attitude in [(-8.0, -15.0), (0.0, 20.0), (25.0, 0.0)] {
+                let f1 = floor_f1(half, ceiling, attitude);
+                assert!(f1 > 0.9, "{half:?}, {ceiling} m high, {attitude:?}: {f1}");
+            }
+        }
+    }
+}
+
 #[test]
 fn nothing_below_the_floor_is_ground() {
     let (mut cloud, over_floor) = Scene { rows: 64, columns: 720, ..Scene::with([CAR]) }.scan();

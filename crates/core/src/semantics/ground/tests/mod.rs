@@ -2,6 +2,8 @@
 
 mod attitude;
 
+use nalgebra::{Rotation3, Vector3};
+
 use super::*;
 use crate::cloud::PointCloud;
 use crate::geometry::grid::Grid;
@@ -21,6 +23,8 @@ struct Scene {
     azimuths: (f64, f64),
     /// Height of the sensor over the floor in metres.
     sensor: f64,
+    /// Roll and pitch of the sensor in degrees.
+    attitude: (f64, f64),
     /// dz/dx of the floor.
     incline: f64,
     /// Amplitude of the range noise in metres.
@@ -36,6 +40,7 @@ impl Default for Scene {
             beams: (5.0, -25.0),
             azimuths: (-180.0, 180.0),
             sensor: 1.7,
+            attitude: (0.0, 0.0),
             incline: 0.0,
             noise: 0.0,
             solids: Vec::new(),
@@ -46,6 +51,17 @@ impl Default for Scene {
 /// A box like a car, in front of the sensor.
 const CAR: Solid = [[6.0, -1.0, 0.0], [10.0, 1.0, 1.5]];
 
+/// Four walls and a ceiling around the sensor, so many metres to each side along x and y.
+fn room([x, y]: [f64; 2], ceiling: f64) -> Vec<Solid> {
+    vec![
+        [[-x, -y, 0.0], [x, -y + 0.2, ceiling]],
+        [[-x, y - 0.2, 0.0], [x, y, ceiling]],
+        [[-x, -y, 0.0], [-x + 0.2, y, ceiling]],
+        [[x - 0.2, -y, 0.0], [x, y, ceiling]],
+        [[-x, -y, ceiling], [x, y, ceiling + 0.2]],
+    ]
+}
+
 impl Scene {
     fn with(solids: impl Into<Vec<Solid>>) -> Self {
         Scene { solids: solids.into(), ..Scene::default() }
@@ -55,14 +71,17 @@ impl Scene {
     fn scan(&self) -> (PointCloud, Vec<f64>) {
         let (mut x, mut y, mut z) = (Vec::new(), Vec::new(), Vec::new());
         let mut over_floor = Vec::new();
+        let (roll, pitch) = self.attitude;
+        let turn = Rotation3::from_euler_angles(roll.to_radians(), pitch.to_radians(), 0.0);
         for pixel in 0..self.rows * self.columns {
-            let direction = self.direction(pixel / self.columns, pixel % self.columns);
+            let beam = self.direction(pixel / self.columns, pixel % self.columns);
+            let direction: [f64; 3] = (turn * Vector3::from(beam)).into();
             let range = self.cast(direction) + self.noise * jitter(pixel);
-            let at = direction.map(|along| along * range);
+            let [seen, at] = [beam, direction].map(|unit| unit.map(|along| along * range));
             let is_return = range < 80.0;
-            x.push(if is_return { at[0] as f32 } else { f32::NAN });
-            y.push(if is_return { at[1] as f32 } else { f32::NAN });
-            z.push(if is_return { at[2] as f32 } else { f32::NAN });
+            x.push(if is_return { seen[0] as f32 } else { f32::NAN });
+            y.push(if is_return { seen[1] as f32 } else { f32::NAN });
+            z.push(if is_return { seen[2] as f32 } else { f32::NAN });
             let height = at[2] + self.sensor - self.incline * at[0];
             over_floor.push(if is_return { height } else { f64::NAN });
         }
@@ -263,14 +282,8 @@ fn ground_is_found_from_a_low_robot_and_from_a_mast() {
 #[test]
 fn a_ceiling_is_not_the_ground() {
     let hall = |sensor: f64, ceiling: f64, beams| {
-        let walls = [
-            [[-9.0, -9.0, 0.0], [9.0, -8.8, ceiling]],
-            [[-9.0, 8.8, 0.0], [9.0, 9.0, ceiling]],
-            [[-9.0, -9.0, 0.0], [-8.8, 9.0, ceiling]],
-            [[8.8, -9.0, 0.0], [9.0, 9.0, ceiling]],
-            [[-9.0, -9.0, ceiling], [9.0, 9.0, ceiling + 0.2]],
-        ];
-        Scene { sensor, beams, ..Scene::with(walls) }
+        let solids = room([9.0, 9.0], ceiling);
+        Scene { sensor, beams, solids, ..Scene::default() }
     };
     let above = |scene: &Scene| {
         let (cloud, ..) = scene.scan();
