@@ -190,6 +190,20 @@ fn wall_is_rejected_down_to_its_foot() {
 }
 
 #[test]
+fn foot_of_a_wall_is_rejected_where_rows_lie_closer_than_the_noise() {
+    let scene = Scene {
+        rows: 64,
+        beams: (2.0, -16.0),
+        sensor: 0.5,
+        noise: 0.02,
+        solids: room([3.0, 2.5], 2.5),
+        ..Scene::default()
+    };
+    let foot = share_of_ground(&scene, 0.07, 0.2);
+    assert!(foot < 0.2, "{foot} of the wall's foot taken for ground");
+}
+
+#[test]
 fn height_map_knows_heights_where_ground_is_near() {
     let positions = [[10.2, 0.5, -1.75], [10.4, 0.5, -1.7], [10.6, 0.5, -1.65]];
     let heights = HeightMap::new(positions.into_iter(), &GroundParams::default());
