@@ -62,7 +62,7 @@ const FEWEST_CELLS: f32 = 4.0;
 const STEEPEST_ON_PLANE: f32 = 0.26;
 /// Distance beyond a plane in metres from which on a cell speaks against it: nothing is seen
 /// through the ground, but for a dip.
-const BEYOND: f32 = 3.0 * BAND;
+pub(super) const BEYOND: f32 = 3.0 * BAND;
 
 impl Level {
     /// The sensor's own frame.
@@ -80,18 +80,22 @@ impl Level {
         params: &GroundParams,
     ) -> Option<Level> {
         let [below, above] = flat_cells(cloud, image, params);
-        let floor = Consensus::of(&below, Side::Below);
+        // A ground above has most cells above, wherever their chords lead.
+        let above = above.into_iter().map(|flat| FlatReturn::at_place(flat.at));
+        let above: Vec<FlatReturn> = above.collect();
+        let ceiling = if cloud.is_z_up { None } else { Consensus::of(&above, Side::Above) };
+        // Ground that a tilted sensor sees on both sides of its own plane is no floor.
+        let others = below.iter().filter(|flat| ceiling.is_none_or(|plane| !plane.carries(flat)));
+        let floor = Consensus::of(&others.copied().collect::<Vec<_>>(), Side::Below);
         let least_above = UPSIDE_DOWN_SUPPORT * floor.map_or(1.0, |floor| floor.support.max(1.0));
         let least_above = least_above.max(UPSIDE_DOWN_SHARE * above.len() as f32);
-        let may_hang = !cloud.is_z_up && above.len() as f32 > least_above;
-        let ceiling = if may_hang { Consensus::of(&above, Side::Above) } else { None };
-        match (floor, ceiling) {
-            (_, Some(ceiling)) if ceiling.support > least_above && !is_enclosed(cloud, params) => {
-                Some(Level::from_normal(-ceiling.refined(&above), true))
-            }
-            (Some(floor), _) => Some(Level::from_normal(floor.refined(&below), false)),
-            (None, _) => None,
+        if let Some(ceiling) = ceiling.filter(|ceiling| ceiling.support > least_above)
+            && !is_enclosed(cloud, params)
+        {
+            return Some(Level::from_normal(-ceiling.refined(&above), true));
         }
+        let floor = Consensus::of(&below, Side::Below)?;
+        Some(Level::from_normal(floor.refined(&below), false))
     }
 
     /// The least turn that brings `up` to z, after half a turn about x where z points down.
@@ -125,7 +129,8 @@ impl Level {
 pub(super) struct FlatReturn {
     /// Metres from the sensor.
     pub at: Vector3<f32>,
-    /// Unit vector along the surface; zero where it is unknown, which lies along every plane.
+    /// Unit vector along the surface, the mean of the chords to and from the flat returns of the
+    /// cell; zero where it is unknown, which lies along every plane.
     along: Vector3<f32>,
 }
 
@@ -161,14 +166,13 @@ fn flat_cells(
             }
             // The first return of a column has no step: not a number, and not flat.
             let is_flat = step.z.abs() <= STEEPEST * run;
-            let along = step.normalize();
             for at in [here, *last].into_iter().filter(|at| is_flat && is_away(at)) {
-                extremes[usize::from(at.z > 0.0)].keep(FlatReturn { at, along }, reach);
+                extremes[usize::from(at.z > 0.0)].keep(at, step, reach);
             }
             *last = here;
         }
     }
-    extremes.map(|extremes| extremes.returns.into_iter().flatten().collect())
+    extremes.map(|extremes| extremes.returns())
 }
 
 /// Whether a return may lie on the ground by its distance from the sensor.
@@ -195,12 +199,12 @@ fn is_enclosed(cloud: &PointCloud, params: &GroundParams) -> bool {
     is_closed.iter().filter(|&&is_closed| !is_closed).count() <= MOST_OPEN
 }
 
-/// The return farthest from the sensor's horizontal plane in each cell of a square around the
-/// sensor.
+/// The flat return farthest from the sensor's horizontal plane in each cell of a square around the
+/// sensor, and the sum of the chords to and from those of the cell.
 struct Extremes {
     cell: f32,
     side: usize,
-    returns: Vec<Option<FlatReturn>>,
+    cells: Vec<Option<FlatReturn>>,
 }
 
 impl Extremes {
@@ -211,20 +215,30 @@ impl Extremes {
         let cell = params.cell as f32;
         let half = (params.start_distance as f32 / cell).clamp(1.0, Self::MOST);
         let side = 2 * half as usize + 1;
-        Extremes { cell, side, returns: vec![None; side * side] }
+        Extremes { cell, side, cells: vec![None; side * side] }
     }
 
-    fn keep(&mut self, flat: FlatReturn, reach: f32) {
-        let at = flat.at;
-        if at.x.abs() < reach && at.y.abs() < reach {
-            let [row, column] =
-                [at.x, at.y].map(|along| (along / self.cell + 0.5 * self.side as f32) as usize);
-            if let Some(kept) = self.returns.get_mut(row * self.side + column)
-                && kept.is_none_or(|kept| at.z.abs() > kept.at.z.abs())
-            {
-                *kept = Some(flat);
+    fn keep(&mut self, at: Vector3<f32>, chord: Vector3<f32>, reach: f32) {
+        if at.x.abs() >= reach || at.y.abs() >= reach {
+            return;
+        }
+        let [row, column] =
+            [at.x, at.y].map(|along| (along / self.cell + 0.5 * self.side as f32) as usize);
+        if let Some(kept) = self.cells.get_mut(row * self.side + column) {
+            let kept = kept.get_or_insert(FlatReturn::at_place(at));
+            kept.along += chord;
+            if at.z.abs() > kept.at.z.abs() {
+                kept.at = at;
             }
         }
+    }
+
+    fn returns(self) -> Vec<FlatReturn> {
+        let unit = |FlatReturn { at, along }| FlatReturn {
+            at,
+            along: along.try_normalize(0.0).unwrap_or_default(),
+        };
+        self.cells.into_iter().flatten().map(unit).collect()
     }
 }
 

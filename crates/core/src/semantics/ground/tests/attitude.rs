@@ -1,5 +1,7 @@
 //! Tilted sensors, and how sure a verdict is.
 
+use divmerge_simulate::{self as simulate, Drive, Sensor};
+
 use super::*;
 
 /// The same cloud seen by a sensor that is turned about x (roll) and then y (pitch), degrees.
@@ -55,11 +57,15 @@ fn floor_f1(half: [f64; 2], ceiling: f64, attitude: (f64, f64)) -> f64 {
         ..Scene::default()
     };
     let (cloud, over_floor) = scene.scan();
+    f1(&cloud, over_floor.into_iter().map(|height| height < scene.noise))
+}
+
+/// F1 of what is found against what is ground.
+fn f1(cloud: &PointCloud, truth: impl Iterator<Item = bool>) -> f64 {
     let (mut both, mut all) = (0, 0);
-    for (is_found, height) in verdicts(&cloud).into_iter().zip(over_floor) {
-        let is_floor = height < scene.noise;
-        both += 2 * u32::from(is_floor && is_found);
-        all += u32::from(is_floor) + u32::from(is_found);
+    for (is_found, is_ground) in verdicts(cloud).into_iter().zip(truth) {
+        both += 2 * u32::from(is_ground && is_found);
+        all += u32::from(is_ground) + u32::from(is_found);
     }
     f64::from(both) / f64::from(all)
 }
@@ -72,6 +78,33 @@ fn floor_of_a_small_room_is_not_a_slant_from_floor_to_ceiling() {
                 let f1 = floor_f1(half, ceiling, attitude);
                 assert!(f1 > 0.9, "{half:?}, {ceiling} m high, {attitude:?}: {f1}");
             }
+        }
+    }
+}
+
+#[test]
+fn ground_is_found_with_z_down_and_from_a_lorry() {
+    const GROUND: [u16; 6] = [40, 44, 48, 49, 60, 72];
+    let sensors = [Sensor::Hdl64e, Sensor::Vlp16, Sensor::Os1_128];
+    let scenes = [simulate::Scene::Street, simulate::Scene::Parking];
+    for (sensor, scene) in sensors.into_iter().flat_map(|s| scenes.map(|scene| (s, scene))) {
+        for (height, pitch, is_z_down) in
+            [(None, 0.0, true), (None, 10.0, true), (Some(3.0), 0.0, false)]
+        {
+            let mut drive = Drive::new(sensor, scene, 201);
+            drive.mount.pitch = f64::to_radians(pitch);
+            drive.mount.height = height.unwrap_or(drive.mount.height);
+            let mut columns = drive.frame(7).cloud.into_columns();
+            if is_z_down {
+                columns.y.iter_mut().chain(&mut columns.z).for_each(|along| *along = -*along);
+            }
+            let class = columns.class.take().expect("a simulated cloud has classes");
+            let (ring, height) = (columns.ring.take(), columns.height);
+            let cloud = PointCloud::new(columns.x, columns.y, columns.z).unwrap();
+            let cloud = cloud.organised(height, columns.width).unwrap();
+            let cloud = cloud.with(|columns| columns.ring = ring).unwrap();
+            let f1 = f1(&cloud, class.iter().map(|class| GROUND.contains(class)));
+            assert!(f1 > 0.9, "{sensor} in {scene}, {pitch} degrees, {is_z_down}: {f1}");
         }
     }
 }
