@@ -26,8 +26,8 @@ impl Plane {
     const REACH: f32 = 10.0;
 
     /// Trimmed least squares through flat returns below the sensor, begun at several heights of
-    /// their lower half; the plane that most of them lie on and fewest below (ties: the lower start). `None` if
-    /// there is no such return, or if the plane passes through the sensor.
+    /// their lower half; the plane that most of them lie on and fewest below (ties: the lower
+    /// start). `None` if there is no such return, or if the plane passes through the sensor.
     pub fn of_low_flat_returns(profile: &Profile, params: &GroundParams) -> Option<Plane> {
         let mut low = low_flat_returns(profile, params);
         low.sort_unstable_by(|a, b| a[2].total_cmp(&b[2]));

@@ -32,57 +32,6 @@ fn verdicts_do_not_depend_on_the_sensors_attitude() {
 }
 
 #[test]
-fn floor_under_a_ceiling_is_the_floor() {
-    let room = [[[-30.0, -30.0, 3.0], [30.0, 30.0, 3.2]], CAR];
-    let scene = Scene { beams: (25.0, -25.0), ..Scene::with(room) };
-    let (cloud, over_floor) = scene.scan();
-    let found = verdicts(&cloud);
-    let count = |is_there: &dyn Fn(f64) -> bool| {
-        (0..cloud.len()).filter(|&i| found[i] && is_there(over_floor[i])).count()
-    };
-    assert_eq!(count(&|height| height > 2.0), 0);
-    assert!(count(&|height| height < 0.1) > 2000);
-}
-
-/// F1 of the floor in a room, for a sensor of 16 beams that somebody carries through it.
-fn floor_f1(half: [f64; 2], ceiling: f64, attitude: (f64, f64)) -> f64 {
-    let scene = Scene {
-        rows: 16,
-        columns: 900,
-        beams: (15.0, -15.0),
-        sensor: 1.6,
-        attitude,
-        noise: 0.02,
-        solids: room(half, ceiling),
-        ..Scene::default()
-    };
-    let (cloud, over_floor) = scene.scan();
-    f1(&cloud, over_floor.into_iter().map(|height| height < scene.noise))
-}
-
-/// F1 of what is found against what is ground.
-fn f1(cloud: &PointCloud, truth: impl Iterator<Item = bool>) -> f64 {
-    let (mut both, mut all) = (0, 0);
-    for (is_found, is_ground) in verdicts(cloud).into_iter().zip(truth) {
-        both += 2 * u32::from(is_ground && is_found);
-        all += u32::from(is_ground) + u32::from(is_found);
-    }
-    f64::from(both) / f64::from(all)
-}
-
-#[test]
-fn floor_of_a_small_room_is_not_a_slant_from_floor_to_ceiling() {
-    for half in [[3.0, 4.0], [5.0, 4.0], [7.0, 5.0]] {
-        for ceiling in [2.5, 3.0] {
-            for attitude in [(-8.0, -15.0), (0.0, 20.0), (25.0, 0.0)] {
-                let f1 = floor_f1(half, ceiling, attitude);
-                assert!(f1 > 0.9, "{half:?}, {ceiling} m high, {attitude:?}: {f1}");
-            }
-        }
-    }
-}
-
-#[test]
 fn ground_is_found_with_z_down_and_from_a_lorry() {
     const GROUND: [u16; 6] = [40, 44, 48, 49, 60, 72];
     let sensors = [Sensor::Hdl64e, Sensor::Vlp16, Sensor::Os1_128];
