@@ -23,6 +23,7 @@ impl PlaneRegion {
         PlaneRegion::by_axis(points, |values| {
             let low = quantile(values.iter().copied(), 0.01);
             let high = quantile(values.iter().copied(), 0.99);
+            let least = least.max(resolution([low, high]));
             let short = (least - (high - low)).max(0.0) / 2.0;
             [((low - short) / step).floor() * step, ((high + short) / step).ceil() * step]
         })
@@ -32,6 +33,7 @@ impl PlaneRegion {
     pub fn whole(points: &[[f64; 2]], margin: f64, least: f64) -> Self {
         PlaneRegion::by_axis(points, |values| {
             let [low, high] = extent(values.iter().copied()).unwrap_or([0.0; 2]);
+            let least = least.max(resolution([low, high]));
             let more = margin.max((least - (high - low)) / 2.0);
             [low - more, high + more]
         })
@@ -62,6 +64,14 @@ impl PlaneRegion {
         let [step, least] = if is_all { [2.0, 10.0] } else { [1.0, 6.0] };
         PlaneRegion::around(&points, step, least)
     }
+}
+
+/// The width in metres below which a region between two coordinates shows nothing: eight steps of
+/// single precision, in which clouds are stored. Far enough from the origin it is more than any
+/// fixed width, which rounding would reduce to none.
+fn resolution(ends: [f64; 2]) -> f64 {
+    const STEPS: f64 = 8.0;
+    STEPS * f64::from(f32::EPSILON) * ends.into_iter().map(f64::abs).fold(0.0, f64::max)
 }
 
 /// A region laid out in an area of a page.
@@ -244,6 +254,23 @@ mod tests {
     fn regions_have_a_size_even_around_nothing() {
         let region = PlaneRegion::around(&[], 5.0, 20.0);
         assert_eq!(region, PlaneRegion { x: [-10.0, 10.0], y: [-10.0, 10.0] });
+    }
+
+    #[test]
+    fn regions_have_a_size_however_far_off_they_lie() {
+        for far in [1e7, 1e19, -1e30, f64::from(f32::MAX)] {
+            for points in [vec![[far, far]], vec![[0.0, far]], vec![[-far, far], [far, far]]] {
+                let regions =
+                    [PlaneRegion::around(&points, 1.0, 6.0), PlaneRegion::whole(&points, 1.0, 6.0)];
+                for region in regions {
+                    let is_wide = [region.x, region.y].iter().all(|[low, high]| high > low);
+                    assert!(is_wide && region.aspect().is_normal(), "{points:?}: {region:?}");
+                    let area = Area { x: 0.0, y: 0.0, width: 100.0, height: 100.0 };
+                    let plane = Plane::new(area, &region);
+                    assert!(points.iter().all(|&point| plane.shows(point)), "{points:?}");
+                }
+            }
+        }
     }
 
     #[test]

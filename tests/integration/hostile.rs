@@ -77,6 +77,9 @@ fn street() -> Vec<[f32; 3]> {
     (0..cloud.len()).map(|point| cloud.position(point)).collect()
 }
 
+/// How places that are no numbers show in an SVG.
+const WILD: [&str; 6] = ["\"NaN", ",NaN", " NaN", "\"inf", ",inf", ",-inf"];
+
 #[test]
 fn wild_coordinates_are_drawn() {
     let mut points = street();
@@ -99,10 +102,25 @@ fn wild_coordinates_are_drawn() {
             let bytes = std::fs::read(&output).expect("a figure");
             if name.ends_with("svg") {
                 let svg = text(&bytes);
-                let wild = ["\"NaN", ",NaN", " NaN", "\"inf", ",inf", ",-inf"];
-                assert!(!wild.iter().any(|wild| svg.contains(wild)), "{method}");
+                assert!(!WILD.iter().any(|wild| svg.contains(wild)), "{method}");
             }
         }
+    }
+}
+
+#[test]
+fn clouds_at_one_far_place_are_drawn() {
+    for far in [1e9_f32, 1e19, -f32::MAX / 2.0] {
+        let points: Vec<[f32; 3]> = (0..64).map(|row| [far, far, row as f32 * 0.1]).collect();
+        let (folder, input) = recording("/points", "lidar", &points);
+        let output = folder.path().join("figure.svg");
+        // A part of the image is drawn without the sensor.
+        let drawn = ["--window", "0..100000", "--panels", "bev,votes", "--method", "euclidean"];
+        let arguments = [&["figure", path(&input), "-o", path(&output)][..], &drawn].concat();
+        let done = divmerge(&arguments);
+        assert_eq!(done.status.code(), Some(0), "{far}: {}", text(&done.stderr));
+        let svg = text(&std::fs::read(&output).expect("a figure"));
+        assert!(!WILD.iter().any(|wild| svg.contains(wild)), "{far}");
     }
 }
 

@@ -6,6 +6,11 @@ use super::profile::Return;
 /// A return that is no ground whatever lies around it.
 const NEVER: f32 = f32::INFINITY;
 
+/// By how much noise may part two returns of an upright face along the ground, metres: twice the
+/// noise of 0.03. The slope between returns of dense rows, which lie closer together than that,
+/// says nothing.
+const NOISE: f32 = 0.06;
+
 /// The slopes of one column from `anchor` on, a place known or taken to be ground.
 ///
 /// Each return is measured against the last flat one at least a baseline before it. Faces do not
@@ -32,7 +37,7 @@ fn reject_face(column: &[Return], top: usize, wall_slope: f32, slopes: &mut [f32
     let head = column[top];
     for under in (0..top).rev().filter(|&under| column[under].exists()) {
         let run = (head.distance - column[under].distance).abs();
-        let is_face = head.height - column[under].height > wall_slope * run;
+        let is_face = run < NOISE || head.height - column[under].height > wall_slope * run;
         if !is_face || slopes[under] == NEVER {
             break;
         }

@@ -14,7 +14,7 @@ use rustc_hash::FxHashMap;
 use super::confidence::{Evidence, Steps};
 use super::found::Ground;
 use super::height_map::HeightMap;
-use super::level::{Consensus, Level, Side};
+use super::level::{Consensus, FlatReturn, Level, Side};
 use super::params::GroundParams;
 use super::surface::Surface;
 use crate::cloud::PointCloud;
@@ -68,10 +68,11 @@ fn level(positions: &[[f32; 3]], params: &GroundParams) -> Option<(Level, f32)> 
     let mut near: Vec<Vector3<f32>> = lowest.filter(|at| at.xy().norm() < reach).collect();
     // In an order of their own, since the planes that are tried depend on it.
     near.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let near: Vec<FlatReturn> = near.into_iter().map(FlatReturn::at_place).collect();
     let plane = Consensus::of(&near, Side::Below)?;
-    let on_plane = near.iter().filter(|at| plane.carries(at));
     let level = Level::from_normal(plane.refined(&near), false);
-    let mut heights: Vec<f32> = on_plane.map(|&at| level.turn(at.into())[2]).collect();
+    let on_plane = near.iter().filter(|flat| plane.carries(flat));
+    let mut heights: Vec<f32> = on_plane.map(|flat| level.turn(flat.at.into())[2]).collect();
     Some((level, median_by(&mut heights, f32::total_cmp)?))
 }
 

@@ -6,11 +6,15 @@
 //! lies level.
 //!
 //! Steps: returns from which the next one of their column lies no steeper than `STEEPEST`, the
-//! lowest and the highest of each cell around the sensor; the plane that most of the lowest lie on,
-//! and that of the highest, by random sample consensus (Fischler and Bolles 1981, scored as Torr
-//! and Zisserman's MSAC 2000) over a fixed sequence of samples; the one below the sensor unless the
-//! one above has several times its support. A ceiling over a floor is therefore a ceiling, and a
-//! sensor that hangs upside down between both takes it for the floor.
+//! lowest and the highest of each cell around the sensor; the plane that most of the lowest lie on
+//! and run along, and that of the highest, by random sample consensus (Fischler and Bolles 1981,
+//! scored as Torr and Zisserman's MSAC 2000) over a fixed sequence of samples; the one below the
+//! sensor unless the one above has several times its support. A ceiling over a floor is therefore a
+//! ceiling, and a sensor that hangs upside down between both takes it for the floor.
+//!
+//! Places alone do not tell the floor in a small room: a tilted sensor sees a patch of floor on one
+//! side and a patch of ceiling on the other, and a plane through both carries more cells than the
+//! floor. The chords within each patch rise and fall against that plane.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
@@ -52,9 +56,13 @@ const UPSIDE_DOWN_SUPPORT: f32 = 8.0;
 const UPSIDE_DOWN_SHARE: f32 = 0.5;
 /// Cells that support the ground at least.
 const FEWEST_CELLS: f32 = 4.0;
+/// Greatest slope of a cell's chord against a plane that the cell supports, as a sine: 15 degrees,
+/// twice the tilt that noise of 0.03 m gives a chord of 0.35 m. A plane from the floor on one side
+/// of a room to the ceiling on the other leans by more, or meets but a strip of each.
+const STEEPEST_ON_PLANE: f32 = 0.26;
 /// Distance beyond a plane in metres from which on a cell speaks against it: nothing is seen
 /// through the ground, but for a dip.
-const BEYOND: f32 = 3.0 * BAND;
+pub(super) const BEYOND: f32 = 3.0 * BAND;
 
 impl Level {
     /// The sensor's own frame.
@@ -72,18 +80,22 @@ impl Level {
         params: &GroundParams,
     ) -> Option<Level> {
         let [below, above] = flat_cells(cloud, image, params);
-        let floor = Consensus::of(&below, Side::Below);
+        // A ground above has most cells above, wherever their chords lead.
+        let above = above.into_iter().map(|flat| FlatReturn::at_place(flat.at));
+        let above: Vec<FlatReturn> = above.collect();
+        let ceiling = if cloud.is_z_up { None } else { Consensus::of(&above, Side::Above) };
+        // Ground that a tilted sensor sees on both sides of its own plane is no floor.
+        let others = below.iter().filter(|flat| ceiling.is_none_or(|plane| !plane.carries(flat)));
+        let floor = Consensus::of(&others.copied().collect::<Vec<_>>(), Side::Below);
         let least_above = UPSIDE_DOWN_SUPPORT * floor.map_or(1.0, |floor| floor.support.max(1.0));
         let least_above = least_above.max(UPSIDE_DOWN_SHARE * above.len() as f32);
-        let may_hang = !cloud.is_z_up && above.len() as f32 > least_above;
-        let ceiling = if may_hang { Consensus::of(&above, Side::Above) } else { None };
-        match (floor, ceiling) {
-            (_, Some(ceiling)) if ceiling.support > least_above && !is_enclosed(cloud, params) => {
-                Some(Level::from_normal(-ceiling.refined(&above), true))
-            }
-            (Some(floor), _) => Some(Level::from_normal(floor.refined(&below), false)),
-            (None, _) => None,
+        if let Some(ceiling) = ceiling.filter(|ceiling| ceiling.support > least_above)
+            && !is_enclosed(cloud, params)
+        {
+            return Some(Level::from_normal(-ceiling.refined(&above), true));
         }
+        let floor = Consensus::of(&below, Side::Below)?;
+        Some(Level::from_normal(floor.refined(&below), false))
     }
 
     /// The least turn that brings `up` to z, after half a turn about x where z points down.
@@ -112,13 +124,30 @@ impl Level {
     }
 }
 
+/// What a cell around the sensor knows of the ground.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FlatReturn {
+    /// Metres from the sensor.
+    pub at: Vector3<f32>,
+    /// Unit vector along the surface, the mean of the chords to and from the flat returns of the
+    /// cell; zero where it is unknown, which lies along every plane.
+    along: Vector3<f32>,
+}
+
+impl FlatReturn {
+    /// A return on a surface that is known at this place alone.
+    pub fn at_place(at: Vector3<f32>) -> Self {
+        FlatReturn { at, along: Vector3::zeros() }
+    }
+}
+
 /// Flat returns near the sensor: of each cell around it the lowest below the sensor, and the
 /// highest above.
 fn flat_cells(
     cloud: &PointCloud,
     image: &RangeImage,
     params: &GroundParams,
-) -> [Vec<Vector3<f32>>; 2] {
+) -> [Vec<FlatReturn>; 2] {
     let (baseline, reach) = (params.baseline as f32, params.start_distance as f32);
     let mut extremes = [Extremes::new(params), Extremes::new(params)];
     let columns = image.columns().div_ceil(COLUMN_STRIDE);
@@ -138,12 +167,12 @@ fn flat_cells(
             // The first return of a column has no step: not a number, and not flat.
             let is_flat = step.z.abs() <= STEEPEST * run;
             for at in [here, *last].into_iter().filter(|at| is_flat && is_away(at)) {
-                extremes[usize::from(at.z > 0.0)].keep(at, reach);
+                extremes[usize::from(at.z > 0.0)].keep(at, step, reach);
             }
             *last = here;
         }
     }
-    extremes.map(|extremes| extremes.positions.into_iter().flatten().collect())
+    extremes.map(|extremes| extremes.returns())
 }
 
 /// Whether a return may lie on the ground by its distance from the sensor.
@@ -170,12 +199,12 @@ fn is_enclosed(cloud: &PointCloud, params: &GroundParams) -> bool {
     is_closed.iter().filter(|&&is_closed| !is_closed).count() <= MOST_OPEN
 }
 
-/// The position farthest from the sensor's horizontal plane in each cell of a square around the
-/// sensor.
+/// The flat return farthest from the sensor's horizontal plane in each cell of a square around the
+/// sensor, and the sum of the chords to and from those of the cell.
 struct Extremes {
     cell: f32,
     side: usize,
-    positions: Vec<Option<Vector3<f32>>>,
+    cells: Vec<Option<FlatReturn>>,
 }
 
 impl Extremes {
@@ -186,19 +215,30 @@ impl Extremes {
         let cell = params.cell as f32;
         let half = (params.start_distance as f32 / cell).clamp(1.0, Self::MOST);
         let side = 2 * half as usize + 1;
-        Extremes { cell, side, positions: vec![None; side * side] }
+        Extremes { cell, side, cells: vec![None; side * side] }
     }
 
-    fn keep(&mut self, at: Vector3<f32>, reach: f32) {
-        if at.x.abs() < reach && at.y.abs() < reach {
-            let [row, column] =
-                [at.x, at.y].map(|along| (along / self.cell + 0.5 * self.side as f32) as usize);
-            if let Some(kept) = self.positions.get_mut(row * self.side + column)
-                && kept.is_none_or(|kept| at.z.abs() > kept.z.abs())
-            {
-                *kept = Some(at);
+    fn keep(&mut self, at: Vector3<f32>, chord: Vector3<f32>, reach: f32) {
+        if at.x.abs() >= reach || at.y.abs() >= reach {
+            return;
+        }
+        let [row, column] =
+            [at.x, at.y].map(|along| (along / self.cell + 0.5 * self.side as f32) as usize);
+        if let Some(kept) = self.cells.get_mut(row * self.side + column) {
+            let kept = kept.get_or_insert(FlatReturn::at_place(at));
+            kept.along += chord;
+            if at.z.abs() > kept.at.z.abs() {
+                kept.at = at;
             }
         }
+    }
+
+    fn returns(self) -> Vec<FlatReturn> {
+        let unit = |FlatReturn { at, along }| FlatReturn {
+            at,
+            along: along.try_normalize(0.0).unwrap_or_default(),
+        };
+        self.cells.into_iter().flatten().map(unit).collect()
     }
 }
 
@@ -209,33 +249,33 @@ pub(super) enum Side {
     Above,
 }
 
-/// A plane through three positions and how well the others agree.
+/// A plane through three returns and how well the others agree.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Consensus {
     /// Unit normal with positive z.
     normal: Vector3<f32>,
     offset: f32,
-    /// Positions on the plane, less for those off it, less one for each beyond it.
+    /// Returns on the plane, less for those off it, less one for each beyond it.
     support: f32,
 }
 
 impl Consensus {
-    /// The plane that most positions agree with, if there is one below or above the sensor.
-    pub fn of(positions: &[Vector3<f32>], side: Side) -> Option<Consensus> {
-        if positions.len() < 3 {
+    /// The plane that most returns agree with, if there is one below or above the sensor.
+    pub fn of(returns: &[FlatReturn], side: Side) -> Option<Consensus> {
+        if returns.len() < 3 {
             return None;
         }
         let mut draw = Draws(0);
         let planes = (0..SAMPLES).filter_map(|_| {
-            let sample = [(); 3].map(|()| positions[draw.below(positions.len())]);
+            let sample = [(); 3].map(|()| returns[draw.below(returns.len())].at);
             Consensus::through(sample).filter(|plane| (plane.offset > 0.0) == (side == Side::Above))
         });
-        let judges = positions.iter().step_by(positions.len().div_ceil(JUDGES));
-        let judges: Vec<Vector3<f32>> = judges.copied().collect();
+        let judges = returns.iter().step_by(returns.len().div_ceil(JUDGES));
+        let judges: Vec<FlatReturn> = judges.copied().collect();
         let scored = planes.map(|plane| plane.supported_by(&judges));
         let best =
             scored.reduce(|best, next| if next.support > best.support { next } else { best });
-        Some(best?.supported_by(positions)).filter(|plane| plane.support >= FEWEST_CELLS)
+        Some(best?.supported_by(returns)).filter(|plane| plane.support >= FEWEST_CELLS)
     }
 
     fn through([a, b, c]: [Vector3<f32>; 3]) -> Option<Consensus> {
@@ -251,28 +291,38 @@ impl Consensus {
         (offset.abs() > CLEARANCE).then_some(Consensus { normal, offset, support: 0.0 })
     }
 
-    /// Whether a position agrees with the plane.
-    pub fn carries(&self, at: &Vector3<f32>) -> bool {
-        (self.normal.dot(at) - self.offset).abs() < BAND
+    /// Whether a return agrees with the plane.
+    pub fn carries(&self, flat: &FlatReturn) -> bool {
+        (self.normal.dot(&flat.at) - self.offset).abs() < BAND && self.runs_along(flat)
     }
 
-    fn supported_by(self, positions: &[Vector3<f32>]) -> Consensus {
-        let agreement = |at: &Vector3<f32>| {
-            let beyond = (self.normal.dot(at) - self.offset) * self.offset.signum();
+    /// Whether the surface at a return may lie in the plane.
+    fn runs_along(&self, flat: &FlatReturn) -> bool {
+        self.normal.dot(&flat.along).abs() < STEEPEST_ON_PLANE
+    }
+
+    fn supported_by(self, returns: &[FlatReturn]) -> Consensus {
+        let agreement = |flat: &FlatReturn| {
+            let beyond = (self.normal.dot(&flat.at) - self.offset) * self.offset.signum();
             let share = beyond / BAND;
-            if beyond > BEYOND { -1.0 } else { (1.0 - share * share).max(0.0) }
+            match beyond > BEYOND {
+                true => -1.0,
+                false if self.runs_along(flat) => (1.0 - share * share).max(0.0),
+                false => 0.0,
+            }
         };
-        Consensus { support: positions.iter().map(agreement).sum(), ..self }
+        Consensus { support: returns.iter().map(agreement).sum(), ..self }
     }
 
-    /// Unit normal of the least-squares plane through the positions that agree, with a weak pull to
+    /// Unit normal of the least-squares plane through the returns that agree, with a weak pull to
     /// this plane, which settles what a single ring or line leaves open.
-    pub fn refined(&self, positions: &[Vector3<f32>]) -> Vector3<f32> {
+    pub fn refined(&self, returns: &[FlatReturn]) -> Vector3<f32> {
         let mut normal_matrix = Matrix3::from_diagonal(&Vector3::new(1e-3, 1.0, 1.0));
         let mut right = Vector3::zeros();
-        for at in positions {
-            if self.carries(at) {
-                let residual = self.normal.dot(at) - self.offset;
+        for flat in returns {
+            if self.carries(flat) {
+                let at = flat.at;
+                let residual = self.normal.dot(&at) - self.offset;
                 let row = Vector3::new(1.0, at.x, at.y);
                 normal_matrix += row * row.transpose();
                 right += row * (residual / self.normal.z);

@@ -1,6 +1,7 @@
 //! The plane that the ground near the sensor lies on.
 
 use super::climb::{Limits, climb};
+use super::level::BEYOND;
 use super::params::{CLEARANCE, GroundParams};
 use super::profile::{Profile, Return};
 use crate::geometry::plane_fit::plane_through;
@@ -25,8 +26,8 @@ impl Plane {
     const REACH: f32 = 10.0;
 
     /// Trimmed least squares through flat returns below the sensor, begun at several heights of
-    /// their lower half; the plane that most of them lie on (ties: the lower start). `None` if
-    /// there is no such return, or if the plane passes through the sensor.
+    /// their lower half; the plane that most of them lie on and fewest below (ties: the lower
+    /// start). `None` if there is no such return, or if the plane passes through the sensor.
     pub fn of_low_flat_returns(profile: &Profile, params: &GroundParams) -> Option<Plane> {
         let mut low = low_flat_returns(profile, params);
         low.sort_unstable_by(|a, b| a[2].total_cmp(&b[2]));
@@ -34,7 +35,7 @@ impl Plane {
             let rank = (share * low.len() as f64) as usize;
             Plane::refined(low.get(rank)?[2], &low)
         });
-        let support = |plane: &Plane| low.iter().filter(|&&p| plane.carries(p)).count();
+        let support = |plane: &Plane| low.iter().map(|&p| plane.support_of(p)).sum::<i32>();
         let best = starts.rev().max_by_key(support)?;
         (best.0[0] < -CLEARANCE).then_some(best)
     }
@@ -46,10 +47,12 @@ impl Plane {
         })
     }
 
-    /// Whether a position lies within the last band of the plane.
-    fn carries(&self, position: [f32; 3]) -> bool {
+    /// What a position says of the plane: 1 within the last band, -1 far below, since nothing is
+    /// seen through the ground (car roofs of one height are flat as well), and 0 elsewhere.
+    fn support_of(&self, position: [f32; 3]) -> i32 {
         let [.., band] = Self::BANDS;
-        self.height_over(position).abs() < band
+        let height = self.height_over(position);
+        i32::from(height.abs() < band) - i32::from(height < -BEYOND)
     }
 
     /// Height of a position over the plane in metres.

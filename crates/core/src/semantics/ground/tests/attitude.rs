@@ -1,5 +1,7 @@
 //! Tilted sensors, and how sure a verdict is.
 
+use divmerge_simulate::{self as simulate, Drive, Sensor};
+
 use super::*;
 
 /// The same cloud seen by a sensor that is turned about x (roll) and then y (pitch), degrees.
@@ -30,16 +32,30 @@ fn verdicts_do_not_depend_on_the_sensors_attitude() {
 }
 
 #[test]
-fn floor_under_a_ceiling_is_the_floor() {
-    let room = [[[-30.0, -30.0, 3.0], [30.0, 30.0, 3.2]], CAR];
-    let scene = Scene { beams: (25.0, -25.0), ..Scene::with(room) };
-    let (cloud, over_floor) = scene.scan();
-    let found = verdicts(&cloud);
-    let count = |is_there: &dyn Fn(f64) -> bool| {
-        (0..cloud.len()).filter(|&i| found[i] && is_there(over_floor[i])).count()
-    };
-    assert_eq!(count(&|height| height > 2.0), 0);
-    assert!(count(&|height| height < 0.1) > 2000);
+fn ground_is_found_with_z_down_and_from_a_lorry() {
+    const GROUND: [u16; 6] = [40, 44, 48, 49, 60, 72];
+    let sensors = [Sensor::Hdl64e, Sensor::Vlp16, Sensor::Os1_128];
+    let scenes = [simulate::Scene::Street, simulate::Scene::Parking];
+    for (sensor, scene) in sensors.into_iter().flat_map(|s| scenes.map(|scene| (s, scene))) {
+        for (height, pitch, is_z_down) in
+            [(None, 0.0, true), (None, 10.0, true), (Some(3.0), 0.0, false)]
+        {
+            let mut drive = Drive::new(sensor, scene, 201);
+            drive.mount.pitch = f64::to_radians(pitch);
+            drive.mount.height = height.unwrap_or(drive.mount.height);
+            let mut columns = drive.frame(7).cloud.into_columns();
+            if is_z_down {
+                columns.y.iter_mut().chain(&mut columns.z).for_each(|along| *along = -*along);
+            }
+            let class = columns.class.take().expect("a simulated cloud has classes");
+            let (ring, height) = (columns.ring.take(), columns.height);
+            let cloud = PointCloud::new(columns.x, columns.y, columns.z).unwrap();
+            let cloud = cloud.organised(height, columns.width).unwrap();
+            let cloud = cloud.with(|columns| columns.ring = ring).unwrap();
+            let f1 = f1(&cloud, class.iter().map(|class| GROUND.contains(class)));
+            assert!(f1 > 0.9, "{sensor} in {scene}, {pitch} degrees, {is_z_down}: {f1}");
+        }
+    }
 }
 
 #[test]
