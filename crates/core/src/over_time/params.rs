@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 pub struct TrackParams {
     /// How far the tracker looks ahead before it decides, seconds. 0: not at all. Default 1.
     pub lag_s: f64,
-    /// How long an object may be out of sight and keep its track, seconds. Default 3: two and a half
-    /// behind another one, and the time in which it is seen too little on both sides.
+    /// How long an object may be out of sight and keep its track, seconds. Default 3: two and a
+    /// half behind another one, and the time in which it is seen too little on both sides.
     pub gap_s: f64,
     /// Least affinity of a track and an instance, 0 to 1. Default 0.2.
     pub least_affinity: f64,
@@ -21,8 +21,8 @@ pub struct TrackParams {
     pub place_error: f64,
     /// Error of a measured displacement, metres. Default 0.15.
     pub displacement_error: f64,
-    /// Affinity of a track that was last seen a second ago, as a share. Default 0.75: with less, none
-    /// would come back from behind a lorry.
+    /// Affinity of a track that was last seen a second ago, as a share. Default 0.75: with much
+    /// less, none would come back from behind a lorry.
     pub kept_after_second: f64,
     /// Affinity of a track and an instance of another class, as a share. Default 0.3.
     pub other_class: f64,

@@ -142,7 +142,7 @@ fn without_instances_there_are_no_tracks() {
 
 #[test]
 fn velocity_and_size_are_those_of_the_whole_car() {
-    // A car of 4 m passes at 8 m/s, of which 1.5 m are seen at first, while the sensor drives ahead.
+    // A car of 4 m passes at 8 m/s, of which 1.5 m are seen at first; the sensor drives ahead.
     let frame = |number: usize| {
         let front = 0.8 * number as f32 - 0.5 * number as f32 + 5.0;
         let seen = if number < 10 { 1.5 } else { 4.0 };
