@@ -56,7 +56,8 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
 /// unchecked: take over chunks without clouds unopened. assemble: cluster whole turns put together
 /// of several messages: "auto", "10" (messages) or "0.1s". track: follow objects over time ("auto",
 /// "on" or "off"); lag: how far to look ahead for that, seconds; ego_motion: where the motion of
-/// the sensor comes from, "estimate" or "none". only: write the added topics alone;
+/// the sensor comes from: "auto" (recorded where it agrees with the clouds), "tf", "topic:/odom",
+/// "estimate" (the clouds alone) or "none". only: write the added topics alone;
 /// in_place: put the fields into the clouds themselves. resume: go on where a run with resume=True
 /// was cut off, and leave what is done if this one is. force: replace an existing output. threads:
 /// that unpack, cluster and compress; one for each core up to eight if not said. progress: is
