@@ -170,6 +170,8 @@ pub(super) fn likeness(was: &Sighting, is: &Sighting, params: &TrackParams) -> f
     let class = match (was.body == is.body, was.semantic == is.semantic) {
         (true, true) => 1.0,
         (true, false) => 0.8,
+        // Told by shape alone, a body is a guess that flickers.
+        (false, true) if was.semantic == 0 => params.other_class.sqrt(),
         (false, _) => params.other_class,
     };
     let change = |axis: usize| {

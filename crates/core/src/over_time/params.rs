@@ -24,7 +24,8 @@ pub struct TrackParams {
     /// Affinity of a track that was last seen a second ago, as a share. Default 0.75: with much
     /// less, none would come back from behind a lorry.
     pub kept_after_second: f64,
-    /// Affinity of a track and an instance of another class, as a share. Default 0.3.
+    /// Affinity of a track and an instance of another class, as a share; its root where bodies are
+    /// told by shape alone. Default 0.3.
     pub other_class: f64,
     /// Affinity of a track of one or two frames, as a share. Default 0.7.
     pub young: f64,
