@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use divmerge::annotate::{AnnotateConfig, AnnotateOptions};
+use divmerge::annotate::{AnnotateConfig, AnnotateOptions, TrackMode, TrackOptions};
 use divmerge::cloud::{Detection, UprightBox};
 use divmerge::comparison::methods::Boxes;
 use divmerge::frames::{BoxSource, CloudKey, FrameBoxes};
@@ -118,7 +118,10 @@ fn agreement(reference: &[u32], found: &[u32]) -> f64 {
 #[test]
 fn points_get_the_instance_of_their_box() {
     let (_folder, input) = drive(3);
-    let (annotated, _) = run(&input, &AnnotateOptions::default()).expect("annotated");
+    // Of each cloud alone: the box of a track has the size of all that was seen of it.
+    let tracks = TrackOptions { mode: TrackMode::Off, ..TrackOptions::default() };
+    let alone = AnnotateOptions { tracks, ..AnnotateOptions::default() };
+    let (annotated, _) = run(&input, &alone).expect("annotated");
     let recording = detected(&annotated, |_| true);
     let options = by_boxes(&of_topic(BOXES), &recording).expect("boxes");
     let (output, report) = run(&recording, &options).expect("annotated");

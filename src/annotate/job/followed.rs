@@ -101,9 +101,13 @@ impl Tracking {
         self.undecided.contains(&number)
     }
 
-    /// Clouds that wait for their tracks.
-    pub(super) fn waiting(&self) -> usize {
-        self.undecided.len() - self.clustering.len()
+    /// Clouds that wait for their tracks, or for what is recorded about their time.
+    pub(super) fn waiting(&mut self) -> usize {
+        let mut in_flight = 0;
+        for cloud in &mut self.clustering {
+            in_flight += usize::from(!cloud.clustered.is_ready());
+        }
+        self.undecided.len() - in_flight
     }
 
     /// Whether the next cloud is clustered, and needs nothing that is recorded behind it.

@@ -71,8 +71,8 @@ impl ObjectBox {
         }
     }
 
-    /// The same as that of a track, with what is known of how it moves in the sensor frame. Where it
-    /// moves, the box's x axis points ahead.
+    /// The same as that of a track, with what is known of how it moves in the sensor frame. Where
+    /// it moves, the box's x axis points ahead.
     pub fn of_track(
         self,
         velocity: Option<&ObjectVelocity>,
