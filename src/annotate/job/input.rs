@@ -178,9 +178,12 @@ impl Job<'_> {
     /// Queues something, and writes what is ready. Where more is waiting than keeps the threads
     /// busy, this waits for the front of it.
     pub(super) fn push(&mut self, bytes: u64, item: PendingItem) -> Result<()> {
+        let is_cloud = matches!(item, PendingItem::Cloud(_) | PendingItem::Turn(_));
         self.queue.push(Pending { bytes, item });
+        // One that came is in flight, however fast it was clustered.
+        let in_flight = self.queue.clouds() - self.tracking.waiting();
         let most = &mut self.report.profile.most_clouds_in_flight;
-        *most = (*most).max(self.queue.clouds() - self.tracking.waiting());
+        *most = (*most).max(in_flight).max(usize::from(is_cloud));
         let (threads, batch) = (self.workers.threads(), self.batch.size);
         loop {
             self.observe_ready(bytes)?;
