@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use nalgebra::{Point3, Translation3};
+use nalgebra::{Point3, Translation3, Vector3};
 
 use super::observation::{CloudObservation, Stored};
 use crate::annotate::types::{Objects, Placement};
@@ -12,7 +12,9 @@ use crate::error::Result;
 use crate::frames::EncodedCloud;
 use crate::messages::annotation::{OwnedAnnotation, annotated_cloud, annotation_of};
 use divmerge_core::cloud::{Instance, PointCloud, PointColumns, UprightBox};
-use divmerge_core::over_time::{DecidedFrame, InstanceTrack, ObservedInstance};
+use divmerge_core::over_time::{
+    DecidedFrame, InstanceTrack, ObjectVelocity, ObservedInstance, TrackedObject,
+};
 use divmerge_recording::stopwatch::ms_since;
 
 /// A clustered cloud whose tracks are not decided.
@@ -67,14 +69,13 @@ impl Untracked {
         let found = (observed, decided.tracks.as_slice());
         let track = point_tracks(&self.labels.instance, &points, found)?;
         let mut instances = tracked_instances(&self, &track, &points, found)?;
-        let mut velocities = BTreeMap::new();
-        for object in &decided.objects {
-            let of_track = instances.binary_search_by_key(&object.track, |found| found.id);
-            if let Ok(place) = of_track {
-                instances[place].bounds = object.bounds;
-            }
-            velocities.extend(object.velocity.map(|velocity| (object.track, velocity)));
+        let bounds = object_bounds(&track, &points, &decided.objects)?;
+        for instance in &mut instances {
+            instance.bounds = bounds.get(&instance.id).copied().unwrap_or(instance.bounds);
         }
+        let velocity = |object: &TrackedObject| Some((object.track, object.velocity?));
+        let velocities: BTreeMap<u32, ObjectVelocity> =
+            decided.objects.iter().filter_map(velocity).collect();
         let objects = Objects { instances: &instances, velocities: Some(&velocities) };
         self.write_with(encoded, writing, (&track, objects))
     }
@@ -148,6 +149,38 @@ impl Points<'_> {
         (columns.height, columns.width) = (1, columns.x.len());
         Ok(columns.checked()?)
     }
+}
+
+/// The boxes of objects as their tracks know them, grown so that each holds the points of its
+/// track.
+fn object_bounds(
+    track: &[u32],
+    points: &Points,
+    objects: &[TrackedObject],
+) -> Result<BTreeMap<u32, UprightBox>> {
+    if objects.is_empty() {
+        return Ok(BTreeMap::new());
+    }
+    let cloud = points.cloud()?;
+    let empty = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    let number: BTreeMap<u32, usize> =
+        objects.iter().enumerate().map(|(number, object)| (object.track, number)).collect();
+    let axes: Vec<[Vector3<f64>; 3]> = objects.iter().map(|object| object.bounds.axes()).collect();
+    let mut extents = vec![empty; objects.len()];
+    for (point, track) in track.iter().enumerate().filter(|(_, track)| **track != 0) {
+        let Some(&number) = number.get(track) else { continue };
+        let at = Vector3::from(cloud.position(point).map(f64::from));
+        let (low, high) = &mut extents[number];
+        for (k, axis) in axes[number].iter().enumerate() {
+            let along = axis.dot(&at);
+            low[k] = low[k].min(along);
+            high[k] = high[k].max(along);
+        }
+    }
+    let grown = |(object, (low, high)): (&TrackedObject, ([f64; 3], [f64; 3]))| {
+        (object.track, object.bounds.holding(low, high))
+    };
+    Ok(objects.iter().zip(extents).map(grown).collect())
 }
 
 /// The track of each point. A point of an instance of several tracks has that of the nearest cell.

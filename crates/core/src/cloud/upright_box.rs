@@ -31,6 +31,27 @@ impl UprightBox {
         Isometry3::from_parts(Translation3::from(self.centre), turn)
     }
 
+    /// The same grown so that it holds what lies from `low` to `high` along its length, its width
+    /// and its height, metres from the origin.
+    pub fn holding(&self, low: [f64; 3], high: [f64; 3]) -> Self {
+        let axes = self.axes();
+        let mut centre = Vector3::zeros();
+        let mut size = [0.0; 3];
+        for (number, axis) in axes.iter().enumerate() {
+            let (at, half) = (axis.dot(&Vector3::from(self.centre)), self.size[number] / 2.0);
+            let (least, most) = (low[number].min(at - half), high[number].max(at + half));
+            centre += axis * ((least + most) / 2.0);
+            size[number] = most - least;
+        }
+        UprightBox::new(centre.into(), size, self.yaw)
+    }
+
+    /// The directions of its length, its width and its height.
+    pub fn axes(&self) -> [Vector3<f64>; 3] {
+        let (sin, cos) = self.yaw.sin_cos();
+        [Vector3::new(cos, sin, 0.0), Vector3::new(-sin, cos, 0.0), Vector3::z()]
+    }
+
     /// The box around some points of a cloud. `None` of no points.
     pub fn around(cloud: &PointCloud, points: &[u32]) -> Option<Self> {
         let positions = points.iter().map(|&p| wide(cloud.position(p as usize)));

@@ -138,12 +138,7 @@ impl Looks {
             let later = later.map(|&place| View::of(window.sighting(place)));
             let views: Vec<View> = look.fullest.iter().copied().chain(later).collect();
             let Some((yaw, size)) = usual_look(views, look.heading) else { continue };
-            let own = of_track.iter().find(|place| place.0 == window.decided);
-            let smoothing = match (motion, own) {
-                (Some(motion), Some(&own)) => motion.place - window.place(own),
-                _ => Vector2::zeros(),
-            };
-            let centre = centre(&cells, (yaw, size), &frame.sensor, smoothing);
+            let centre = centre(&cells, (yaw, size), &frame.sensor);
             let velocity = motion.map(|motion| motion.in_frame(&frame.sensor));
             let centre = frame.sensor.inverse_transform_point(&centre).coords.into();
             let bounds = UprightBox::new(centre, size, yaw - heading_of(&frame.sensor));
@@ -215,14 +210,13 @@ fn centre(
     cells: &[[f32; 3]],
     (yaw, size): (f64, [f64; 3]),
     sensor: &Isometry3<f64>,
-    smoothing: Vector2<f64>,
 ) -> Point3<f64> {
     let axes = [
         Vector3::new(yaw.cos(), yaw.sin(), 0.0),
         Vector3::new(-yaw.sin(), yaw.cos(), 0.0),
         Vector3::z(),
     ];
-    let mut middle = Vector3::new(smoothing.x, smoothing.y, 0.0);
+    let mut middle = Vector3::zeros();
     for (number, (axis, side)) in axes.iter().zip(size).enumerate() {
         let along = cells.iter().map(|cell| axis.dot(&Vector3::from(cell.map(f64::from))));
         let (low, high) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| {
@@ -243,10 +237,9 @@ fn centre(
     middle.into()
 }
 
-/// Place and velocity of a track in the frame that is decided next, in the tracker's world.
+/// Velocity of a track in the frame that is decided next, in the tracker's world.
 #[derive(Debug, Clone, Copy)]
 struct Motion {
-    place: Vector2<f64>,
     velocity: Vector2<f64>,
     error: f64,
     is_moving: bool,
@@ -293,12 +286,7 @@ impl Motion {
             used.iter().map(|(weight, time, _)| (weight * of_time(*time)).powi(2)).sum::<f64>();
         let error = (variance * squares).sqrt() / spread;
         let is_fast = velocity.norm() > LEAST_SPEED.max(STANDARD_ERRORS * error);
-        Some(Motion {
-            place: mean_place - velocity * mean_time,
-            velocity,
-            error,
-            is_moving: is_fast && !stands(window, of_track),
-        })
+        Some(Motion { velocity, error, is_moving: is_fast && !stands(window, of_track) })
     }
 
     /// The velocity in the cloud's frame.
