@@ -28,7 +28,7 @@ impl Job<'_> {
                 let items: Vec<Item> = chunk.items.iter().filter(concerns).cloned().collect();
                 self.push(bytes, PendingItem::Chunk(chunk))?;
                 items.iter().try_for_each(|item| {
-                    self.pass(item)?;
+                    self.pass(bytes, item)?;
                     match self.is_cloud(item) {
                         true => self.push_cloud(bytes, item),
                         false => Ok(()),
@@ -82,7 +82,7 @@ impl Job<'_> {
 
     /// Takes a record that is copied by itself.
     fn item(&mut self, bytes: u64, item: Item) -> Result<()> {
-        self.pass(&item)?;
+        self.pass(bytes, &item)?;
         match &item {
             Item::Message { header, position, .. }
                 if !self.filter.is_in_window(header.log_time) || !self.is_in_slice(*position) =>
@@ -184,6 +184,11 @@ impl Job<'_> {
         let in_flight = self.queue.clouds() - self.tracking.waiting();
         let most = &mut self.report.profile.most_clouds_in_flight;
         *most = (*most).max(in_flight).max(usize::from(is_cloud));
+        self.settle_ready(bytes)
+    }
+
+    /// Writes what is ready, and waits where more is under way than keeps the threads busy.
+    pub(super) fn settle_ready(&mut self, bytes: u64) -> Result<()> {
         let (threads, batch) = (self.workers.threads(), self.batch.size);
         loop {
             self.observe_ready(bytes)?;

@@ -28,10 +28,11 @@ impl Job<'_> {
 
     /// Takes what a message of the input says of where the sensor is, behind the clouds that this
     /// need not wait for. So tracks depend on the order of the input alone.
-    pub(super) fn pass(&mut self, item: &Item) -> Result<()> {
+    pub(super) fn pass(&mut self, bytes: u64, item: &Item) -> Result<()> {
         let Item::Message { header, data, .. } = item else { return Ok(()) };
         while self.tracking.is_next_due(header.log_time) {
             self.observe_next()?;
+            self.settle_ready(bytes)?;
         }
         if self.tracking.recorded.takes(header.channel_id) {
             self.tracking.recorded.take(header.channel_id, data);
