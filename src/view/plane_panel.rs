@@ -44,11 +44,20 @@ pub fn birds_eye(canvas: &mut Canvas, scene: &FrameScene, plane: &Plane, dpi: f6
         }
     });
     plane.furniture(canvas);
-    numbers(canvas, plane, &by_points);
+    let named = by_points.iter().map(|instance| {
+        let [x, y, _] = instance.bounds.centre;
+        (instance.id, [x, y], instance.bounds.size[1])
+    });
+    numbers(canvas, plane, named);
 }
 
-/// Writes numbers above the boxes, clear of each other and of the metre bar.
-fn numbers(canvas: &mut Canvas, plane: &Plane, instances: &[&Instance]) {
+/// Writes numbers above boxes, clear of each other and of the metre bar; of each the number, the
+/// middle and the width in metres.
+pub fn numbers(
+    canvas: &mut Canvas,
+    plane: &Plane,
+    boxes: impl Iterator<Item = (u32, [f64; 2], f64)>,
+) {
     let area = plane.area;
     let bar = Area {
         x: area.right() - area.width / 4.0,
@@ -58,10 +67,10 @@ fn numbers(canvas: &mut Canvas, plane: &Plane, instances: &[&Instance]) {
     };
     let mut spots = LabelSpots::new(area, vec![bar]);
     let style = theme::label(NUMBER, theme::ON_PANEL, Anchor::Middle);
-    for instance in instances {
-        let words = instance.id.to_string();
-        let [x, y] = plane.to_page([instance.bounds.centre[0], instance.bounds.centre[1]]);
-        let half = instance.bounds.size[1] / 2.0 * plane.scale;
+    for (number, middle, width) in boxes {
+        let words = number.to_string();
+        let [x, y] = plane.to_page(middle);
+        let half = width / 2.0 * plane.scale;
         let width = font::width(&words, NUMBER, Weight::Medium) + 4.0;
         let spot = Area { x: x - width / 2.0, y: y - half - 11.0, width, height: 10.0 };
         if spots.take(spot) {

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::canvas::{Anchor, Area, Canvas, Raster, Stroke, opaque};
-use super::font::{self, Weight};
+use super::canvas::{Area, Canvas, Raster, Stroke, opaque};
 use super::layout::{Caption, GAP, HEADING_ROW, INNER_WIDTH, MARGIN, page, titled};
 use super::legend::Key;
-use super::plane::{LabelSpots, Plane, PlaneRegion};
+use super::plane::{Plane, PlaneRegion};
+use super::plane_panel::numbers;
 use super::theme;
 use crate::annotate::{FollowedCloud, FollowedDrive};
 use crate::messages::palette::instance_colour;
@@ -16,9 +16,6 @@ use divmerge_core::over_time::TrackedObject;
 
 /// Most tracks that have their numbers beside them.
 const MOST_NUMBERS: usize = 80;
-
-/// Size of the numbers of tracks.
-const NUMBER: f64 = 8.5;
 
 /// Height of the panel over its width, least and most.
 const ASPECT: (f64, f64) = (0.3, 0.75);
@@ -149,23 +146,10 @@ impl Ways {
 
     /// Numbers beside the boxes where there is room, those of what is seen longest first.
     fn numbers(&self, canvas: &mut Canvas, plane: &Plane) {
-        let area = plane.area;
-        let (width, height) = (area.width / 4.0, 32.0);
-        let bar = Area { x: area.right() - width, y: area.bottom() - height, width, height };
-        let mut spots = LabelSpots::new(area, vec![bar]);
-        let style = theme::label(NUMBER, theme::ON_PANEL, Anchor::Middle);
         let mut longest: Vec<(&u32, &Way)> = self.0.iter().collect();
         longest.sort_by_key(|(track, of)| (std::cmp::Reverse(of.places.len()), **track));
-        for (track, of) in longest.into_iter().take(MOST_NUMBERS) {
-            let words = track.to_string();
-            let [x, y] = plane.to_page(of.last.centre);
-            let half = of.last.size[1] / 2.0 * plane.scale;
-            let width = font::width(&words, NUMBER, Weight::Medium) + 4.0;
-            let spot = Area { x: x - width / 2.0, y: y - half - 11.0, width, height: 10.0 };
-            if spots.take(spot) {
-                canvas.text([x, spot.bottom() - 2.0], words, style);
-            }
-        }
+        let named = longest.into_iter().take(MOST_NUMBERS);
+        numbers(canvas, plane, named.map(|(&track, of)| (track, of.last.centre, of.last.size[1])));
     }
 }
 

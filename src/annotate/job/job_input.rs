@@ -31,10 +31,7 @@ fn refuse_missing_motion(
     if !recorded.is_empty() {
         return Ok(());
     }
-    let mut others = RecordedMotion::default();
-    for channel in overview.channels.values() {
-        others.add_channel(overview, channel, &EgoMotionSource::Auto);
-    }
+    let others = RecordedMotion::of_channels(overview, &EgoMotionSource::Auto);
     let there = others.channels().map(|(_, topic)| topic).collect::<BTreeSet<String>>();
     let problem = Conflict::NoMotion { source_name: source, there: there.into_iter().collect() };
     Err(Error::Conflict { path: overview.path.clone(), problem })
@@ -126,10 +123,7 @@ impl JobInput {
             return Ok(RecordedMotion::default());
         }
         let wanted = &options.tracks.ego_motion;
-        let mut recorded = RecordedMotion::default();
-        for channel in overview.channels.values() {
-            recorded.add_channel(overview, channel, wanted);
-        }
+        let recorded = RecordedMotion::of_channels(overview, wanted);
         if *is_stream {
             return Ok(recorded);
         }

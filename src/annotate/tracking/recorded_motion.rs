@@ -65,15 +65,21 @@ impl RecordedMotion {
         RecordedMotion { transforms, ..self }
     }
 
+    /// Nothing yet, of the channels of a recording that are wanted.
+    pub(in crate::annotate) fn of_channels(overview: &Overview, wanted: &EgoMotionSource) -> Self {
+        let mut recorded = RecordedMotion::default();
+        for channel in overview.channels.values() {
+            recorded.add_channel(overview, channel, wanted);
+        }
+        recorded
+    }
+
     /// All that a recording says.
     ///
     /// # Errors
     /// Those of `RecordingReader::open_filtered` and `next_record`.
     pub(in crate::annotate) fn read(overview: &Overview, wanted: &EgoMotionSource) -> Result<Self> {
-        let mut recorded = RecordedMotion::default();
-        for channel in overview.channels.values() {
-            recorded.add_channel(overview, channel, wanted);
-        }
+        let mut recorded = RecordedMotion::of_channels(overview, wanted);
         if recorded.is_empty() {
             return Ok(RecordedMotion::default());
         }
@@ -165,10 +171,13 @@ impl RecordedMotion {
         frame_id: &str,
         stamp_ns: i64,
     ) -> BTreeMap<RecordedSource, Isometry3<f64>> {
-        let of_transforms = self.transforms.pose_in_world(frame_id, stamp_ns);
-        let of_transforms = of_transforms
-            .map(|(world, pose)| (RecordedSource::Transforms { world }, pose))
-            .filter(|_| self.channels.values().any(|of| of.messages.is_of_transforms()));
+        let has_transforms = self.channels.values().any(|of| of.messages.is_of_transforms());
+        let of_transforms = match has_transforms {
+            true => self.transforms.pose_in_world(frame_id, stamp_ns),
+            false => None,
+        };
+        let of_transforms =
+            of_transforms.map(|(world, pose)| (RecordedSource::Transforms { world }, pose));
         let of_topics = self.odometry.iter().filter_map(|(source, poses)| {
             let RecordedSource::Topic { child, .. } = source else { return None };
             let pose = poses.at(stamp_ns)?;

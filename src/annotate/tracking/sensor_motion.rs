@@ -29,6 +29,7 @@ const MOST_COMPARISONS: usize = 8;
 /// The poses of a topic's sensor, cloud after cloud.
 pub(super) struct SensorMotion {
     source: EgoMotionSource,
+    estimation: EgoMotionParams,
     estimator: EgoMotion,
     /// The recorded motions that are compared with the clouds.
     compared: BTreeMap<RecordedSource, Comparison>,
@@ -45,6 +46,9 @@ pub struct MotionReport {
     pub sources: BTreeMap<String, u64>,
     /// How recorded motions compare with the clouds, in words.
     pub comparisons: Vec<String>,
+    /// Those of them that contradict the clouds.
+    #[serde(skip)]
+    contradictions: Vec<String>,
     /// Why tracks ended where no recorded motion leads on, and how often.
     pub breaks: BTreeMap<String, u64>,
 }
@@ -57,8 +61,9 @@ impl MotionReport {
 
     /// What is worth a warning: what contradicts the clouds, and why tracks ended.
     pub(in crate::annotate) fn warnings(&self) -> impl Iterator<Item = String> {
-        let contradictions = self.comparisons.iter().filter(|found| found.contains(CONTRADICTS));
-        let contradictions = contradictions
+        let contradictions = self
+            .contradictions
+            .iter()
             .map(|found| format!("the motion of the sensor: {found}; it is not used"));
         let breaks = self.breaks.iter().map(|(why, count)| {
             let times = if *count == 1 { "once".to_owned() } else { format!("{count} times") };
@@ -67,9 +72,6 @@ impl MotionReport {
         contradictions.chain(breaks)
     }
 }
-
-/// What is said of a recorded motion that the clouds show to be wrong.
-const CONTRADICTS: &str = "contradicts the clouds";
 
 /// The last pose, and the motion that led there.
 #[derive(Clone, Copy)]
@@ -117,10 +119,10 @@ impl Comparison {
             && turn <= MAY_DIFFER_AT_REST.1 + MAY_DIFFER * turned;
         self.agrees = Some(agrees);
         let (shift, turn, turned) = (shift, turn.to_degrees(), turned.to_degrees());
-        let verdict = if agrees { "agrees with the clouds" } else { CONTRADICTS };
+        let verdict = if agrees { "agrees with" } else { "contradicts" };
         Some(format!(
-            "{verdict}: {shift:.2} m and {turn:.2} degrees apart after {way:.1} m and {turned:.0} \
-             degrees"
+            "{verdict} the clouds: {shift:.2} m and {turn:.2} degrees apart after {way:.1} m and \
+             {turned:.0} degrees"
         ))
     }
 }
@@ -135,9 +137,11 @@ pub(super) struct SensorPose {
 
 impl SensorMotion {
     pub(super) fn new(source: &EgoMotionSource) -> Self {
+        let estimation = EgoMotionParams::default();
         SensorMotion {
             source: source.clone(),
-            estimator: EgoMotion::new(EgoMotionParams::default()),
+            estimator: EgoMotion::new(estimation.clone()),
+            estimation,
             compared: BTreeMap::new(),
             used: None,
             last: None,
@@ -161,8 +165,8 @@ impl SensorMotion {
         let recorded: BTreeMap<&RecordedSource, Isometry3<f64>> =
             recorded.iter().map(|(source, pose)| (source, pose * observation.place)).collect();
         let pose = match &self.source {
-            _ if observation.stands_still => self.still(observation),
             EgoMotionSource::None => self.still(observation),
+            _ if observation.stands_still => self.still(observation),
             EgoMotionSource::Estimate => self.estimated(observation, step),
             EgoMotionSource::Transforms | EgoMotionSource::Topic(_) => {
                 self.as_recorded(recorded.first_key_value(), step)
@@ -239,7 +243,7 @@ impl SensorMotion {
                     self.note_break(format!("{name} {why}"));
                     self.used = None;
                     self.compared.clear();
-                    self.estimator = EgoMotion::new(EgoMotionParams::default());
+                    self.estimator = EgoMotion::new(self.estimation.clone());
                     let estimated = self.estimated(observation, step);
                     return SensorPose { began_anew: true, ..estimated };
                 }
@@ -274,20 +278,24 @@ impl SensorMotion {
                     self.compared.insert(source.clone(), Comparison::new([*pose, *shown]));
                 }
                 Some(comparison) => {
-                    let found = comparison.push([*pose, *shown]);
-                    let found = found.map(|found| format!("{source} {found}"));
-                    self.report.comparisons.extend(found);
+                    let Some(found) = comparison.push([*pose, *shown]) else { continue };
+                    if self.report.comparisons.len() < MOST_COMPARISONS {
+                        let found = format!("{source} {found}");
+                        if comparison.agrees == Some(false) {
+                            self.report.contradictions.push(found.clone());
+                        }
+                        self.report.comparisons.push(found);
+                    }
                 }
             }
         }
-        self.report.comparisons.truncate(MOST_COMPARISONS);
     }
 
     /// Whether no vehicle comes to a pose in so many seconds.
     fn jumps_to(&self, pose: &Isometry3<f64>, step: f64) -> bool {
         let Some(last) = self.last else { return false };
         let EgoMotionParams { highest_speed, highest_acceleration, highest_turn_rate, .. } =
-            EgoMotionParams::default();
+            self.estimation;
         let seconds = step.max(1e-3);
         let velocity = (pose.translation.vector - last.pose.translation.vector) / seconds;
         let change = last.velocity.map_or(0.0, |before| (velocity - before).norm());

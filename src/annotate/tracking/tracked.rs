@@ -1,5 +1,6 @@
 //! A clustered cloud whose tracks are decided: the tracks of its points, its boxes, its messages.
 
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -65,7 +66,7 @@ impl Untracked {
         writing: Writing,
         (observed, decided): (&[ObservedInstance], &DecidedFrame),
     ) -> Result<Annotated> {
-        let points = Points { encoded, placement: &self.placement };
+        let points = Points { encoded, placement: &self.placement, cloud: OnceCell::new() };
         let found = (observed, decided.tracks.as_slice());
         let track = point_tracks(&self.labels.instance, &points, found)?;
         let mut instances = tracked_instances(&self, &track, &points, found)?;
@@ -121,16 +122,28 @@ pub(in crate::annotate) fn stored_cloud(
     Ok(Some(Untracked { labels, instances, placement, observation, kept, annotated }))
 }
 
-/// Where the points of a message lie; it is decoded for this alone, which is seldom needed.
+/// Where the points of a message lie; it is decoded for this alone, once and where it is needed.
 struct Points<'a> {
     encoded: &'a EncodedCloud,
     placement: &'a Placement,
+    cloud: OnceCell<PointCloud>,
 }
 
 impl Points<'_> {
+    /// The points as they were clustered, decoded at the first call.
+    fn cloud(&self) -> Result<&PointCloud> {
+        match self.cloud.get() {
+            Some(cloud) => Ok(cloud),
+            None => {
+                let cloud = self.decoded()?;
+                Ok(self.cloud.get_or_init(|| cloud))
+            }
+        }
+    }
+
     /// The points as they were clustered. They are the same in a run and in a join, which knows no
     /// more of the cloud than its message and its placement.
-    fn cloud(&self) -> Result<PointCloud> {
+    fn decoded(&self) -> Result<PointCloud> {
         let wire = self.encoded.decode()?;
         let recorded = wire.to_cloud(None)?;
         let Placement { frame, per_metre } = self.placement;
@@ -200,7 +213,7 @@ fn point_tracks(
     let track_of = |(point, &id): (usize, &u32)| {
         let Some(number) = of_instance.get(id as usize).copied().flatten() else { return 0 };
         tracks[number].of_point(&observed[number], || {
-            let cloud = cloud.as_ref().expect("decoded, as an instance is in parts");
+            let cloud = cloud.expect("decoded, as an instance is in parts");
             cloud.position(point)
         })
     };
@@ -250,7 +263,7 @@ fn tracked_instances(
     }
     let tracked = |(number, (instance, _)): (u32, (&Instance, bool))| {
         let mut tracked = Instance { id: number, ..instance.clone() };
-        if let (Some(cloud), Some(members)) = (&positions, members.get(&number)) {
+        if let (Some(cloud), Some(members)) = (positions, members.get(&number)) {
             tracked.points = members.len() as u32;
             tracked.bounds = UprightBox::around(cloud, members).unwrap_or(tracked.bounds);
         }

@@ -188,11 +188,7 @@ fn overlap(a: &Sighting, b: &Sighting, shift: Vector2<f64>) -> f64 {
     if !b.cells.are_near(&a.cells, shift, a.reach) {
         return 0.0;
     }
-    let near = |cells: &Cells, at: [f32; 3]| {
-        cells.is_near(at, a.reach) && cells.is_within(at, a.reach * a.reach)
-    };
-    let moved = |[x, y, z]: [f32; 3], way: f32| [x + way * shift[0], y + way * shift[1], z];
-    let of_a = a.cells.iter().filter(|&at| near(&b.cells, moved(at, 1.0))).count();
-    let of_b = b.cells.iter().filter(|&at| near(&a.cells, moved(at, -1.0))).count();
+    let of_a = a.cells.count_near(&b.cells, shift, a.reach);
+    let of_b = b.cells.count_near(&a.cells, shift.map(|along| -along), a.reach);
     (of_a + of_b) as f64 / (a.cells.len() + b.cells.len()).max(1) as f64
 }

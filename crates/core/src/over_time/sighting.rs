@@ -138,6 +138,15 @@ impl Cells {
         })
     }
 
+    /// How many of the cells, moved on the plane, are within `reach` metres of one of others.
+    pub fn count_near(&self, others: &Cells, [x, y]: [f32; 2], reach: f32) -> usize {
+        let is_near = |&[a, b, c]: &[f32; 3]| {
+            let at = [a + x, b + y, c];
+            others.is_near(at, reach) && others.is_within(at, reach * reach)
+        };
+        self.iter().filter(is_near).count()
+    }
+
     /// Whether a place is within `reach` metres of the box around the cells.
     pub fn is_near(&self, at: [f32; 3], reach: f32) -> bool {
         (0..3).all(|k| at[k] >= self.low[k] - reach && at[k] <= self.high[k] + reach)

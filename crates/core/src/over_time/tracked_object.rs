@@ -318,15 +318,10 @@ fn stands(window: &Window, of_track: &[Place]) -> bool {
 /// Share of the cells of the smaller of two sightings that are near one of the larger, if the first
 /// is moved on the plane.
 fn overlap(first: &Sighting, second: &Sighting, [x, y]: [f32; 2]) -> f64 {
-    let is_smaller = first.cells.len() <= second.cells.len();
-    let (small, large, sign) = match is_smaller {
-        true => (first, second, 1.0),
-        false => (second, first, -1.0),
+    let (small, large, shift) = match first.cells.len() <= second.cells.len() {
+        true => (first, second, [x, y]),
+        false => (second, first, [-x, -y]),
     };
-    let reach = small.reach.max(large.reach);
-    let is_near = |&[a, b, c]: &[f32; 3]| {
-        large.cells.is_within([a + sign * x, b + sign * y, c], reach * reach)
-    };
-    let near = small.cells.iter().filter(is_near).count();
+    let near = small.cells.count_near(&large.cells, shift, small.reach.max(large.reach));
     near as f64 / small.cells.len().max(1) as f64
 }
