@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use divmerge::annotate::slices::{plan, recordings};
 use divmerge::annotate::{
     AnnotateOptions, EgoMotionSource, JoinOptions, MotionReport, SliceFile, TrackOptions, annotate,
-    by_recording, join,
+    by_recording, follow_drive, join,
 };
 use divmerge::datasets::drive::{CLOUD_TOPIC, cloud_message};
 use divmerge::messages::clouds::CloudFormat;
@@ -150,6 +150,9 @@ fn what_is_asked_for_is_taken_and_nothing_else() {
     let error = error.expect_err("there is no such topic").to_string();
     assert!(error.contains("did you mean `/odom`?"), "{error}");
     assert!(!output.exists());
+    let (config, tracks) = (&wrong.config, &wrong.tracks);
+    let followed = follow_drive(&input, (None, ..), (config, tracks), &mut |_| Ok(()));
+    assert_eq!(followed.expect_err("there is no such topic").to_string(), error);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! What is known of a job's input, and what begins with it.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::annotate::checkpoint::CompletedClouds;
@@ -11,31 +11,11 @@ use crate::annotate::report::{AnnotationReport, TopicReport};
 use crate::annotate::resume::{CutOffRun, Journal, clean_up};
 use crate::annotate::run_parameters::RunParameters;
 use crate::annotate::satisfiable::refuse_unsatisfiable;
-use crate::annotate::tracking::{EgoMotionSource, RecordedMotion};
-use crate::error::{Conflict, Error, Result};
+use crate::annotate::tracking::RecordedMotion;
+use crate::error::Result;
 use crate::frames::{CloudTopic, Selection, choose_topics, transforms_at_rest};
 use divmerge_recording::workers::Workers;
 use divmerge_recording::{Overview, ReadFilter, RecordingWriter, STANDARD_STREAM, WriteOptions};
-
-/// Refuses to take the motion of the sensor from where none is recorded.
-fn refuse_missing_motion(
-    overview: &Overview,
-    recorded: &RecordedMotion,
-    wanted: &EgoMotionSource,
-) -> Result<()> {
-    let source = match wanted {
-        EgoMotionSource::Transforms => "/tf".to_owned(),
-        EgoMotionSource::Topic(topic) => topic.clone(),
-        _ => return Ok(()),
-    };
-    if !recorded.is_empty() {
-        return Ok(());
-    }
-    let others = RecordedMotion::of_channels(overview, &EgoMotionSource::Auto);
-    let there = others.channels().map(|(_, topic)| topic).collect::<BTreeSet<String>>();
-    let problem = Conflict::NoMotion { source_name: source, there: there.into_iter().collect() };
-    Err(Error::Conflict { path: overview.path.clone(), problem })
-}
 
 /// What a job is told of its input.
 pub(in crate::annotate) struct JobInput {
@@ -116,7 +96,7 @@ impl JobInput {
     /// What is recorded of where the sensor is, as far as it is wanted and known beforehand.
     ///
     /// # Errors
-    /// [`Error::Conflict`] if the topic is not there that is to say it.
+    /// Those of `RecordedMotion::refuse_missing`.
     pub(super) fn recorded_motion(&self, options: &AnnotateOptions) -> Result<RecordedMotion> {
         let JobInput { overview, parameters, is_stream, .. } = self;
         if !parameters.follows || options.slice.is_some() {
@@ -127,7 +107,7 @@ impl JobInput {
         if *is_stream {
             return Ok(recorded);
         }
-        refuse_missing_motion(overview, &recorded, wanted)?;
+        recorded.refuse_missing(overview, wanted)?;
         Ok(match recorded.is_empty() {
             true => RecordedMotion::default(),
             false => recorded.with_frames_at_rest(transforms_at_rest(&overview.path)),

@@ -1,12 +1,12 @@
 //! Where a recording says that the sensor is: on `/tf`, and on topics of odometry and of poses.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use nalgebra::Isometry3;
 
 use super::options::EgoMotionSource;
-use crate::error::Result;
+use crate::error::{Conflict, Error, Result};
 use crate::frames::Selection;
 use crate::frames::topics::type_name;
 use crate::frames::walk::Walk;
@@ -77,9 +77,11 @@ impl RecordedMotion {
     /// All that a recording says.
     ///
     /// # Errors
-    /// Those of `RecordingReader::open_filtered` and `next_record`.
+    /// Those of [`refuse_missing`](Self::refuse_missing), `RecordingReader::open_filtered` and
+    /// `next_record`.
     pub(in crate::annotate) fn read(overview: &Overview, wanted: &EgoMotionSource) -> Result<Self> {
         let mut recorded = RecordedMotion::of_channels(overview, wanted);
+        recorded.refuse_missing(overview, wanted)?;
         if recorded.is_empty() {
             return Ok(RecordedMotion::default());
         }
@@ -91,6 +93,29 @@ impl RecordedMotion {
             }
         }
         Ok(recorded)
+    }
+
+    /// Refuses to take the motion of the sensor from where none is recorded.
+    ///
+    /// # Errors
+    /// [`Error::Conflict`] if one source alone is wanted and the recording has none such.
+    pub(in crate::annotate) fn refuse_missing(
+        &self,
+        overview: &Overview,
+        wanted: &EgoMotionSource,
+    ) -> Result<()> {
+        let source_name = match wanted {
+            EgoMotionSource::Transforms => "/tf".to_owned(),
+            EgoMotionSource::Topic(topic) => topic.clone(),
+            _ => return Ok(()),
+        };
+        if !self.is_empty() {
+            return Ok(());
+        }
+        let others = RecordedMotion::of_channels(overview, &EgoMotionSource::Auto);
+        let there: BTreeSet<String> = others.channels().map(|(_, topic)| topic).collect();
+        let problem = Conflict::NoMotion { source_name, there: there.into_iter().collect() };
+        Err(Error::Conflict { path: overview.path.clone(), problem })
     }
 
     /// Takes messages of a channel from now on, if they are wanted and say poses.
