@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use divmerge::annotate::time_spec::{self, TimeSpec};
 use divmerge::annotate::{
-    self as library, AnnotateOptions, AnnotationReport, BoxedInstances, Flavor, Form, MessageTypes,
-    ObjectOptions, RunEvent, Slice, TrackMode,
+    self as library, AnnotateConfig, AnnotateOptions, AnnotationReport, BoxedInstances, Flavor,
+    Form, MessageTypes, ObjectOptions, RunEvent, Slice, TrackMode,
 };
 use divmerge::messages::objects::ObjectKind;
 use divmerge::recording::Compression;
@@ -104,7 +104,8 @@ pub fn run<'py>(
     options.resumable = options.resume;
     let window = py.detach(|| time_spec::window(path, (from, to), &options.topics));
     (options.from_ns, options.to_ns) = window.map_err(raised)?;
-    options.config = parameters.annotate_config(py, objects, path)?;
+    let assemble = options.config.assemble;
+    options.config = AnnotateConfig { assemble, ..parameters.annotate_config(py, objects, path)? };
     if !options.force && out.symlink_metadata().is_ok() {
         return Err(exists_already(out));
     }
@@ -187,7 +188,8 @@ impl AnnotateArguments {
             "unchecked" => options.unchecked = flag(name, value)?,
             "assemble" => {
                 let how = text(name, value)?.parse();
-                options.assemble = Some(how.map_err(|problem: String| wrong(name, problem))?);
+                options.config.assemble =
+                    Some(how.map_err(|problem: String| wrong(name, problem))?);
             }
             "track" => {
                 let modes =

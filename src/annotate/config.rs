@@ -1,12 +1,15 @@
 //! What is done to each cloud of a recording.
 
 use std::borrow::Cow;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
 use super::odd_field::OddField;
-use crate::error::{Result, frame};
-use crate::frames::{CloudKey, EgoBodies, FrameBoxes, FrameClasses, LabelledFrame, Remark};
+use crate::error::{Conflict, Error, Result, frame};
+use crate::frames::{
+    Assemble, CloudKey, EgoBodies, FrameBoxes, FrameClasses, LabelledFrame, Remark,
+};
 use crate::messages::clouds::CloudMessage;
 use crate::network::Network;
 use divmerge_core::cloud::taxonomy::Taxonomy;
@@ -67,6 +70,9 @@ pub struct AnnotateConfig {
     /// What a detector found in each cloud, for methods that want to know. Clouds with boxes are
     /// not turned.
     pub boxes: FrameBoxes,
+    /// How messages of a topic are put together to whole turns before they are clustered. Each is
+    /// annotated by itself; the boxes stand with the last of a turn. Default: not at all.
+    pub assemble: Option<Assemble>,
     /// The unit of the clouds' coordinates, if somebody said so. Else metres are assumed, and
     /// clouds that look otherwise are remarked on.
     pub unit: Option<LengthUnit>,
@@ -121,6 +127,21 @@ impl AnnotateConfig {
                 evidence::judge(cloud, &self.taxonomy, &self.pipeline.projection, &self.ground)
             }
         }
+    }
+
+    /// Refuses what belongs to single messages where messages are put together.
+    ///
+    /// # Errors
+    /// [`Error::Conflict`].
+    pub fn refuse_with_turns(&self, input: &Path) -> Result<()> {
+        let with = match self {
+            _ if self.assemble.is_none() => return Ok(()),
+            _ if self.boxes != FrameBoxes::Nothing => "boxes of each message",
+            _ if !self.ego.is_empty() => "a vehicle that is looked for in each message",
+            _ if matches!(self.semantics, Semantics::Given(_)) => "classes of each message",
+            _ => return Ok(()),
+        };
+        Err(Error::Conflict { path: input.to_owned(), problem: Conflict::Turns { with } })
     }
 
     /// The topic of the recording that classes are taken from, if one is.

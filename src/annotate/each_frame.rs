@@ -1,5 +1,6 @@
 //! Clusters the clouds of a recording one after the other; nothing is written.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -9,6 +10,7 @@ use super::event::{ClusteredFrame, RunEvent};
 use super::satisfiable::refuse_unsatisfiable;
 use super::warnings::CloudWarnings;
 use crate::error::{Error, NoCloud, Result};
+use crate::frames::assemble::Turns;
 use crate::frames::walk::Walk;
 use crate::frames::{EncodedCloud, Selection, choose_topics};
 use divmerge_recording::{Overview, Record};
@@ -74,13 +76,18 @@ pub fn for_each_frame(
     selection.refuse_missing(&overview, &clouds)?;
     refuse_unsatisfiable(&overview, &clouds, selection, config)?;
     let topics = clouds.iter().map(|(&id, cloud)| (id, Arc::clone(&cloud.topic))).collect();
-    let mut walk = match visitor.wants_records() {
-        true => Walk::over_everything(&overview, topics, selection)?,
-        false => Walk::open(&overview, topics, selection)?,
+    let topics_count = clouds.values().map(|cloud| &cloud.topic).collect::<BTreeSet<_>>().len();
+    let mut turns = Turns::new(config.assemble, selection.frames);
+    let needed = Selection { frames: turns.needed(), ..selection.clone() };
+    let wants_records = visitor.wants_records();
+    let mut walk = match wants_records {
+        true => Walk::over_everything(&overview, topics, &needed)?,
+        false => Walk::open(&overview, topics, &needed)?,
     };
     let mut visited = VisitedFrames::default();
     let mut odd_clouds = CloudWarnings::default();
-    while let Some(step) = walk.next()? {
+    while wants_records || !turns.are_past(topics_count) {
+        let Some(step) = walk.next()? else { break };
         visitor.record(&step.record)?;
         match &step.record {
             Record::Damaged { offset, damage } => {
@@ -92,14 +99,17 @@ pub fn for_each_frame(
             }
             Record::Message { .. } => {
                 if let Some(cloud) = EncodedCloud::of_step(step, &clouds) {
-                    visited.visit(&cloud, config, &mut odd_clouds, visitor)?;
+                    turns.push(cloud);
                 }
+                visited.visit_turns(&mut turns, config, &mut odd_clouds, visitor)?;
             }
             _ => continue,
         }
         let (bytes, total) = walk.progress();
         visitor.event(RunEvent::Progress { bytes, total })?;
     }
+    turns.finish();
+    visited.visit_turns(&mut turns, config, &mut odd_clouds, visitor)?;
     for warning in odd_clouds.into_lines() {
         visitor.event(RunEvent::Warning(&warning))?;
     }
@@ -112,6 +122,19 @@ pub fn for_each_frame(
 }
 
 impl VisitedFrames {
+    fn visit_turns(
+        &mut self,
+        turns: &mut Turns,
+        config: &AnnotateConfig,
+        odd_clouds: &mut CloudWarnings,
+        visitor: &mut dyn FrameVisitor,
+    ) -> Result<()> {
+        while let Some(cloud) = turns.next() {
+            self.visit(&cloud, config, odd_clouds, visitor)?;
+        }
+        Ok(())
+    }
+
     fn visit(
         &mut self,
         encoded: &EncodedCloud,
@@ -138,7 +161,7 @@ impl VisitedFrames {
         let remarks: Vec<String> = remarks.into_iter().map(|(_, problem)| problem).collect();
         visitor.event(RunEvent::Frame(ClusteredFrame {
             key: encoded.key(&wire),
-            log_time_ns: encoded.header.log_time,
+            header: encoded.header,
             cloud: &clustered.cloud,
             stages: &clustered.stages,
             remarks: &remarks,

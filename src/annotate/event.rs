@@ -3,6 +3,7 @@
 use crate::frames::CloudKey;
 use divmerge_core::cloud::PointCloud;
 use divmerge_core::pipeline::Stages;
+use divmerge_recording::MessageHeader;
 
 /// What happened on the way, as it happens.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,8 +26,8 @@ pub enum RunEvent<'a> {
 pub struct ClusteredFrame<'a> {
     /// What identifies the cloud.
     pub key: CloudKey<'a>,
-    /// When the cloud was logged, nanoseconds since 1970.
-    pub log_time_ns: u64,
+    /// Channel and times of its message, of several that were put together those of the last.
+    pub header: MessageHeader,
     /// The cloud.
     pub cloud: &'a PointCloud,
     /// What became of it.

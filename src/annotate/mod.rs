@@ -1,7 +1,6 @@
 //! The main job: a recording in, the same recording with instances out.
 
 mod added_topics;
-mod assemble;
 mod checkpoint;
 mod clustered;
 mod config;
@@ -29,12 +28,12 @@ pub mod slices;
 pub mod time_spec;
 mod times;
 mod tracking;
+mod turn;
 mod types;
 mod warnings;
 mod writing;
 
 pub(crate) use added_topics::{added_metadata, refuse_topic};
-pub use assemble::{Assemble, sweeps_in_parts};
 pub use clustered::{Clustered, cluster, remarks};
 pub use config::{AnnotateConfig, Decoded, Semantics};
 pub use each_frame::{FrameVisitor, VisitedFrames, for_each_frame};

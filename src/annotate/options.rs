@@ -1,6 +1,5 @@
 //! What is done to a recording.
 
-use super::assemble::Assemble;
 use super::config::AnnotateConfig;
 use super::form::Form;
 use super::slices::Slice;
@@ -28,9 +27,6 @@ pub struct AnnotateOptions {
     pub compression: Option<Compression>,
     /// Whether and how objects are followed over time. Turns that are put together are not.
     pub tracks: TrackOptions,
-    /// How messages of a topic are put together to whole turns before they are clustered. Each is
-    /// annotated by itself; the boxes stand with the last of a turn. Default: not at all.
-    pub assemble: Option<Assemble>,
     /// The part of the input that is annotated; the output is what `join` takes. Default: all of
     /// it.
     pub slice: Option<Slice>,

@@ -4,7 +4,6 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
-use super::config::Semantics;
 use super::event::RunEvent;
 use super::job::{Job, JobInput};
 use super::options::{AnnotateOptions, USUAL_THREADS};
@@ -12,7 +11,6 @@ use super::paths::refuse_same_file;
 use super::report::AnnotationReport;
 use super::run_parameters::RunParameters;
 use crate::error::{Conflict, Error, Result, SliceProblem};
-use crate::frames::FrameBoxes;
 use divmerge_recording::stopwatch::ms_since;
 use divmerge_recording::workers::Workers;
 use divmerge_recording::{Overview, RecordingReader, is_stream};
@@ -48,7 +46,8 @@ pub fn annotate(
     if options.slice.is_some() && is_stream(input) {
         return Err(Error::Slices { of: input.to_owned(), problem: SliceProblem::OfStream });
     }
-    refuse_with_turns(input, options)?;
+    options.config.refuse_with_turns(input)?;
+    refuse_cut_turns(input, options)?;
     let started = Instant::now();
     let workers = usual_workers(options.threads);
     let (job, reader) = match is_stream(input) {
@@ -78,16 +77,12 @@ pub fn annotate(
     Ok(report)
 }
 
-/// Refuses what belongs to single messages where messages are put together.
-fn refuse_with_turns(input: &Path, options: &AnnotateOptions) -> Result<()> {
-    let AnnotateOptions { config, .. } = options;
+/// Refuses to begin a turn anywhere but where the one before ends.
+fn refuse_cut_turns(input: &Path, options: &AnnotateOptions) -> Result<()> {
     let with = match options {
-        AnnotateOptions { assemble: None, .. } => return Ok(()),
+        _ if options.config.assemble.is_none() => return Ok(()),
         AnnotateOptions { resume: true, .. } => "a run that is resumed",
         AnnotateOptions { slice: Some(_), .. } => "a slice",
-        _ if config.boxes != FrameBoxes::Nothing => "boxes of each message",
-        _ if !config.ego.is_empty() => "a vehicle that is looked for in each message",
-        _ if matches!(config.semantics, Semantics::Given(_)) => "classes of each message",
         _ => return Ok(()),
     };
     Err(Error::Conflict { path: input.to_owned(), problem: Conflict::Turns { with } })

@@ -53,11 +53,11 @@ impl RunParameters {
         let name = input.file_name().unwrap_or_default().to_string_lossy();
         let usual = || overview.usual_compression().unwrap_or_default();
         let mut parameters = method_metadata(method);
-        let follows = options.tracks.applies_to(method) && options.assemble.is_none();
+        let follows = options.tracks.applies_to(method) && method.assemble.is_none();
         if follows {
             parameters.insert("tracks".to_owned(), serde_json::json!(options.tracks).to_string());
         }
-        parameters.extend(options.assemble.map(|how| ("assemble".to_owned(), how.to_string())));
+        parameters.extend(method.assemble.map(|how| ("assemble".to_owned(), how.to_string())));
         RunParameters {
             input: name.into_owned(),
             input_bytes: overview.file_size,

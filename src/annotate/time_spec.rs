@@ -39,7 +39,7 @@ impl TimeSpec {
             TimeSpec::Absolute(nanoseconds) => nanoseconds,
             TimeSpec::Frame(number) => {
                 let topic = first_topic(overview, topics)?;
-                encoded_cloud_at(&overview.path, Some(&topic), CloudAt::Frame(number))?
+                encoded_cloud_at(&overview.path, Some(&topic), CloudAt::Frame(number), None)?
                     .header
                     .log_time
             }

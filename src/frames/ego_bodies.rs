@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::encoded::EncodedClouds;
+use super::clouds::EncodedClouds;
 use super::selection::Selection;
 use super::topics::{CloudTopic, choose_topics, message_count};
 use crate::error::Result;

@@ -4,7 +4,9 @@
 use std::ops::{Bound, RangeBounds};
 use std::path::{Path, PathBuf};
 
-use super::encoded::{EncodedCloud, EncodedClouds};
+use super::assemble::Assemble;
+use super::clouds::EncodedClouds;
+use super::encoded::EncodedCloud;
 use super::key::CloudKey;
 use super::selection::Selection;
 use crate::datasets::semantic_kitti::{
@@ -112,6 +114,8 @@ pub struct LabelledOptions {
     pub classes: SeenClasses,
     /// Whether they carry how much light came back.
     pub remission: bool,
+    /// How messages of a recording are put together to turns; `None`: not at all.
+    pub assemble: Option<Assemble>,
 }
 
 impl Default for LabelledOptions {
@@ -123,6 +127,7 @@ impl Default for LabelledOptions {
             truth: TruthSource::default(),
             classes: SeenClasses::default(),
             remission: false,
+            assemble: None,
         }
     }
 }
@@ -150,7 +155,9 @@ impl LabelledFrames {
             Source::Folder(scans(path, &options)?.into_iter())
         } else {
             let topic = options.topic.as_deref();
-            Source::Recording(Box::new(EncodedClouds::open(path, topic, options.frames)?))
+            let clouds =
+                EncodedClouds::open_assembled(path, topic, options.frames, options.assemble)?;
+            Source::Recording(Box::new(clouds))
         };
         Ok(LabelledFrames { path: path.to_owned(), options, source })
     }

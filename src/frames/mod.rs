@@ -2,12 +2,14 @@
 //!
 //! `Walk` is the one loop over a recording's records: it counts the clouds of each
 //! topic and reads only the chunks that a [`Selection`] needs. [`EncodedClouds`] iterates over the
-//! selected clouds, [`LabelledFrames`] over clouds with their truth. [`FrameBoxes`],
+//! selected clouds or the turns they are put together to ([`Assemble`]), [`LabelledFrames`] over clouds with their truth. [`FrameBoxes`],
 //! [`FrameClasses`] and [`recorded_transforms`] find what belongs to a cloud, [`EgoBodies`] the
 //! vehicle that carries the sensor.
 
+pub(crate) mod assemble;
 mod boxes;
 mod classes;
+mod clouds;
 mod counter;
 mod ego_bodies;
 mod encoded;
@@ -22,11 +24,13 @@ pub(crate) mod topics;
 mod transforms;
 pub(crate) mod walk;
 
+pub use assemble::{Assemble, sweeps_in_parts};
 pub use boxes::{BoxSource, FrameBoxes};
 pub use classes::{ClassSource, FrameClasses};
+pub use clouds::{CloudAt, EncodedClouds, encoded_cloud_at};
 pub(crate) use counter::CloudCounter;
 pub use ego_bodies::{EgoBodies, Remark};
-pub use encoded::{CloudAt, EncodedCloud, EncodedClouds, encoded_cloud_at};
+pub use encoded::EncodedCloud;
 pub use key::CloudKey;
 pub use labelled::{
     LabelledFrame, LabelledFrames, LabelledOptions, SeenClasses, Truth, TruthSource,

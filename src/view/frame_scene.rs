@@ -52,7 +52,7 @@ impl<'a> ClusteredMessage<'a> {
             intensity: self.intensity.as_deref(),
             merge_ratio: method.pipeline.cluster.merge_ratio,
             colour_numbers: colours.colour_numbers(&stages.instances),
-            heading: format!("frame {}  ·  {seconds:.3} s", self.message.number),
+            heading: format!("{}  ·  {seconds:.3} s", self.message.frames()),
             remark: format!(
                 "{}  ·  range image {} × {} ({})  ·  objects: {semantics}  ·  {}",
                 self.message.topic,
@@ -77,6 +77,7 @@ pub fn explanation_report(
         file: file.to_owned(),
         topic: message.topic.to_string(),
         frame: message.number,
+        first_frame: (message.first_number < message.number).then_some(message.first_number),
         log_time_ns: message.log_time_ns(),
         preset: frame.config.preset,
         semantics: semantics.to_owned(),

@@ -30,9 +30,10 @@ fn a_cloud_is_found_by_number_and_by_time() {
     let path = folder.path().join("long.mcap");
     std::fs::write(&path, long()).unwrap();
     for number in [0, 3, 402, 700, 999] {
-        let cloud = encoded_cloud_at(&path, None, CloudAt::Frame(number)).unwrap();
+        let cloud = encoded_cloud_at(&path, None, CloudAt::Frame(number), None).unwrap();
         assert_eq!(cloud.number, number);
-        let near = encoded_cloud_at(&path, None, CloudAt::Time(cloud.log_time_ns() + 100)).unwrap();
+        let at = CloudAt::Time(cloud.log_time_ns() + 100);
+        let near = encoded_cloud_at(&path, None, at, None).unwrap();
         // Of two at one time the earlier.
         assert_eq!(near.log_time_ns(), cloud.log_time_ns());
         assert!(near.number <= cloud.number);

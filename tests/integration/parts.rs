@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use divmerge::annotate::{AnnotateConfig, AnnotateOptions, Assemble, Semantics};
+use divmerge::annotate::{AnnotateConfig, AnnotateOptions, Semantics};
 use divmerge::datasets::drive::cloud_message;
+use divmerge::frames::Assemble;
 use divmerge::messages::clouds::{CloudFormat, CloudMessage};
 use divmerge::messages::ros::{ByteOrder, Layout, RosWriter};
 use divmerge::recording::{MessageHeader, RecordingWriter, WriteOptions};
@@ -33,8 +34,8 @@ fn recording(type_name: &str, encoding: &str, of_stamps: &[(u64, Vec<u8>)]) -> (
 }
 
 fn options(semantics: Semantics, assemble: Option<Assemble>) -> AnnotateOptions {
-    let config = AnnotateConfig { semantics, ..AnnotateConfig::default() };
-    AnnotateOptions { config, assemble, force: true, ..AnnotateOptions::default() }
+    let config = AnnotateConfig { semantics, assemble, ..AnnotateConfig::default() };
+    AnnotateOptions { config, force: true, ..AnnotateOptions::default() }
 }
 
 /// Messages of a topic that was added to `/points`.
@@ -227,10 +228,76 @@ fn commands_that_take_single_messages_name_parts_of_a_turn_once() {
             let done = divmerge(arguments);
             let said = text(&done.stderr);
             assert!(done.status.success(), "{arguments:?}: {said}");
-            let named = said.lines().filter(|line| line.contains("annotate --assemble auto"));
+            let named = said.lines().filter(|line| line.contains("--assemble auto"));
             assert_eq!(named.count(), lines, "{arguments:?}: {said}");
         }
     }
+}
+
+/// What a command prints about a recording of turns, each whole or in ten parts, without what names
+/// the recording and the messages.
+fn printed(arguments: &[&str], of_stamps: &[(u64, Vec<u8>)]) -> String {
+    let (_folder, input) = recording("sensor_msgs/msg/PointCloud2", "cdr", of_stamps);
+    let arguments: Vec<&str> =
+        arguments.iter().map(|&word| if word == "IN" { text_of(&input) } else { word }).collect();
+    let done = divmerge(&arguments);
+    let (out, said) = (text(&done.stdout), text(&done.stderr));
+    assert!(done.status.success() && !said.contains("warning"), "{arguments:?}: {said}");
+    let is_place = |line: &&str| {
+        ["\"file\"", "\"frame\"", "\"first_frame\"", "\"log_time_ns\""]
+            .iter()
+            .any(|name| line.trim_start().starts_with(name))
+    };
+    out.lines().filter(|line| !is_place(line)).map(|line| format!("{line}\n")).collect()
+}
+
+#[test]
+fn turns_are_explained_and_drawn_as_whole_clouds_are() {
+    let [whole, parts] = turns(3, 10);
+    let at = ["--at", "8,0,-1", "--within", "50", "--no-what-if", "--json"];
+    let explained = |frame| [&["explain", "IN", "--frame", frame], &at[..]].concat();
+    let of_whole = printed(&explained("1"), &whole);
+    // Any message of a turn names it.
+    for frame in ["10", "14", "19"] {
+        let arguments = [&explained(frame)[..], &["--assemble", "auto"]].concat();
+        assert_eq!(printed(&arguments, &parts), of_whole, "frame {frame}");
+    }
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let picture = |name: &str| folder.path().join(name).display().to_string();
+    let draw = |name: &str, words: &[&str], of_stamps| {
+        let path = picture(name);
+        printed(&[&["figure", "IN", "-o", &path], words].concat(), of_stamps);
+        std::fs::read_to_string(path).expect("a figure")
+    };
+    let of_whole = draw("whole.svg", &["--frame", "2"], &whole);
+    let of_parts = draw("parts.svg", &["--frame", "20", "--assemble", "10"], &parts);
+    let without_title = |svg: &str| svg.replace("frames 20 to 29", "frame 2");
+    assert!(of_parts.contains("frames 20 to 29") && of_whole.contains("frame 2"));
+    let without_time = |svg: String| svg.split(" s<").skip(1).collect::<String>();
+    assert!(without_time(without_title(&of_parts)) == without_time(of_whole));
+}
+
+#[test]
+fn turns_are_triaged_as_whole_clouds_are() {
+    let sources = turns(3, 10);
+    let folder = tempfile::tempdir().expect("a folder");
+    let [of_whole, of_parts] = [&[][..], &["--assemble", "auto"]].map(|words| {
+        let of_stamps = &sources[usize::from(!words.is_empty())];
+        let (_folder, input) = recording("sensor_msgs/msg/PointCloud2", "cdr", of_stamps);
+        let (table, copy) = (folder.path().join("t.csv"), folder.path().join("copy.mcap"));
+        let (table, copy) = (text_of(&table), text_of(&copy));
+        let base = ["triage", text_of(&input), "--csv", table, "-o", copy, "--force"];
+        let done = divmerge(&[&base[..], words].concat());
+        assert!(done.status.success(), "{}", text(&done.stderr));
+        // Three messages more, one for each turn.
+        assert_eq!(messages(copy.as_ref()).len(), of_stamps.len() + 3);
+        let rows = std::fs::read_to_string(table).expect("a table");
+        let cells = |row: &str| row.split(',').skip(4).take(8).map(str::to_owned).collect();
+        rows.lines().map(cells).collect::<Vec<Vec<String>>>()
+    });
+    assert!(of_whole.len() > 5, "{of_whole:?}");
+    assert_eq!(of_parts, of_whole);
 }
 
 #[test]

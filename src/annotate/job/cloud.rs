@@ -95,7 +95,7 @@ impl Job<'_> {
                 stamp_ns: annotated.stamp_ns,
                 frame_id: &annotated.frame_id,
             },
-            log_time_ns: encoded.header.log_time,
+            header: encoded.header,
             cloud: &clustered.cloud,
             stages: &clustered.stages,
             remarks: &remarks,

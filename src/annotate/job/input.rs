@@ -133,7 +133,15 @@ impl Job<'_> {
         let number = self.counter.count(&topic);
         if self.assembler.is_some() {
             let (header, position, data) = (*header, *position, data.clone());
-            let encoded = EncodedCloud { topic, number, header, format, data, position };
+            let encoded = EncodedCloud {
+                topic,
+                number,
+                first_number: number,
+                header,
+                format,
+                data,
+                position,
+            };
             return self.push_part(bytes, encoded);
         }
         let completed = match &mut self.completed {
@@ -141,7 +149,8 @@ impl Job<'_> {
             None => None,
         };
         let (header, position, data) = (*header, *position, data.clone());
-        let encoded = EncodedCloud { topic, number, header, format, data, position };
+        let encoded =
+            EncodedCloud { topic, number, first_number: number, header, format, data, position };
         let is_followed = self.tracking.follows(&encoded.topic);
         let result = match completed {
             Some(completed) => Workers::none().run(move || Ok(CloudResult::Completed(completed))),

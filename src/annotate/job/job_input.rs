@@ -71,7 +71,7 @@ impl JobInput {
         let JobInput { overview, parameters, .. } = self;
         let is_resumable = (options.resume || options.resumable)
             && output != STANDARD_STREAM
-            && options.assemble.is_none();
+            && options.config.assemble.is_none();
         let completed = match options.resume && is_resumable {
             true => CutOffRun::find(output, parameters)?,
             false => None,

@@ -2,12 +2,12 @@
 
 use std::collections::VecDeque;
 
-use crate::annotate::assemble::AnnotatedTurn;
 use crate::annotate::checkpoint::CompletedCloud;
 use crate::annotate::clustered::Clustered;
 use crate::annotate::message::Written;
 use crate::annotate::report::FrameReport;
 use crate::annotate::tracking::Untracked;
+use crate::annotate::turn::AnnotatedTurn;
 use crate::annotate::writing::{Annotated, Writing};
 use crate::error::Result;
 use crate::frames::EncodedCloud;

@@ -12,7 +12,6 @@ use super::followed::Tracking;
 use super::job_input::JobInput;
 use super::pending::Queue;
 use crate::annotate::added_topics::refuse_annotated;
-use crate::annotate::assemble::{Assembler, PartWatch};
 use crate::annotate::checkpoint::CompletedClouds;
 use crate::annotate::config::AnnotateConfig;
 use crate::annotate::event::RunEvent;
@@ -24,6 +23,7 @@ use crate::annotate::run_parameters::RunParameters;
 use crate::annotate::tracking::TopicFollower;
 use crate::annotate::warnings::CloudWarnings;
 use crate::error::{Conflict, Error, Result};
+use crate::frames::assemble::{Assembler, PartWatch};
 use crate::frames::topics::{topic_count, topic_names};
 use crate::frames::{CloudCounter, CloudTopic};
 use divmerge_recording::workers::Workers;
@@ -113,7 +113,7 @@ impl<'a> Job<'a> {
             clouds,
             added: AddedChannels::new(options.types, options.form == Form::InPlace),
             counter: CloudCounter::default(),
-            assembler: options.assemble.map(Assembler::new),
+            assembler: options.config.assemble.map(Assembler::new),
             watch: PartWatch::default(),
             odd_clouds: CloudWarnings::default(),
             journal,

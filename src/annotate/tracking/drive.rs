@@ -98,7 +98,7 @@ pub fn follow_drive(
 ) -> Result<FollowedDrive> {
     let overview = Overview::read(input)?;
     let recorded = RecordedMotion::read(&overview, &options.ego_motion)?;
-    let clouds = EncodedClouds::open(input, topic, numbers)?;
+    let clouds = EncodedClouds::open_assembled(input, topic, numbers, config.assemble)?;
     let (topic, of) = (clouds.topic().to_owned(), clouds.message_count());
     let mut follower = TopicFollower::new(options);
     let (mut followed, mut unreadable) = (Vec::new(), 0);

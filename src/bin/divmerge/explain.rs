@@ -123,10 +123,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         );
     }
     let (path, which) = (&arguments.input, CloudAt::Frame(arguments.frame));
-    let message = encoded_cloud_at(path, arguments.topic.as_deref(), which)?;
-    explain_message(arguments, &method, &message, output.as_ref()).with_context(|| {
-        format!("{}: frame {} of {}", path.display(), message.number, message.topic)
-    })?;
+    let message = encoded_cloud_at(path, arguments.topic.as_deref(), which, method.assemble)?;
+    explain_message(arguments, &method, &message, output.as_ref())
+        .with_context(|| format!("{}: {}", path.display(), message.describe()))?;
     Ok(Outcome::Done)
 }
 
@@ -191,7 +190,7 @@ fn explain_message(
         let target = Target::Save { path: rrd.clone(), force: arguments.force };
         let shown = divmerge::annotate::ClusteredFrame {
             key: message.key(&wire),
-            log_time_ns: message.log_time_ns(),
+            header: message.header,
             cloud,
             stages: &stages,
             remarks: &[],

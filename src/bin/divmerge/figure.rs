@@ -164,7 +164,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         Some(time) => CloudAt::Time(time.log_time(&overview, &[])?),
         None => CloudAt::Frame(arguments.frame.unwrap_or(0)),
     };
-    let message = encoded_cloud_at(&arguments.input, arguments.topic.as_deref(), which)?;
+    let message =
+        encoded_cloud_at(&arguments.input, arguments.topic.as_deref(), which, method.assemble)?;
     let clustered = clustered(&message, &method)?;
     let scene = clustered.scene(&method, start_ns, &mut ColourTracker::default());
     if let Some(output) = &output {
@@ -180,7 +181,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 /// Draws the figure of `demo`.
 pub fn draw(input: &Path, frame: u64, output: &OutputFile, method: &AnnotateConfig) -> Result<()> {
     let start_ns = Overview::read(input)?.start_ns.unwrap_or(0);
-    let message = encoded_cloud_at(input, None, CloudAt::Frame(frame))?;
+    let message = encoded_cloud_at(input, None, CloudAt::Frame(frame), method.assemble)?;
     let clustered = clustered(&message, method)?;
     let scene = clustered.scene(method, start_ns, &mut ColourTracker::default());
     let options = FigureOptions::default();
@@ -193,7 +194,7 @@ fn clustered<'a>(
     message: &'a EncodedCloud,
     method: &AnnotateConfig,
 ) -> Result<ClusteredMessage<'a>> {
-    let place = || format!("frame {} of {}", message.number, message.topic);
+    let place = || message.describe();
     let clustered = ClusteredMessage::new(message, method).with_context(place)?;
     if let Some(problem) = &clustered.clustered.missing_boxes {
         eprintln!("warning: {}: {problem}", place());
@@ -228,7 +229,9 @@ fn video(
 ) -> Result<Outcome> {
     let frames = arguments.frames.clone().unwrap_or(0..u64::MAX);
     let topic = arguments.topic.as_deref();
-    let messages = EncodedClouds::open(&arguments.input, topic, frames.start..=frames.end - 1)?;
+    let numbers = frames.start..=frames.end - 1;
+    let messages =
+        EncodedClouds::open_assembled(&arguments.input, topic, numbers, method.assemble)?;
     let (count, start_ns) = (messages.message_count(), messages.start_ns());
     if arguments.frames.is_some() && frames.end > count {
         let counts = vec![(messages.topic().to_owned(), count)];
@@ -245,8 +248,11 @@ fn video(
     let (mut drawn, mut unreadable) = (0_u64, 0_u64);
     for message in messages {
         let message = message?;
-        // A file that grows may have more clouds than when it was opened.
-        let Some(output) = pictures.get((message.number - frames.start) as usize) else { break };
+        // A turn has the name of its last message that was asked for. A file that grows may have
+        // more clouds than when it was opened.
+        let number = message.number.min(frames.end - 1).checked_sub(frames.start);
+        let output = number.and_then(|number| pictures.get(number as usize));
+        let Some(output) = output else { break };
         let frame = match clustered(&message, method) {
             Ok(frame) => frame,
             Err(error) if is_of_one_cloud(&error) => {

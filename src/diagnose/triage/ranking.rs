@@ -64,7 +64,7 @@ impl Ranking {
 
     /// Seconds from the start of the recording to a frame.
     pub fn seconds(&self, frame: &ClusteredFrame) -> f64 {
-        frame.log_time_ns.saturating_sub(self.start_ns) as f64 * 1e-9
+        frame.header.log_time.saturating_sub(self.start_ns) as f64 * 1e-9
     }
 
     fn ranked(&self, frame: &ClusteredFrame, found: &Triage, case: &Case) -> RankedCase {

@@ -126,8 +126,6 @@ struct Copy<'a> {
     writer: RecordingWriter,
     /// Channel of each `T/suspicion`, by T.
     channels: BTreeMap<String, u16>,
-    /// Header of the message that was copied last.
-    last: Option<MessageHeader>,
     scratch: Vec<u8>,
 }
 
@@ -144,21 +142,19 @@ impl<'a> Copy<'a> {
             },
         )?;
         writer.reserve(overview);
-        Ok(Copy { overview, writer, channels: BTreeMap::new(), last: None, scratch: Vec::new() })
+        Ok(Copy { overview, writer, channels: BTreeMap::new(), scratch: Vec::new() })
     }
 
     fn record(&mut self, record: &Record) -> Result<()> {
         match record {
-            Record::Damaged { .. } | Record::Truncated { .. } => return Ok(()),
-            Record::Message { header, .. } => self.last = Some(*header),
-            _ => {}
+            Record::Damaged { .. } | Record::Truncated { .. } => Ok(()),
+            _ => Ok(self.writer.copy(record)?),
         }
-        Ok(self.writer.copy(record)?)
     }
 
-    /// Adds the message about the cloud that was copied last.
+    /// Adds the message about a cloud.
     fn suspicion(&mut self, frame: &ClusteredFrame, found: &Triage) -> Result<()> {
-        let header = self.last.expect("a frame follows its message");
+        let header = frame.header;
         let channel_id = self.channel(frame.key.topic, header.channel_id)?;
         let diagnostics = diagnostics(frame.key.topic, found);
         let (sec, nanosec) = split(frame.key.stamp_ns);

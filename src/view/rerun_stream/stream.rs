@@ -131,7 +131,7 @@ impl RerunStream {
         let recording = &self.recording;
         recording.set_time_sequence("frame", frame.key.number as i64);
         recording.set_timestamp_nanos_since_epoch("stamp", frame.key.stamp_ns);
-        recording.set_timestamp_nanos_since_epoch("message_log_time", frame.log_time_ns as i64);
+        recording.set_timestamp_nanos_since_epoch("message_log_time", frame.header.log_time as i64);
         let suspicion = triage_frame(frame, &self.method, &triage::TriageParams::default()).score;
         FrameLogger { recording, topic, frame }.log_all(suspicion)
     }

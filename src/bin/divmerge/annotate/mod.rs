@@ -10,8 +10,8 @@ use anyhow::{Result, bail};
 use clap::Args;
 use divmerge::annotate::time_spec::TimeSpec;
 use divmerge::annotate::{
-    AnnotateOptions, AnnotationReport, Assemble, BoxedInstances, Flavor, Form, MessageTypes,
-    RunEvent, Slice, annotate, slices::Plan,
+    AnnotateOptions, AnnotationReport, BoxedInstances, Flavor, Form, MessageTypes, RunEvent, Slice,
+    annotate, slices::Plan,
 };
 use divmerge::messages::objects::ObjectKind;
 use divmerge::recording::{Compression, STANDARD_STREAM};
@@ -95,16 +95,9 @@ pub struct Arguments {
     #[arg(long, value_name = "T", value_parser = TimeSpec::from_str)]
     to: Option<TimeSpec>,
 
-    /// Cluster whole turns put together of several messages of a topic, and annotate each message:
-    /// `auto` (once round, or 0.1 s where messages do not go around), so many messages (10), or
-    /// seconds of the clouds' stamps (0.1, 1s). The boxes stand with the last message of a turn
-    #[arg(long, value_name = "auto|N|SECONDS", value_parser = Assemble::from_str)]
-    #[arg(conflicts_with_all = ["resume", "slice"])]
-    assemble: Option<Assemble>,
-
     /// Annotate one slice of a plan (`divmerge plan`), numbered from 0: plan.json:3. `divmerge
     /// join` puts slices together
-    #[arg(long, value_name = "PLAN:N", value_parser = slice)]
+    #[arg(long, value_name = "PLAN:N", value_parser = slice, conflicts_with = "assemble")]
     slice: Option<PlannedSlice>,
 
     /// Do not write OUT.layout.json, a layout for Lichtblick and Foxglove that shows clouds and
@@ -123,7 +116,7 @@ pub struct Arguments {
     /// Continue a run that was interrupted (Ctrl-C, killed, power failure) with the same output.
     /// Finished clouds are not clustered again, and the output is that of an uninterrupted run.
     /// With several recordings, those whose output exists are skipped
-    #[arg(long, conflicts_with = "force")]
+    #[arg(long, conflicts_with_all = ["force", "assemble"])]
     resume: bool,
 
     /// Replace an existing output
@@ -355,7 +348,6 @@ fn options(arguments: &Arguments, input: &Path) -> Result<AnnotateOptions> {
         to_ns,
         compression: arguments.compression,
         tracks: arguments.tracks.options(),
-        assemble: arguments.assemble,
         slice: None,
         unchecked: arguments.unchecked,
         form: match (arguments.only, arguments.in_place_fields) {

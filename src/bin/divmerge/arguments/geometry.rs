@@ -1,13 +1,14 @@
 //! Arguments about the geometry of clouds: how they become images, and which way is up.
 
 use std::path::Path;
+use std::str::FromStr;
 
 use anyhow::{Result, anyhow};
 use clap::Args;
 use divmerge::Error;
 use divmerge::cloud::sensor_frame::SensorFrame;
 use divmerge::cloud::{CloudFrames, SensorOrigin};
-use divmerge::frames::{EgoBodies, recorded_transforms};
+use divmerge::frames::{Assemble, EgoBodies, recorded_transforms};
 use divmerge::pipeline::Overrides;
 use divmerge::range_image::ProjectionParams;
 
@@ -45,6 +46,13 @@ pub struct GeometryArguments {
     /// for each topic [default: the frame's origin, or where the points show the sensor]
     #[arg(long, value_name = "[TOPIC=]X,Y,Z", allow_hyphen_values = true)]
     sensor_origin: Vec<SensorOrigin>,
+
+    /// Cluster whole turns put together of several messages of a topic: `auto` (once round, or
+    /// 0.1 s where messages do not go around), so many messages (10), or seconds of the clouds'
+    /// stamps (0.1, 1s). `annotate` annotates each message, and its boxes stand with the last of a
+    /// turn; the other commands take a turn for one frame, which any of its messages names
+    #[arg(long, value_name = "auto|N|SECONDS", value_parser = Assemble::from_str)]
+    pub assemble: Option<Assemble>,
 
     #[command(flatten)]
     pub coordinates: CoordinateArguments,

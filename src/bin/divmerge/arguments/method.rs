@@ -5,9 +5,10 @@ use std::path::Path;
 use anyhow::Result;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
-use divmerge::annotate::{AnnotateConfig, sweeps_in_parts};
+use divmerge::annotate::AnnotateConfig;
 use divmerge::cluster::params::Region;
 use divmerge::comparison::methods;
+use divmerge::frames::sweeps_in_parts;
 use divmerge::pipeline::{BirdsEyeMerge, Overrides, Preset};
 
 use super::boxes::BoxArguments;
@@ -141,7 +142,11 @@ impl MethodArguments {
         self.boxes.set(&mut pipeline);
         let boxes = BoxArguments::open(box_source.as_ref(), recording, &config.taxonomy)?;
         let (unit, crop) = self.geometry.coordinates.values();
-        Ok(AnnotateConfig { pipeline, boxes, unit, crop, ego, frames, ..config })
+        let assemble = self.geometry.assemble;
+        let config =
+            AnnotateConfig { pipeline, boxes, unit, crop, ego, frames, assemble, ..config };
+        config.refuse_with_turns(recording)?;
+        Ok(config)
     }
 
     /// The same for a command that does not print what is odd about clouds: it warns of topics in
@@ -153,7 +158,10 @@ impl MethodArguments {
         topics: &[String],
     ) -> Result<AnnotateConfig> {
         let config = self.config(recording)?;
-        let in_parts = sweeps_in_parts(recording, topics);
+        let in_parts = match config.assemble {
+            Some(_) => Vec::new(),
+            None => sweeps_in_parts(recording, topics),
+        };
         for problem in config.ego.unknown().chain(in_parts) {
             eprintln!("warning: {}: {problem}", recording.display());
         }

@@ -83,6 +83,7 @@ impl CloudArguments {
                 _ => SeenClasses::Nothing,
             },
             remission: method.wants_remission(),
+            assemble: method.assemble,
         };
         Ok(LabelledFrames::open(&self.input, options)?)
     }

@@ -74,7 +74,8 @@ impl Report<'_> {
         let bar = frame_bar("drawing", cases.len() as u64);
         for of_frame in order.chunk_by(|&a, &b| frame_of(a) == frame_of(b)) {
             let (topic, frame) = frame_of(of_frame[0]);
-            let message = encoded_cloud_at(self.input, Some(topic), CloudAt::Frame(frame))?;
+            let at = CloudAt::Frame(frame);
+            let message = encoded_cloud_at(self.input, Some(topic), at, method.assemble)?;
             let place = || format!("frame {frame} of {topic}");
             let wire = message.decode().with_context(place)?;
             let decoded = method.decode(&wire, &message.key(&wire)).with_context(place)?;

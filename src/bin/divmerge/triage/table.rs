@@ -71,7 +71,7 @@ fn cells(
     [
         frame.key.topic.to_owned(),
         frame.key.number.to_string(),
-        frame.log_time_ns.to_string(),
+        frame.header.log_time.to_string(),
         format!("{seconds:.3}"),
         format!("{:.4}", suspect.score),
         suspect.kind.name().to_owned(),

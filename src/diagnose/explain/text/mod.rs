@@ -33,6 +33,9 @@ pub struct ExplanationReport {
     pub topic: String,
     /// Number of the cloud on its topic, from 0.
     pub frame: u64,
+    /// The first of the messages that are put together in the cloud, if `frame` is the last.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub first_frame: Option<u64>,
     /// Log time of the cloud in nanoseconds.
     pub log_time_ns: u64,
     /// Preset of the run.
@@ -64,10 +67,14 @@ pub struct ExplanationText<'a> {
 impl Display for ExplanationText<'_> {
     fn fmt(&self, out: &mut Formatter) -> fmt::Result {
         let ExplanationReport { explanation, frame, topic, .. } = self.report;
+        let which = match self.report.first_frame {
+            Some(first) => format!("Frames {first} to {frame}"),
+            None => format!("Frame {frame}"),
+        };
         writeln!(out, "{}\n", explanation.headline())?;
         writeln!(
             out,
-            "Frame {frame} of {topic}, {}, preset {}, objects from {}; positions in metres in the \
+            "{which} of {topic}, {}, preset {}, objects from {}; positions in metres in the \
              cloud's own frame.",
             counted(self.report.instances, "instance"),
             self.report.preset,

@@ -7,8 +7,10 @@ use std::sync::Arc;
 
 use super::part::{Part, step};
 use crate::error::Result;
+use crate::frames::encoded::EncodedCloud;
+use crate::frames::selection::Selection;
+use crate::frames::topics::choose_topics;
 use crate::frames::walk::Walk;
-use crate::frames::{EncodedCloud, Selection, choose_topics};
 use divmerge_core::cloud::PointCloud;
 use divmerge_core::geometry::statistics;
 use divmerge_recording::{Overview, is_remote, is_stream};
@@ -69,16 +71,11 @@ fn first_parts(recording: &Path, topics: &[String]) -> Result<PartWatch> {
 
 /// The first messages of each topic.
 #[derive(Debug, Default)]
-pub(in crate::annotate) struct PartWatch(BTreeMap<Arc<str>, Vec<Part>>);
+pub(crate) struct PartWatch(BTreeMap<Arc<str>, Vec<Part>>);
 
 impl PartWatch {
     /// Takes the next cloud of a topic.
-    pub(in crate::annotate) fn take(
-        &mut self,
-        topic: &Arc<str>,
-        cloud: &PointCloud,
-        stamp_ns: i64,
-    ) {
+    pub(crate) fn take(&mut self, topic: &Arc<str>, cloud: &PointCloud, stamp_ns: i64) {
         let parts = self.0.entry(Arc::clone(topic)).or_default();
         if parts.len() < MOST {
             parts.push(Part::of(cloud, stamp_ns));
@@ -92,7 +89,7 @@ impl PartWatch {
     }
 
     /// What is said of the topics whose messages look like parts of a turn.
-    pub(in crate::annotate) fn warnings(self) -> Vec<String> {
+    pub(crate) fn warnings(self) -> Vec<String> {
         self.0.iter().filter_map(|(topic, parts)| warning(topic, parts)).collect()
     }
 }
@@ -111,7 +108,7 @@ fn warning(topic: &str, parts: &[Part]) -> Option<String> {
     }
     Some(format!(
         "{topic}: each message holds a part of a turn ({returns} returns in {degrees:.0} degrees, \
-         {:.1} ms apart), and is taken by itself: `annotate --assemble auto` clusters whole turns",
+         {:.1} ms apart), and is taken by itself: --assemble auto clusters whole turns",
         apart_ns * 1e-6
     ))
 }

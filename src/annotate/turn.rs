@@ -1,6 +1,5 @@
 //! A turn of several messages, clustered as one cloud, with the messages that annotate its parts.
 
-use std::borrow::Cow;
 use std::time::Instant;
 
 use crate::annotate::clustered::{Clustered, cluster_decoded};
@@ -11,6 +10,7 @@ use crate::annotate::types::{MessageTypes, Objects, Placement};
 use crate::annotate::writing::Annotated;
 use crate::error::{FrameError, Result};
 use crate::frames::EncodedCloud;
+use crate::frames::assemble::joined_messages;
 use crate::messages::annotation::annotated_cloud;
 use crate::messages::clouds::CloudMessage;
 use divmerge_recording::stopwatch::ms_since;
@@ -32,7 +32,7 @@ pub(in crate::annotate) fn annotate_turn(
     let messages: Vec<CloudMessage> =
         parts.iter().map(EncodedCloud::decode).collect::<std::result::Result<_, FrameError>>()?;
     let (last, last_message) = (&parts[parts.len() - 1], &messages[messages.len() - 1]);
-    let whole = joined(&messages);
+    let whole = joined_messages(&messages);
     let parse_ms = ms_since(started);
     let key = last.key(last_message);
     let decoded = method.decode(&whole, &key)?;
@@ -73,29 +73,6 @@ pub(in crate::annotate) fn annotate_turn(
         };
     }
     Ok((clustered, annotated))
-}
-
-/// The points of all messages, which have the same rows: each row has those of the first message,
-/// then those of the second, and so on.
-fn joined(messages: &[CloudMessage]) -> CloudMessage<'static> {
-    let last = &messages[messages.len() - 1];
-    let width: u32 = messages.iter().map(|message| message.width).sum();
-    let mut rows: Vec<_> = messages.iter().map(CloudMessage::rows).collect();
-    let mut data = Vec::with_capacity(messages.iter().map(|message| message.data.len()).sum());
-    for _row in 0..last.height {
-        for rows in &mut rows {
-            data.extend_from_slice(rows.next().unwrap_or_default());
-        }
-    }
-    CloudMessage {
-        width,
-        row_step: width.wrapping_mul(last.point_step),
-        is_dense: messages.iter().all(|message| message.is_dense),
-        data: Cow::Owned(data),
-        fields: last.fields.clone(),
-        frame_id: last.frame_id.clone(),
-        ..*last
-    }
 }
 
 /// Where the points of a message lie in the joined cloud, of which its rows begin at a column.

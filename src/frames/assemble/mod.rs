@@ -1,9 +1,9 @@
 //! Sweeps that come in parts: whole turns are put together of several messages of a topic, and
-//! clustered as one cloud. Each part is annotated by itself.
+//! clustered as one cloud.
 
 mod assembler;
 mod part;
-mod turn;
+mod turns;
 mod watch;
 
 use std::fmt;
@@ -11,9 +11,9 @@ use std::str::FromStr;
 
 use divmerge_core::pipeline::overrides::limits;
 
-pub(super) use assembler::Assembler;
-pub(super) use turn::{AnnotatedTurn, annotate_turn};
-pub(super) use watch::PartWatch;
+pub(crate) use assembler::Assembler;
+pub(crate) use turns::{Turns, joined_messages};
+pub(crate) use watch::PartWatch;
 pub use watch::sweeps_in_parts;
 
 /// How the messages of a topic are put together to turns.
