@@ -38,24 +38,6 @@ impl LabelBytes {
         }
     }
 
-    /// The labels of some points of the same cloud.
-    pub(super) fn at(&self, points: &[usize], clustered: &Clustered) -> OwnedAnnotation {
-        fn pick<T: Copy>(column: &[T], points: &[usize]) -> Vec<T> {
-            points.iter().map(|&point| column[point]).collect()
-        }
-        let labels = &clustered.stages.labels;
-        let certainty = self.certainty.as_ref();
-        OwnedAnnotation {
-            instance: pick(&labels.instance, points),
-            component: pick(&labels.component, points),
-            semantic: pick(&labels.semantic, points),
-            reason: pick(&self.reason, points),
-            ground: self.ground.as_ref().map(|ground| pick(ground, points)),
-            certainty: certainty
-                .map(|(confidence, entropy)| (pick(confidence, points), pick(entropy, points))),
-        }
-    }
-
     /// All labels of the same cloud, owned.
     pub(super) fn owned(self, clustered: &Clustered) -> OwnedAnnotation {
         let labels = &clustered.stages.labels;

@@ -28,7 +28,6 @@ pub mod slices;
 pub mod time_spec;
 mod times;
 mod tracking;
-mod turn;
 mod types;
 mod warnings;
 mod writing;

@@ -25,7 +25,7 @@ pub struct AnnotateOptions {
     /// Compression of the output. Default: that of most of the input's chunks, so that those stay
     /// as they are.
     pub compression: Option<Compression>,
-    /// Whether and how objects are followed over time. Turns that are put together are not.
+    /// Whether and how objects are followed over time.
     pub tracks: TrackOptions,
     /// The part of the input that is annotated; the output is what `join` takes. Default: all of
     /// it.

@@ -53,7 +53,7 @@ impl RunParameters {
         let name = input.file_name().unwrap_or_default().to_string_lossy();
         let usual = || overview.usual_compression().unwrap_or_default();
         let mut parameters = method_metadata(method);
-        let follows = options.tracks.applies_to(method) && method.assemble.is_none();
+        let follows = options.tracks.applies_to(method);
         if follows {
             parameters.insert("tracks".to_owned(), serde_json::json!(options.tracks).to_string());
         }

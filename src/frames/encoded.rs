@@ -18,8 +18,9 @@ pub struct EncodedCloud {
     pub topic: Arc<str>,
     /// Its number on the topic in the order of the file, from 0; unreadable clouds count.
     pub number: u64,
-    /// The number of the first of the messages that are put together in it; its own if it is alone.
-    pub first_number: u64,
+    /// The messages that are put together in it; none if it is one message. Number, header and
+    /// place are those of the last.
+    pub parts: Arc<[EncodedCloud]>,
     /// Channel, sequence, log and publish time.
     pub header: MessageHeader,
     /// Format of the message.
@@ -37,7 +38,7 @@ impl EncodedCloud {
         EncodedCloud {
             topic: "".into(),
             number: 0,
-            first_number: 0,
+            parts: Arc::default(),
             header,
             format,
             data: data.into(),
@@ -53,7 +54,7 @@ impl EncodedCloud {
         };
         let CloudTopic { topic, format } = clouds.get(&header.channel_id)?.clone();
         let data = data.into_owned().into();
-        Some(EncodedCloud { topic, number, first_number: number, header, format, data, position })
+        Some(EncodedCloud { topic, number, parts: Arc::default(), header, format, data, position })
     }
 
     /// The cloud in it.
@@ -82,10 +83,25 @@ impl EncodedCloud {
 
     /// Its number in words, as in `frame 3`; of a turn `frames 3 to 38`.
     pub fn frames(&self) -> String {
-        match self.number == self.first_number {
-            true => format!("frame {}", self.number),
-            false => format!("frames {} to {}", self.first_number, self.number),
+        match self.first_number() {
+            first if first == self.number => format!("frame {first}"),
+            first => format!("frames {first} to {}", self.number),
         }
+    }
+
+    /// The number of the first of its messages.
+    pub fn first_number(&self) -> u64 {
+        self.parts.first().map_or(self.number, |first| first.number)
+    }
+
+    /// How many messages it is.
+    pub(crate) fn messages(&self) -> u64 {
+        self.parts.len().max(1) as u64
+    }
+
+    /// Bytes in memory of its message and of those that are put together in it.
+    pub(crate) fn bytes(&self) -> usize {
+        self.data.len() + self.parts.iter().map(|part| part.data.len()).sum::<usize>()
     }
 
     /// Where it lies, in words.

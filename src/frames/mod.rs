@@ -1,10 +1,10 @@
 //! The clouds of a recording, one after the other, and what the recording holds beside them.
 //!
-//! `Walk` is the one loop over a recording's records: it counts the clouds of each
-//! topic and reads only the chunks that a [`Selection`] needs. [`EncodedClouds`] iterates over the
-//! selected clouds or the turns they are put together to ([`Assemble`]), [`LabelledFrames`] over clouds with their truth. [`FrameBoxes`],
-//! [`FrameClasses`] and [`recorded_transforms`] find what belongs to a cloud, [`EgoBodies`] the
-//! vehicle that carries the sensor.
+//! `Walk` is the one loop over a recording's records: it counts the clouds of each topic and reads
+//! only the chunks that a [`Selection`] needs. [`EncodedClouds`] iterates over the selected clouds,
+//! or the turns that they are put together to ([`Assemble`]); [`LabelledFrames`] over clouds with
+//! their truth. [`FrameBoxes`], [`FrameClasses`] and [`recorded_transforms`] find what belongs to a
+//! cloud, [`EgoBodies`] the vehicle that carries the sensor.
 
 pub(crate) mod assemble;
 mod boxes;

@@ -77,7 +77,7 @@ pub fn explanation_report(
         file: file.to_owned(),
         topic: message.topic.to_string(),
         frame: message.number,
-        first_frame: (message.first_number < message.number).then_some(message.first_number),
+        first_frame: Some(message.first_number()).filter(|&first| first < message.number),
         log_time_ns: message.log_time_ns(),
         preset: frame.config.preset,
         semantics: semantics.to_owned(),

@@ -46,11 +46,11 @@ fn added(path: &Path, end: &str) -> Vec<(u64, Vec<u8>)> {
     of_topic.map(|(header, data)| (header.log_time, data)).collect()
 }
 
-/// Instances and reasons of the points of the annotated clouds, message by message.
-fn labels(path: &Path) -> Vec<[Vec<u32>; 2]> {
+/// Instances, tracks and reasons of the points of the annotated clouds, message by message.
+fn labels(path: &Path) -> Vec<[Vec<u32>; 3]> {
     let of = |(_, data): &(u64, Vec<u8>)| {
         let cloud = CloudFormat::Ros2.decode(data).expect("a cloud");
-        ["instance", "reason"].map(|name| cloud.column_u32(name).expect(name))
+        ["instance", "track", "reason"].map(|name| cloud.column_u32(name).expect(name))
     };
     added(path, "/instances").iter().map(of).collect()
 }
@@ -159,9 +159,9 @@ fn turns(count: usize, parts: usize) -> [Vec<(u64, Vec<u8>)>; 2] {
 }
 
 /// The labels of parts, put together again by so many.
-fn whole_again(parts: &[[Vec<u32>; 2]], by: usize) -> Vec<[Vec<u32>; 2]> {
-    let join = |parts: &[[Vec<u32>; 2]]| {
-        [0, 1].map(|column| parts.iter().flat_map(|part| part[column].clone()).collect())
+fn whole_again(parts: &[[Vec<u32>; 3]], by: usize) -> Vec<[Vec<u32>; 3]> {
+    let join = |parts: &[[Vec<u32>; 3]]| {
+        [0, 1, 2].map(|column| parts.iter().flat_map(|part| part[column].clone()).collect())
     };
     parts.chunks(by).map(join).collect()
 }

@@ -15,6 +15,7 @@ use crate::annotate::report::FrameReport;
 use crate::annotate::times::FrameTimes;
 use crate::annotate::writing::Annotated;
 use crate::error::{Error, Result};
+use crate::frames::assemble::shared_out;
 use crate::frames::{CloudKey, EncodedCloud};
 use divmerge_recording::{MessageHeader, SourceChunk, checksum};
 
@@ -25,14 +26,14 @@ impl Job<'_> {
     /// Waits for what is made of a cloud, and writes it.
     pub(super) fn cloud(&mut self, cloud: PendingCloud) -> Result<()> {
         let PendingCloud { encoded, result, .. } = cloud;
-        self.report.messages += u64::from(self.is_in_place());
+        self.report.messages += if self.is_in_place() { encoded.messages() } else { 0 };
         let started = Instant::now();
         let result = result.wait();
         self.report.profile.wait.take_since(started, 0);
         match result {
             Ok(CloudResult::Annotated(clustered, annotated, kept)) => {
                 let report = FrameReport::new(&clustered, &annotated.frame_id);
-                if self.assembler.is_none() {
+                if self.config.assemble.is_none() {
                     self.watch.take(&encoded.topic, &clustered.cloud, annotated.stamp_ns);
                 }
                 self.written(&encoded, &annotated, (&report, kept))?;
@@ -61,7 +62,7 @@ impl Job<'_> {
     }
 
     /// Whether annotated clouds stand in the place of the clouds.
-    pub(super) fn is_in_place(&self) -> bool {
+    fn is_in_place(&self) -> bool {
         self.options.form == Form::InPlace && self.copies()
     }
 
@@ -127,6 +128,11 @@ impl Job<'_> {
         (report, observed): (&FrameReport, Option<String>),
         times: Option<FrameTimes>,
     ) -> Result<()> {
+        if !encoded.parts.is_empty() {
+            self.add_to_parts(encoded, messages.map(|(message, _)| message))?;
+            self.count(encoded, report, times);
+            return Ok(());
+        }
         let Added { instances, objects } = self.channels_for(encoded.header.channel_id)?;
         for (channel_id, (message, chunk)) in [instances, objects].into_iter().zip(messages) {
             if let Some(chunk) = chunk {
@@ -145,8 +151,28 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// Passes a cloud through that cannot be read.
-    pub(super) fn unreadable(&mut self, encoded: &EncodedCloud, problem: String) -> Result<()> {
+    /// Writes what annotates the messages of a turn; its boxes stand with the last.
+    fn add_to_parts(&mut self, turn: &EncodedCloud, [cloud, boxes]: [&[u8]; 2]) -> Result<()> {
+        let format = self.options.types.format(turn.format);
+        let shared = shared_out(&turn.parts, (format, cloud))?;
+        for (part, message) in turn.parts.iter().zip(&shared) {
+            let Added { instances, .. } = self.channels_for(part.header.channel_id)?;
+            let header = MessageHeader { channel_id: instances, ..part.header };
+            self.writer.write_message(&header, message)?;
+        }
+        let Added { objects, .. } = self.channels_for(turn.header.channel_id)?;
+        self.writer.write_message(&MessageHeader { channel_id: objects, ..turn.header }, boxes)?;
+        self.report.annotations += shared.len() as u64 + 1;
+        Ok(())
+    }
+
+    /// Passes a cloud through that cannot be read, or the messages of a turn.
+    fn unreadable(&mut self, encoded: &EncodedCloud, problem: String) -> Result<()> {
+        let parts = encoded.parts.iter();
+        parts.clone().try_for_each(|part| self.unreadable(part, problem.clone()))?;
+        if parts.len() > 0 {
+            return Ok(());
+        }
         let EncodedCloud { topic, header, data, .. } = encoded;
         self.report.topics.entry(topic.to_string()).or_default().unreadable += 1;
         self.odd_clouds.take_unreadable(encoded, &problem);

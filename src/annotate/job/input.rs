@@ -124,33 +124,39 @@ impl Job<'_> {
         !self.copies() && !is_damage
     }
 
-    /// Gives a cloud to the threads.
+    /// Takes a cloud, and gives those to the threads that are complete.
     fn push_cloud(&mut self, bytes: u64, item: &Item) -> Result<()> {
         let Item::Message { header, data, position } = item else {
             return Ok(());
         };
         let CloudTopic { topic, format } = self.clouds[&header.channel_id].clone();
         let number = self.counter.count(&topic);
-        if self.assembler.is_some() {
-            let (header, position, data) = (*header, *position, data.clone());
-            let encoded = EncodedCloud {
-                topic,
-                number,
-                first_number: number,
-                header,
-                format,
-                data,
-                position,
-            };
-            return self.push_part(bytes, encoded);
+        let (header, position, data) = (*header, *position, data.clone());
+        let parts = Arc::default();
+        let encoded = EncodedCloud { topic, number, parts, header, format, data, position };
+        self.turns.push(encoded);
+        self.push_turns(bytes)
+    }
+
+    /// Gives the turns to the threads that no more clouds come for.
+    pub(super) fn push_last_turns(&mut self) -> Result<()> {
+        self.turns.finish();
+        self.push_turns(self.overview.file_size)
+    }
+
+    fn push_turns(&mut self, bytes: u64) -> Result<()> {
+        while let Some(encoded) = self.turns.next() {
+            self.push_turn(bytes, encoded)?;
         }
+        Ok(())
+    }
+
+    /// Gives a cloud to the threads that is one message, or one of several put together.
+    fn push_turn(&mut self, bytes: u64, encoded: EncodedCloud) -> Result<()> {
         let completed = match &mut self.completed {
-            Some(completed) => completed.take(&topic, number, data)?,
+            Some(completed) => completed.take(&encoded.topic, encoded.number, &encoded.data)?,
             None => None,
         };
-        let (header, position, data) = (*header, *position, data.clone());
-        let encoded =
-            EncodedCloud { topic, number, first_number: number, header, format, data, position };
         let is_followed = self.tracking.follows(&encoded.topic);
         let result = match completed {
             Some(completed) => Workers::none().run(move || Ok(CloudResult::Completed(completed))),
@@ -187,7 +193,7 @@ impl Job<'_> {
     /// Queues something, and writes what is ready. Where more is waiting than keeps the threads
     /// busy, this waits for the front of it.
     pub(super) fn push(&mut self, bytes: u64, item: PendingItem) -> Result<()> {
-        let is_cloud = matches!(item, PendingItem::Cloud(_) | PendingItem::Turn(_));
+        let is_cloud = matches!(item, PendingItem::Cloud(_));
         self.queue.push(Pending { bytes, item });
         // One that came is in flight, however fast it was clustered.
         let in_flight = self.queue.clouds() - self.tracking.waiting();

@@ -14,7 +14,6 @@ mod slice;
 mod state;
 mod stream;
 mod tracking;
-mod turn;
 
 pub(super) use job_input::JobInput;
 pub(super) use state::Job;

@@ -47,10 +47,6 @@ impl Job<'_> {
                 self.cloud(*cloud)?;
                 self.progress(bytes)
             }
-            PendingItem::Turn(turn) => {
-                self.turn(*turn)?;
-                self.progress(bytes)
-            }
             PendingItem::EndOfPart => self.end_part(),
         }
     }

@@ -7,7 +7,6 @@ use crate::annotate::clustered::Clustered;
 use crate::annotate::message::Written;
 use crate::annotate::report::FrameReport;
 use crate::annotate::tracking::Untracked;
-use crate::annotate::turn::AnnotatedTurn;
 use crate::annotate::writing::{Annotated, Writing};
 use crate::error::Result;
 use crate::frames::EncodedCloud;
@@ -40,7 +39,6 @@ pub(super) enum PendingItem {
     Chunk(SourceChunk),
     Item(Item),
     Cloud(Box<PendingCloud>),
-    Turn(Box<PendingTurn>),
     /// The end of a part of the input, where a slice is annotated.
     EndOfPart,
 }
@@ -51,12 +49,6 @@ pub(super) struct PendingCloud {
     /// Its number in [`Tracking`](super::followed::Tracking), if its objects are followed.
     pub(super) followed: Option<u64>,
     pub(super) result: Ticket<Result<CloudResult>>,
-}
-
-/// Clouds being clustered together.
-pub(super) struct PendingTurn {
-    pub(super) parts: Vec<EncodedCloud>,
-    pub(super) result: Ticket<Result<AnnotatedTurn>>,
 }
 
 /// What becomes of a cloud: this run annotates it, or a run before completed it.
@@ -96,7 +88,6 @@ impl PendingItem {
     fn is_ready(&mut self) -> bool {
         match self {
             PendingItem::Cloud(cloud) => cloud.result.is_ready(),
-            PendingItem::Turn(turn) => turn.result.is_ready(),
             PendingItem::Chunk(_) | PendingItem::Item(_) | PendingItem::EndOfPart => true,
         }
     }
@@ -104,8 +95,7 @@ impl PendingItem {
     /// Clouds and bytes of messages.
     fn size(&self) -> (usize, usize) {
         match self {
-            PendingItem::Cloud(cloud) => (1, cloud.encoded.data.len()),
-            PendingItem::Turn(turn) => (1, turn.parts.iter().map(|part| part.data.len()).sum()),
+            PendingItem::Cloud(cloud) => (1, cloud.encoded.bytes()),
             PendingItem::Item(item) => (0, item.size()),
             PendingItem::EndOfPart => (0, 0),
             PendingItem::Chunk(chunk) => (0, chunk.size()),

@@ -1,7 +1,7 @@
 //! An annotation under way.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::ops::ControlFlow;
+use std::ops::{Bound, ControlFlow};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ use crate::annotate::run_parameters::RunParameters;
 use crate::annotate::tracking::TopicFollower;
 use crate::annotate::warnings::CloudWarnings;
 use crate::error::{Conflict, Error, Result};
-use crate::frames::assemble::{Assembler, PartWatch};
+use crate::frames::assemble::{PartWatch, Turns};
 use crate::frames::topics::{topic_count, topic_names};
 use crate::frames::{CloudCounter, CloudTopic};
 use divmerge_recording::workers::Workers;
@@ -53,7 +53,7 @@ pub(in crate::annotate) struct Job<'a> {
     pub(super) added: AddedChannels,
     pub(super) counter: CloudCounter,
     /// Puts clouds together to turns, if that is asked for.
-    pub(super) assembler: Option<Assembler>,
+    pub(super) turns: Turns,
     /// Whether clouds look like parts of turns, if they are not put together.
     pub(super) watch: PartWatch,
     /// What is odd about clouds.
@@ -113,7 +113,7 @@ impl<'a> Job<'a> {
             clouds,
             added: AddedChannels::new(options.types, options.form == Form::InPlace),
             counter: CloudCounter::default(),
-            assembler: options.config.assemble.map(Assembler::new),
+            turns: Turns::new(options.config.assemble, (Bound::Unbounded, Bound::Unbounded)),
             watch: PartWatch::default(),
             odd_clouds: CloudWarnings::default(),
             journal,

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use super::Assemble;
 use super::part::{Part, step};
+use super::setting::Assemble;
 use crate::frames::encoded::EncodedCloud;
 use crate::messages::clouds::{CloudFormat, CloudMessage, PointField};
 
@@ -24,7 +24,7 @@ const LEAST_ADVANCE: f64 = 0.5;
 const WHOLE: f64 = TAU * 5.0 / 6.0;
 
 /// Puts the messages of each topic together. A turn depends on the messages of its topic alone.
-pub(crate) struct Assembler {
+pub(super) struct Assembler {
     how: Assemble,
     open: BTreeMap<Arc<str>, OpenTurn>,
 }
@@ -76,12 +76,12 @@ impl Layout {
 }
 
 impl Assembler {
-    pub(crate) fn new(how: Assemble) -> Self {
+    pub(super) fn new(how: Assemble) -> Self {
         Assembler { how, open: BTreeMap::new() }
     }
 
     /// Takes the next message of a topic. If a turn begins with it, the one before is returned.
-    pub(crate) fn push(
+    pub(super) fn push(
         &mut self,
         encoded: EncodedCloud,
         message: &CloudMessage,
@@ -113,7 +113,7 @@ impl Assembler {
     }
 
     /// The turns that no more messages come for, by topic.
-    pub(crate) fn finish(&mut self) -> impl Iterator<Item = Vec<EncodedCloud>> {
+    pub(super) fn finish(&mut self) -> impl Iterator<Item = Vec<EncodedCloud>> {
         std::mem::take(&mut self.open).into_values().map(|turn| turn.parts)
     }
 }

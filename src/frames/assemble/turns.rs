@@ -5,10 +5,11 @@ use std::collections::{BTreeSet, VecDeque};
 use std::ops::{Bound, RangeBounds};
 use std::sync::Arc;
 
-use super::{Assemble, Assembler};
+use super::assembler::Assembler;
+use super::setting::Assemble;
 use crate::error::frame;
 use crate::frames::encoded::EncodedCloud;
-use crate::messages::clouds::CloudMessage;
+use crate::messages::clouds::{CloudFormat, CloudMessage};
 use divmerge_recording::{MessageRange, is_past};
 
 /// Takes clouds in the order of the file, and gives those that are clustered: the same ones, or the
@@ -64,9 +65,9 @@ impl Turns {
     /// Gives the cloud of these messages, if one of them is wanted.
     fn give(&mut self, parts: Vec<EncodedCloud>) {
         if parts.iter().any(|part| self.wanted.contains(&part.number)) {
-            match turn(&parts) {
-                Some(turn) => self.ready.push_back(turn),
-                None => self.ready.extend(parts),
+            match turn(parts) {
+                Ok(turn) => self.ready.push_back(turn),
+                Err(parts) => self.ready.extend(parts),
             }
         }
     }
@@ -83,23 +84,68 @@ impl Turns {
     }
 }
 
-/// The messages of a turn as one, with the number and the times of the last; `None` of one message,
-/// and of those that their format cannot hold together.
-fn turn(parts: &[EncodedCloud]) -> Option<EncodedCloud> {
-    let [first, .., last] = parts else { return None };
+/// The messages of a turn as one; the messages themselves, if there is one or their format cannot
+/// hold them together.
+fn turn(parts: Vec<EncodedCloud>) -> Result<EncodedCloud, Vec<EncodedCloud>> {
+    let [_, .., last] = parts.as_slice() else { return Err(parts) };
+    match joined(&parts) {
+        Ok((format, data)) => {
+            let last = last.clone();
+            Ok(EncodedCloud { format, data: data.into(), parts: parts.into(), ..last })
+        }
+        Err(_) => Err(parts),
+    }
+}
+
+/// The message that holds the points of all messages.
+fn joined(parts: &[EncodedCloud]) -> frame::Result<(CloudFormat, Vec<u8>)> {
     let messages: Vec<CloudMessage> =
-        parts.iter().map(EncodedCloud::decode).collect::<frame::Result<_>>().ok()?;
+        parts.iter().map(EncodedCloud::decode).collect::<frame::Result<_>>()?;
     let joined = joined_messages(&messages);
-    let written = joined.reformatted(joined.format.written()).ok()?;
+    let written = joined.reformatted(joined.format.written())?;
     let mut data = Vec::new();
-    written.encode(&mut data).ok()?;
-    let (format, data) = (written.format, data.into());
-    Some(EncodedCloud { first_number: first.number, format, data, ..last.clone() })
+    written.encode(&mut data)?;
+    Ok((written.format, data))
+}
+
+/// What was made of the message of a turn as one message for each of its parts, which have the
+/// stamps of the parts: the fields that were added to all points are shared out among them.
+///
+/// # Errors
+/// Those of [`CloudFormat::decode`] and [`CloudMessage::encode`].
+pub(crate) fn shared_out(
+    parts: &[EncodedCloud],
+    (format, whole): (CloudFormat, &[u8]),
+) -> frame::Result<Vec<Vec<u8>>> {
+    let whole = format.decode(whole)?;
+    let point_step = whole.point_step as usize;
+    let (mut shared, mut column) = (Vec::with_capacity(parts.len()), 0);
+    for part in parts {
+        let part = part.decode()?;
+        let bytes = part.width as usize * point_step;
+        let rows = whole.rows().flat_map(|row| &row[column..column + bytes]);
+        let message = CloudMessage {
+            stamp_sec: part.stamp_sec,
+            stamp_nanosec: part.stamp_nanosec,
+            width: part.width,
+            row_step: part.width.wrapping_mul(whole.point_step),
+            is_dense: part.is_dense,
+            data: Cow::Owned(rows.copied().collect()),
+            fields: whole.fields.clone(),
+            frame_id: whole.frame_id.clone(),
+            ..whole
+        };
+        column += bytes;
+        let mut encoded = Vec::new();
+        message.encode(&mut encoded)?;
+        shared.push(encoded);
+    }
+    Ok(shared)
 }
 
 /// The points of all messages, which have the same rows: each row has those of the first message,
 /// then those of the second, and so on.
-pub(crate) fn joined_messages(messages: &[CloudMessage]) -> CloudMessage<'static> {
+fn joined_messages(messages: &[CloudMessage]) -> CloudMessage<'static> {
     let last = &messages[messages.len() - 1];
     let width: u32 = messages.iter().map(|message| message.width).sum();
     let mut rows: Vec<_> = messages.iter().map(CloudMessage::rows).collect();
