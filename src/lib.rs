@@ -82,28 +82,23 @@ pub use divmerge_simulate as simulate;
 
 pub use annotate::{
     AnnotateConfig, AnnotateOptions, AnnotationReport, ClusteredFrame, Form, FrameVisitor,
-    JoinOptions, RunEvent, Semantics, Slice, TopicReport, annotate, for_each_frame, join,
+    RunEvent, Semantics, TopicReport, annotate, for_each_frame,
 };
 pub use cloud::sensor_frame::SensorFrame;
 pub use cloud::taxonomy::{Class, Taxonomy};
-pub use cloud::transforms::Transforms;
 pub use cloud::{
     Body, Classification, CoarseClass, Detection, Instance, PointClasses, PointCloud, PointColumns,
     PointLabels, Reason, UprightBox,
 };
 pub use cloud::{CloudFrames, SensorOrigin};
 pub use cluster::{ClusterParams, Method, MethodInput, Segmentation};
-pub use diagnose::explain::{Explanation, Subject};
-pub use diagnose::failures::{Failure, Failures};
-pub use diagnose::triage::{Suspect, Triage};
 pub use divmerge_core::{CloudError, ParameterError};
-pub use divmerge_recording::{Overview, RecordingReader, RecordingWriter};
-pub use divmerge_simulate::{Drive, Rig, Scene, Sensor, SimulatedFrame};
+pub use divmerge_simulate::{Drive, Scene, Sensor, SimulatedFrame};
 pub use error::{Error, FrameError, Result};
-pub use evaluate::{Entropies, Panoptic, PanopticQuality};
+pub use evaluate::{Panoptic, PanopticQuality};
 pub use frames::{CloudKey, LabelledFrames, Selection};
 pub use network::{Network, NetworkOptions};
-pub use pipeline::{Config, Overrides, Preset, StageTimes, Stages, run as cluster};
+pub use pipeline::{Config, Preset, StageTimes, Stages, run as cluster};
 pub use range_image::{Projection, ProjectionParams, RangeImage};
 pub use semantics::{GroundParams, MaskSource, ObjectMask, Smoothing};
 pub use taxonomy_file::read_taxonomy;

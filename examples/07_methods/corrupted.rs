@@ -115,7 +115,7 @@ fn table(title: &str, frames: &[Frame], first_seed: u64) -> LineChart {
 /// The frame as a network might see it. Dropped returns are no part of the truth any more.
 pub fn spoil(frame: &Frame, around: &Surroundings, corruption: &Corruption, seed: u64) -> Frame {
     let taxonomy = Taxonomy::semantic_kitti();
-    let cloud = corrupt(&frame.cloud, &frame.true_id, &taxonomy, around, corruption, seed);
+    let cloud = corrupt(&frame.cloud, &frame.true_id, (&taxonomy, around), corruption, seed);
     let mut true_class = frame.true_class.clone();
     for point in (0..cloud.len()).filter(|&point| !cloud.is_return(point)) {
         true_class[point] = 0;

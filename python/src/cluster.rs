@@ -88,5 +88,5 @@ pub fn cluster_image<'py>(
     let taxonomy = taxonomy(py, &parameters, None)?;
     let cloud = upright(cloud, parameters.sensor_frame)?;
     let config = parameters.pipeline(&taxonomy.get().inner)?;
-    run(py, Arc::new(cloud), shape, &objects, &taxonomy, &config)
+    run(py, Arc::new(cloud), shape, (&objects, &taxonomy), &config)
 }

@@ -56,7 +56,7 @@ pub fn of_points<'py>(
     let taxonomy = taxonomy(py, parameters, None)?;
     let cloud = upright(cloud, parameters.sensor_frame)?;
     let config = parameters.pipeline(&taxonomy.get().inner)?;
-    run(py, Arc::new(cloud), shape, &objects, &taxonomy, &config)
+    run(py, Arc::new(cloud), shape, (&objects, &taxonomy), &config)
 }
 
 /// The instances of a frame, which is turned already and has its objects and taxonomy; others can
@@ -85,7 +85,7 @@ pub fn of_cloud<'py>(
     let objects = given.unwrap_or_else(|| own_objects.clone());
     let taxonomy = taxonomy(py, parameters, Some(own_taxonomy))?;
     let config = parameters.pipeline(&taxonomy.get().inner)?;
-    run(py, cloud, shape, &objects, &taxonomy, &config)
+    run(py, cloud, shape, (&objects, &taxonomy), &config)
 }
 
 /// Clusters a cloud while other threads of Python run.
@@ -93,8 +93,7 @@ pub fn run(
     py: Python<'_>,
     cloud: Arc<PointCloud>,
     shape: Vec<usize>,
-    objects: &Objects,
-    taxonomy: &Py<PyTaxonomy>,
+    (objects, taxonomy): (&Objects, &Py<PyTaxonomy>),
     config: &Config,
 ) -> PyResult<ClusterResult> {
     let taxonomy = &taxonomy.get().inner;

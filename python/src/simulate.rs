@@ -66,7 +66,7 @@ pub fn simulate<'py>(
     let mut failure = None;
     let written = py.detach(|| {
         let drive = Drive::new(sensor, scene, seed);
-        write_drive_in(format, &drive, frames, &out, &options, |_| {
+        write_drive_in(&drive, (format, frames), &out, &options, |_| {
             failure = Python::attach(|py| py.check_signals()).err();
             if failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })

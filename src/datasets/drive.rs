@@ -43,7 +43,7 @@ pub fn write_drive(
     options: &WriteOptions,
     on_frame: impl FnMut(usize) -> ControlFlow<()>,
 ) -> Result<u64> {
-    write_drive_in(CloudFormat::Ros2, drive, frames, output, options, on_frame)
+    write_drive_in(drive, (CloudFormat::Ros2, frames), output, options, on_frame)
 }
 
 /// Writes frames 0 to `frames` of a drive with clouds of a format; `on_frame` is called after each
@@ -52,9 +52,8 @@ pub fn write_drive(
 /// # Errors
 /// Those of [`CloudRecording`]; [`Error::Interrupted`].
 pub fn write_drive_in(
-    format: CloudFormat,
     drive: &Drive,
-    frames: usize,
+    (format, frames): (CloudFormat, usize),
     output: &Path,
     options: &WriteOptions,
     mut on_frame: impl FnMut(usize) -> ControlFlow<()>,

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
+use divmerge::Taxonomy;
 use divmerge::annotate::{
     AnnotateConfig, AnnotateOptions, Semantics, TRACKS_METADATA_NAME, TrackMode, TrackOptions,
     annotate,
@@ -15,11 +16,11 @@ use divmerge::messages::boxes::marker_boxes;
 use divmerge::messages::clouds::CloudFormat;
 use divmerge::messages::ros::RosReader;
 use divmerge::pipeline::Config;
+use divmerge::recording::Overview;
 use divmerge::recording::{
     MessageHeader, Metadata, Record, RecordingReader, RecordingWriter, WriteOptions,
 };
 use divmerge::simulate::{Drive, Scene, Sensor};
-use divmerge::{Overview, Taxonomy};
 use tempfile::TempDir;
 
 /// Enough for objects to be followed, and more than the lag of a second.

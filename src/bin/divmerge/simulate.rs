@@ -75,7 +75,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     };
     let bar = frame_bar("simulating", arguments.frames as u64);
     let (format, frames) = (arguments.encoding, arguments.frames);
-    let bytes = write_drive_in(format, &drive, frames, output.path(), &options, |_| {
+    let bytes = write_drive_in(&drive, (format, frames), output.path(), &options, |_| {
         bar.inc(1);
         interrupt::check()
     })?;

@@ -86,8 +86,7 @@ pub struct Corruption {
 pub fn corrupt(
     cloud: &PointCloud,
     object: &[u32],
-    taxonomy: &Taxonomy,
-    surroundings: &Surroundings,
+    (taxonomy, surroundings): (&Taxonomy, &Surroundings),
     corruption: &Corruption,
     seed: u64,
 ) -> PointCloud {

@@ -36,7 +36,7 @@ fn spoiled(corruption: Corruption, seed: u64) -> (PointCloud, PointCloud, Surrou
     let taxonomy = Taxonomy::semantic_kitti();
     let (cloud, object) = people_at_a_wall(100);
     let around = Surroundings::new(&cloud, &taxonomy);
-    let spoiled = corrupt(&cloud, &object, &taxonomy, &around, &corruption, seed);
+    let spoiled = corrupt(&cloud, &object, (&taxonomy, &around), &corruption, seed);
     (cloud, spoiled, around)
 }
 
@@ -149,7 +149,7 @@ fn flicker_hits_the_stated_share_of_objects_half_of_them_wholly() {
     let object: Vec<u32> = (0..4000).map(|i| i / 10).collect();
     let (taxonomy, around) = (Taxonomy::semantic_kitti(), Surroundings::default());
     let corruption = Corruption { flicker: 0.3, ..Corruption::default() };
-    let spoiled = corrupt(&cloud, &object, &taxonomy, &around, &corruption, 5);
+    let spoiled = corrupt(&cloud, &object, (&taxonomy, &around), &corruption, 5);
     let class = spoiled.class.as_ref().unwrap();
     let hits: Vec<usize> = class
         .chunks(10)
@@ -172,7 +172,7 @@ fn cars(count: usize) -> PointCloud {
 fn alone(cloud: &PointCloud, corruption: Corruption, seed: u64) -> PointCloud {
     let object = vec![1; cloud.len()];
     let (taxonomy, around) = (Taxonomy::semantic_kitti(), Surroundings::default());
-    corrupt(cloud, &object, &taxonomy, &around, &corruption, seed)
+    corrupt(cloud, &object, (&taxonomy, &around), &corruption, seed)
 }
 
 #[test]
@@ -238,7 +238,7 @@ fn ghosts_are_the_stated_share_of_what_is_just_behind() {
     let around = Surroundings::new(&cloud, &taxonomy);
     assert_eq!(around.behind(), 2000);
     let corruption = Corruption { ghosts: 0.1, ..Corruption::default() };
-    let spoiled = corrupt(&cloud, &object, &taxonomy, &around, &corruption, 1);
+    let spoiled = corrupt(&cloud, &object, (&taxonomy, &around), &corruption, 1);
     let hit = changed(&cloud, &spoiled);
     assert!(is_likely(hit.len(), 2000, 0.1), "{}", hit.len());
     assert!(hit.iter().all(|&point| spoiled.class.as_ref().unwrap()[point] == PERSON));

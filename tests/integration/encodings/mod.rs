@@ -27,7 +27,7 @@ fn drive(format: CloudFormat) -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("drive.mcap");
     let options = WriteOptions::default();
-    write_drive_in(format, &vlp16(), 2, &path, &options, |_| ControlFlow::Continue(()))
+    write_drive_in(&vlp16(), (format, 2), &path, &options, |_| ControlFlow::Continue(()))
         .expect("written");
     (folder, path)
 }

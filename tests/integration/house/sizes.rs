@@ -11,6 +11,8 @@ use super::texts;
 const FILE: usize = 400;
 /// Lines of a function, from its signature to its end.
 const FUNCTION: usize = 60;
+/// Parameters of a function, without `self`.
+const PARAMETERS: usize = 5;
 /// Columns of a line.
 pub const COLUMNS: usize = 100;
 
@@ -20,18 +22,43 @@ fn rust_files() -> Texts {
     folders.iter().flat_map(|folder| texts(folder, &[".rs"])).collect()
 }
 
-/// Lines that are for tests, and functions with their place and length.
+/// Lines that are for tests, and functions.
 #[derive(Default)]
 struct Measures {
     test_lines: usize,
-    functions: Vec<(String, usize, usize)>,
+    functions: Vec<Function>,
+    /// Whether the functions are those of a trait, which says what they take.
+    is_of_trait: bool,
+}
+
+struct Function {
+    name: String,
+    line: usize,
+    length: usize,
+    parameters: usize,
+}
+
+type Attributes = Vec<syn::Attribute>;
+
+/// Whether Python calls a function, by the names of its parameters.
+fn is_of_python(attributes: &Attributes) -> bool {
+    let names = ["pyfunction", "pyo3"];
+    attributes.iter().any(|says| names.iter().any(|name| says.path().is_ident(name)))
 }
 
 impl Measures {
-    fn function(&mut self, signature: &syn::Signature, block: &syn::Block) {
-        let start = signature.span().start().line;
-        let length = block.span().end().line - start + 1;
-        self.functions.push((signature.ident.to_string(), start, length));
+    fn function(&mut self, signature: &syn::Signature, block: &syn::Block, says: &Attributes) {
+        let line = signature.span().start().line;
+        let is_typed = |input: &&syn::FnArg| matches!(input, syn::FnArg::Typed(_));
+        self.functions.push(Function {
+            name: signature.ident.to_string(),
+            line,
+            length: block.span().end().line - line + 1,
+            parameters: match self.is_of_trait || is_of_python(says) {
+                true => 0,
+                false => signature.inputs.iter().filter(is_typed).count(),
+            },
+        });
     }
 }
 
@@ -43,19 +70,25 @@ impl<'a> Visit<'a> for Measures {
         visit::visit_item(self, item);
     }
 
+    fn visit_item_impl(&mut self, item: &'a syn::ItemImpl) {
+        let outside = std::mem::replace(&mut self.is_of_trait, item.trait_.is_some());
+        visit::visit_item_impl(self, item);
+        self.is_of_trait = outside;
+    }
+
     fn visit_item_fn(&mut self, item: &'a syn::ItemFn) {
-        self.function(&item.sig, &item.block);
+        self.function(&item.sig, &item.block, &item.attrs);
         visit::visit_item_fn(self, item);
     }
 
     fn visit_impl_item_fn(&mut self, item: &'a syn::ImplItemFn) {
-        self.function(&item.sig, &item.block);
+        self.function(&item.sig, &item.block, &item.attrs);
         visit::visit_impl_item_fn(self, item);
     }
 
     fn visit_trait_item_fn(&mut self, item: &'a syn::TraitItemFn) {
         if let Some(block) = &item.default {
-            self.function(&item.sig, block);
+            self.function(&item.sig, block, &item.attrs);
         }
         visit::visit_trait_item_fn(self, item);
     }
@@ -76,11 +109,15 @@ fn too_large(file: &str, text: &str) -> Vec<Flaw> {
         let told = format!("{file} has {lines} lines without tests; {FILE} are allowed");
         flaws.push(flaw(format!("file {file}"), lines, told));
     }
-    for (name, line, length) in measures.functions {
+    for Function { name, line, length, parameters } in measures.functions {
+        let at = format!("{file}:{line} fn {name}");
         if length > FUNCTION {
-            let told =
-                format!("{file}:{line} fn {name} has {length} lines; {FUNCTION} are allowed");
+            let told = format!("{at} has {length} lines; {FUNCTION} are allowed");
             flaws.push(flaw(format!("function {file}:{name}"), length, told));
+        }
+        if parameters > PARAMETERS {
+            let told = format!("{at} has {parameters} parameters; {PARAMETERS} are allowed");
+            flaws.push(flaw(format!("parameters {file}:{name}"), parameters, told));
         }
     }
     let lines = text.lines().zip(1..).filter(|(line, _)| line.chars().count() > COLUMNS);
@@ -97,7 +134,7 @@ fn files_functions_and_lines_stay_small() {
     let files = rust_files();
     assert!(files.len() > 300, "only {} files found: the reader is broken", files.len());
     let flaws = files.iter().flat_map(|(file, text)| too_large(file, text)).collect();
-    fail_beyond(&["file", "function", "wide"], flaws);
+    fail_beyond(&["file", "function", "parameters", "wide"], flaws);
 }
 
 #[test]

@@ -37,13 +37,13 @@ pub fn neighbours(
     let columns = objects.columns();
     let rows = rows(pixels, objects.rows(), columns);
     for row in &rows {
-        link_row(&pixels[row.clone()], row.start, columns, group, reach, &mut found);
+        link_row((pixels, group), row.clone(), columns, reach, &mut found);
     }
     // Rows beside each other first, so that the nearest are linked first.
     for apart in 1..=reach.rows.min(rows.len().saturating_sub(1)) {
         let step = (apart * columns) as u32;
         for (upper, lower) in rows.iter().zip(&rows[apart..]) {
-            link_rows(pixels, upper.clone(), lower.clone(), step, group, &mut found);
+            link_rows((pixels, group), upper.clone(), lower.clone(), step, &mut found);
         }
     }
     found
@@ -61,15 +61,15 @@ fn rows(pixels: &[u32], rows: usize, columns: usize) -> Vec<Range<usize>> {
     (0..rows).map(row).collect()
 }
 
-/// Links the object pixels of one row from left to right; the first of them has the number `first`.
+/// Links the object pixels of one row, which have the numbers `row`, from left to right.
 fn link_row(
-    in_row: &[u32],
-    first: usize,
+    (pixels, group): (&[u32], &[u16]),
+    row: Range<usize>,
     columns: usize,
-    group: &[u16],
     reach: Reach,
     found: &mut [[u32; NEIGHBOURS]],
 ) {
+    let (first, in_row) = (row.start, &pixels[row]);
     for (place, &pixel) in in_row.iter().enumerate() {
         let own = group[first + place];
         let is_near = |&(_, distance): &(usize, usize)| distance <= reach.columns;
@@ -95,11 +95,10 @@ fn link_row(
 /// Links the object pixels of two rows that lie in one column and have nothing between them; `step`
 /// pixels lie between one and the other.
 fn link_rows(
-    pixels: &[u32],
+    (pixels, group): (&[u32], &[u16]),
     upper: Range<usize>,
     lower: Range<usize>,
     step: u32,
-    group: &[u16],
     found: &mut [[u32; NEIGHBOURS]],
 ) {
     let mut below = lower.start;

@@ -41,7 +41,8 @@ fn mask_of_returns(
         MaskSource::Classes(taxonomy) => {
             let mut mask = by_class(cloud, image, taxonomy);
             if let (Some(params), Some(raw)) = (smoothing, &cloud.class) {
-                mask.corrected = smoothing::smooth(cloud, image, raw, taxonomy, params, &mut mask);
+                mask.corrected =
+                    smoothing::smooth(cloud, image, (raw, taxonomy), params, &mut mask);
             }
             mask
         }

@@ -78,8 +78,7 @@ const SAMPLE: usize = 128;
 pub(super) fn smooth(
     cloud: &PointCloud,
     image: &RangeImage,
-    raw: &[u16],
-    taxonomy: &Taxonomy,
+    (raw, taxonomy): (&[u16], &Taxonomy),
     params: &Smoothing,
     mask: &mut ObjectMask,
 ) -> Vec<(u32, u16)> {
