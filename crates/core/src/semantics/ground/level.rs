@@ -50,8 +50,10 @@ const JUDGES: usize = 128;
 /// Distance from a plane in metres at which a cell no longer supports it: a kerb and some bend.
 const BAND: f32 = 0.3;
 /// A plane above the sensor is the ground only with this many times the support of the one below:
-/// from a sensor that hangs upside down there is sky below, and hardly a flat return.
-const UPSIDE_DOWN_SUPPORT: f32 = 8.0;
+/// from a sensor that hangs upside down there is sky below, and hardly a flat return. In simulated
+/// streets, car parks and yards the ratio is at most 0.3 upright, and 6.6 or more upside down, where
+/// the roofs of parked cars lie below.
+const UPSIDE_DOWN_SUPPORT: f32 = 4.0;
 /// Share of the flat cells above the sensor that then lie on the plane.
 const UPSIDE_DOWN_SHARE: f32 = 0.5;
 /// Cells that support the ground at least.
@@ -88,10 +90,13 @@ impl Level {
         let others = below.iter().filter(|flat| ceiling.is_none_or(|plane| !plane.carries(flat)));
         let floor = Consensus::of(&others.copied().collect::<Vec<_>>(), Side::Below);
         let least_above = UPSIDE_DOWN_SUPPORT * floor.map_or(1.0, |floor| floor.support.max(1.0));
-        let least_above = least_above.max(UPSIDE_DOWN_SHARE * above.len() as f32);
-        if let Some(ceiling) = ceiling.filter(|ceiling| ceiling.support > least_above)
-            && !is_enclosed(cloud, params)
-        {
+        let is_ground = |ceiling: &Consensus| {
+            let carried = above.iter().filter(|flat| ceiling.carries(flat)).count();
+            ceiling.support > least_above
+                && carried as f32 > UPSIDE_DOWN_SHARE * above.len() as f32
+                && !is_enclosed(cloud, params)
+        };
+        if let Some(ceiling) = ceiling.filter(is_ground) {
             return Some(Level::from_normal(-ceiling.refined(&above), true));
         }
         let floor = Consensus::of(&below, Side::Below)?;

@@ -37,10 +37,14 @@ fn ground_is_found_with_z_down_and_from_a_lorry() {
     let sensors = [Sensor::Hdl64e, Sensor::Vlp16, Sensor::Os1_128];
     let scenes = [simulate::Scene::Street, simulate::Scene::Parking];
     for (sensor, scene) in sensors.into_iter().flat_map(|s| scenes.map(|scene| (s, scene))) {
-        for (height, pitch, is_z_down) in
-            [(None, 0.0, true), (None, 10.0, true), (Some(3.0), 0.0, false)]
-        {
-            let mut drive = Drive::new(sensor, scene, 201);
+        // In the car park of seed 203 the roofs of cars lie on a plane beside the sensor.
+        for (seed, height, pitch, is_z_down) in [
+            (201, None, 0.0, true),
+            (201, None, 10.0, true),
+            (203, None, 10.0, true),
+            (201, Some(3.0), 0.0, false),
+        ] {
+            let mut drive = Drive::new(sensor, scene, seed);
             drive.mount.pitch = f64::to_radians(pitch);
             drive.mount.height = height.unwrap_or(drive.mount.height);
             let mut columns = drive.frame(7).cloud.into_columns();
@@ -53,7 +57,7 @@ fn ground_is_found_with_z_down_and_from_a_lorry() {
             let cloud = cloud.organised(height, columns.width).unwrap();
             let cloud = cloud.with(|columns| columns.ring = ring).unwrap();
             let f1 = f1(&cloud, class.iter().map(|class| GROUND.contains(class)));
-            assert!(f1 > 0.9, "{sensor} in {scene}, {pitch} degrees, {is_z_down}: {f1}");
+            assert!(f1 > 0.9, "{sensor} in {scene} {seed}, {pitch} degrees, {is_z_down}: {f1}");
         }
     }
 }
