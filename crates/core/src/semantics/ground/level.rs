@@ -54,8 +54,9 @@ const BAND: f32 = 0.3;
 /// streets, car parks and yards the ratio is at most 0.3 upright, and 6.6 or more upside down, where
 /// the roofs of parked cars lie below.
 const UPSIDE_DOWN_SUPPORT: f32 = 4.0;
-/// Share of the flat cells above the sensor that then lie on the plane.
-const UPSIDE_DOWN_SHARE: f32 = 0.5;
+/// Share of the flat cells above the sensor that then lie on the plane: the rest are the tops of
+/// what stands on the ground. In simulated car parks it is 0.47 or more.
+const UPSIDE_DOWN_SHARE: f32 = 0.33;
 /// Cells that support the ground at least.
 const FEWEST_CELLS: f32 = 4.0;
 /// Greatest slope of a cell's chord against a plane that the cell supports, as a sine: 15 degrees,

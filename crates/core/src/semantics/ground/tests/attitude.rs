@@ -37,11 +37,12 @@ fn ground_is_found_with_z_down_and_from_a_lorry() {
     let sensors = [Sensor::Hdl64e, Sensor::Vlp16, Sensor::Os1_128];
     let scenes = [simulate::Scene::Street, simulate::Scene::Parking];
     for (sensor, scene) in sensors.into_iter().flat_map(|s| scenes.map(|scene| (s, scene))) {
-        // In the car park of seed 203 the roofs of cars lie on a plane beside the sensor.
+        // In the car parks of 203 and 204 the roofs of cars lie on a plane beside the sensor.
         for (seed, height, pitch, is_z_down) in [
             (201, None, 0.0, true),
             (201, None, 10.0, true),
             (203, None, 10.0, true),
+            (204, None, 10.0, true),
             (201, Some(3.0), 0.0, false),
         ] {
             let mut drive = Drive::new(sensor, scene, seed);
