@@ -27,7 +27,7 @@ use divmerge::datasets::semantic_kitti::{LabelledScan, labelled_scans, read_labe
 use divmerge::geometry::disjoint_sets::DisjointSets;
 use divmerge::pipeline::Config;
 use divmerge::range_image::{PixelSet, RangeImage};
-use divmerge::semantics::{GroundParams, MaskSource, ObjectMask, object_mask};
+use divmerge::semantics::{Corrections, GroundParams, MaskSource, ObjectMask, object_mask};
 use divmerge::{PointCloud, Taxonomy};
 
 use cases::{growth, worst_cases};
@@ -87,7 +87,7 @@ impl Input {
     fn new(cloud: PointCloud, source: MaskSource) -> Self {
         let config = Config::paper();
         let image = RangeImage::new(&cloud, &config.projection);
-        let mask = object_mask(&cloud, &image, source, None);
+        let mask = object_mask(&cloud, &image, source, Corrections::default());
         Input { cloud, image, mask }
     }
 

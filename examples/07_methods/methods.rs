@@ -13,7 +13,7 @@ use divmerge::comparison::methods::{
 use divmerge::evaluate::panoptic::MIN_POINTS;
 use divmerge::pipeline::{self, Config};
 use divmerge::range_image::{ProjectionParams, RangeImage};
-use divmerge::semantics::{MaskSource, object_mask};
+use divmerge::semantics::{Corrections, MaskSource, object_mask};
 
 use crate::frames::{Frame, classes};
 
@@ -131,7 +131,8 @@ fn in_true_boxes(frame: &Frame, least: u64) -> Found {
 fn classes_alike(frame: &Frame, other: &dyn cluster::Method) -> Found {
     let (taxonomy, params) = (Taxonomy::semantic_kitti(), ClusterParams::paper());
     let image = RangeImage::new(&frame.cloud, &ProjectionParams::default());
-    let given = object_mask(&frame.cloud, &image, MaskSource::Classes(&taxonomy), None);
+    let given =
+        object_mask(&frame.cloud, &image, MaskSource::Classes(&taxonomy), Corrections::default());
     let mask = without_classes(&given);
     let segmentation = other.segment(&MethodInput {
         cloud: &frame.cloud,

@@ -28,6 +28,8 @@ pub enum Objects {
     All,
     /// Things by the cloud's classes.
     Classes,
+    /// The same, where a network found the classes.
+    NetworkClasses,
     /// Those that are marked.
     Marked(Vec<bool>),
 }
@@ -103,6 +105,7 @@ pub fn run(
             Objects::NotGround => MaskSource::NotGround(&parameters.ground),
             Objects::All => MaskSource::All,
             Objects::Classes => MaskSource::Classes(taxonomy),
+            Objects::NetworkClasses => MaskSource::NetworkClasses(taxonomy, &parameters.ground),
             Objects::Marked(marks) => MaskSource::Marked(marks),
         };
         let started = Instant::now();

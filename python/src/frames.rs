@@ -241,6 +241,7 @@ impl Frames {
                     let other = Some(taxonomy).filter(|taxonomy| taxonomy.name != *own);
                     (Objects::Classes, other.cloned())
                 }
+                MaskSource::NetworkClasses(..) => (Objects::NetworkClasses, None),
                 _ => (Objects::NotGround, None),
             };
             let fields = self

@@ -14,7 +14,6 @@ use divmerge_core::cloud::{PointCloud, Reason};
 use divmerge_core::pipeline;
 use divmerge_core::pipeline::Stages;
 use divmerge_core::range_image::Evidence;
-use divmerge_core::semantics::MaskSource;
 use divmerge_recording::stopwatch::ms_since;
 
 /// A cloud out of a message, clustered.
@@ -63,10 +62,7 @@ pub(super) fn cluster_decoded(
 ) -> Result<Clustered> {
     refuse_moved_boxes(wire, method)?;
     let Decoded { cloud, mask, semantics, odd_field, remarks, decode_ms, semantics_ms } = decoded;
-    let taxonomy = match mask {
-        MaskSource::Classes(taxonomy) => taxonomy.name.clone(),
-        _ => String::new(),
-    };
+    let taxonomy = mask.taxonomy().map_or(String::new(), |taxonomy| taxonomy.name.clone());
     let started = Instant::now();
     let FrameDetections { detections, missing: missing_boxes } = method.boxes.of(key)?;
     let decode_ms = decode_ms + ms_since(started);

@@ -116,7 +116,10 @@ impl AnnotateConfig {
                 Belief::Classes(taxonomy) => MaskSource::Classes(taxonomy),
                 Belief::Doubt(_) => MaskSource::NotGround(&self.ground),
             },
-            _ => MaskSource::Classes(&self.taxonomy),
+            (Semantics::Network(_) | Semantics::Given(_), _) => {
+                MaskSource::NetworkClasses(&self.taxonomy, &self.ground)
+            }
+            (Semantics::Field(_), _) => MaskSource::Classes(&self.taxonomy),
         }
     }
 

@@ -4,7 +4,7 @@ use divmerge_core::cloud::taxonomy::Taxonomy;
 use divmerge_core::cloud::{Detection, PointCloud};
 use divmerge_core::cluster::{ClusterParams, Method, MethodInput, ObjectPixels};
 use divmerge_core::range_image::{ProjectionParams, RangeImage};
-use divmerge_core::semantics::{MaskSource, ObjectMask, object_mask};
+use divmerge_core::semantics::{Corrections, MaskSource, ObjectMask, object_mask};
 
 pub(super) const CAR: u16 = 10;
 pub(super) const PERSON: u16 = 30;
@@ -36,7 +36,7 @@ pub(super) fn frame(width: usize, points: &[([f32; 3], u16)]) -> TestFrame {
     let cloud = cloud.expect("classes").organised(points.len() / width, width).expect("shape");
     let image = RangeImage::new(&cloud, &ProjectionParams::default());
     let taxonomy = Taxonomy::semantic_kitti();
-    let mask = object_mask(&cloud, &image, MaskSource::Classes(&taxonomy), None);
+    let mask = object_mask(&cloud, &image, MaskSource::Classes(&taxonomy), Corrections::default());
     let objects = ObjectPixels::new(&cloud, &image, &mask, &ClusterParams::best());
     TestFrame { cloud, image, mask, objects }
 }

@@ -18,7 +18,7 @@ use crate::over_time::ego_motion::{EgoMotionParams, ScanParams};
 use crate::pipeline::overrides::limits;
 use crate::pipeline::{Config, Preset};
 use crate::range_image::ProjectionParams;
-use crate::semantics::{GroundParams, Smoothing};
+use crate::semantics::{GroundBleed, GroundParams, Smoothing};
 
 /// Every parameter of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -30,7 +30,9 @@ pub struct ParameterSet {
     pub projection: ProjectionParams,
     /// How given classes are corrected by those around them; off: taken as they are.
     pub smoothing: Option<Smoothing>,
-    /// Ground removal, where there are no classes.
+    /// How the ground is taken out of objects whose classes a network found; off: not at all.
+    pub bleed: Option<GroundBleed>,
+    /// Ground removal, where there are no classes or a network's.
     pub ground: GroundParams,
     /// Divide, merge and what follows.
     pub cluster: ClusterParams,
@@ -71,6 +73,7 @@ impl ParameterSet {
             preset: config.preset,
             projection: config.projection.clone(),
             smoothing: config.smoothing,
+            bleed: config.bleed,
             ground: ground.clone(),
             cluster: config.cluster.clone(),
             tracks: TrackParams::default(),
@@ -86,6 +89,7 @@ impl ParameterSet {
             preset: self.preset,
             projection: self.projection.clone(),
             smoothing: self.smoothing,
+            bleed: self.bleed,
             cluster: self.cluster.clone(),
             other_method: self.other_method.clone(),
         }

@@ -6,7 +6,7 @@ use serde::{Serialize, Serializer};
 
 use crate::cluster::{ClusterParams, Method};
 use crate::range_image::{ProjectionParams, RowsFrom, Wrap};
-use crate::semantics::Smoothing;
+use crate::semantics::{GroundBleed, Smoothing};
 
 /// Every parameter of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -17,6 +17,8 @@ pub struct Config {
     pub projection: ProjectionParams,
     /// How given classes are corrected by those around them; `None`: taken as they are.
     pub smoothing: Option<Smoothing>,
+    /// How the ground is taken out of objects whose classes a network found; `None`: not at all.
+    pub bleed: Option<GroundBleed>,
     /// Divide, merge and what follows.
     pub cluster: ClusterParams,
     /// Another method in place of ours. Projection, mask, back-projection and minimum size stay.
@@ -31,6 +33,7 @@ impl Config {
             preset: "paper",
             projection: ProjectionParams { wrap: Wrap::Always, ..ProjectionParams::default() },
             smoothing: None,
+            bleed: None,
             cluster: ClusterParams::paper(),
             other_method: None,
         }
@@ -49,6 +52,7 @@ impl Config {
                 wrap: Wrap::Never,
             },
             smoothing: None,
+            bleed: None,
             cluster: ClusterParams::authors(),
             other_method: None,
         }
@@ -76,6 +80,7 @@ impl Config {
             preset: "best",
             projection: ProjectionParams::default(),
             smoothing: Some(Smoothing::default()),
+            bleed: Some(GroundBleed::default()),
             cluster: ClusterParams::best(),
             other_method: None,
         }

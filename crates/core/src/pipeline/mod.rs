@@ -15,7 +15,7 @@ use crate::cluster::{
     CutTree, DivideAndMerge, MergeBySize, Method, MethodInput, ObjectPixels, Segmentation,
 };
 use crate::range_image::RangeImage;
-use crate::semantics::{MaskSource, object_mask};
+use crate::semantics::{Corrections, MaskSource, object_mask};
 use instances::describe;
 use labels::{InstancePixels, label_points};
 
@@ -38,11 +38,13 @@ pub fn run_with(
     detections: &[Detection],
     config: &Config,
 ) -> Stages {
-    let (params, smoothing) = (&config.cluster, config.smoothing.as_ref());
+    let params = &config.cluster;
+    let (smoothing, bleed) = (config.smoothing.as_ref(), config.bleed.as_ref());
+    let corrections = Corrections { smoothing, bleed };
     let mut times = StageTimes::default();
 
     let image = timed(&mut times.projection_ms, || RangeImage::new(cloud, &config.projection));
-    let mask = timed(&mut times.mask_ms, || object_mask(cloud, &image, source, smoothing));
+    let mask = timed(&mut times.mask_ms, || object_mask(cloud, &image, source, corrections));
     let objects = timed(&mut times.divide_ms, || ObjectPixels::new(cloud, &image, &mask, params));
     let input = MethodInput::new(cloud, &image, &mask, &objects, params).with(detections);
     let segmentation = segment(&input, config, &mut times);

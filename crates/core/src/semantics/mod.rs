@@ -1,29 +1,42 @@
 //! Where the object mask comes from (ALGORITHM section 2): the classes of a field, ground removal,
 //! or every return.
 
+mod bleed;
 pub mod ego;
 pub mod evidence;
 pub mod ground;
 mod object_mask;
 mod smoothing;
 
+use std::collections::BTreeMap;
+
 use crate::cloud::Reason;
 use crate::cloud::point_cloud::PointCloud;
 use crate::cloud::taxonomy::{Class, Taxonomy};
 use crate::range_image::{NOWHERE, RangeImage};
 
+pub use bleed::GroundBleed;
 pub use ground::GroundParams;
 pub use object_mask::{MaskSource, ObjectMask};
 pub use smoothing::Smoothing;
+
+/// How classes are corrected that are not to be taken as they are; the default corrects nothing.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Corrections<'a> {
+    /// By those around them.
+    pub smoothing: Option<&'a Smoothing>,
+    /// By the ground, where a network found them.
+    pub bleed: Option<&'a GroundBleed>,
+}
 
 /// The object mask of a cloud. A cloud without a class column has no objects by class.
 pub fn object_mask(
     cloud: &PointCloud,
     image: &RangeImage,
     source: MaskSource,
-    smoothing: Option<&Smoothing>,
+    corrections: Corrections,
 ) -> ObjectMask {
-    let mut mask = mask_of_returns(cloud, image, source, smoothing);
+    let mut mask = mask_of_returns(cloud, image, source, corrections);
     if let Some(cropped) = &cloud.cropped {
         let marked = mask.reason.iter_mut().zip(cropped).filter(|(_, is_cropped)| **is_cropped);
         marked.for_each(|(reason, _)| *reason = Reason::Cropped);
@@ -35,14 +48,19 @@ fn mask_of_returns(
     cloud: &PointCloud,
     image: &RangeImage,
     source: MaskSource,
-    smoothing: Option<&Smoothing>,
+    corrections: Corrections,
 ) -> ObjectMask {
     match source {
-        MaskSource::Classes(taxonomy) => {
-            let mut mask = by_class(cloud, image, taxonomy);
-            if let (Some(params), Some(raw)) = (smoothing, &cloud.class) {
-                mask.corrected =
-                    smoothing::smooth(cloud, image, (raw, taxonomy), params, &mut mask);
+        MaskSource::Classes(taxonomy) => smoothed(cloud, image, taxonomy, corrections),
+        MaskSource::NetworkClasses(taxonomy, ground) => {
+            let mut mask = smoothed(cloud, image, taxonomy, corrections);
+            if let (Some(params), Some(raw)) = (corrections.bleed, &cloud.class) {
+                let found = ground_of(cloud, image, ground);
+                let taken = bleed::take_out((cloud, image), raw, &found, params, &mut mask);
+                mask.corrected = merged(&mask.corrected, taken);
+                mask.ground = Some(found.confidence);
+                mask.ground_is_overhead = found.is_overhead;
+                mask.ground_is_missing = found.is_missing;
             }
             mask
         }
@@ -59,6 +77,27 @@ fn mask_of_returns(
         MaskSource::All => without_classes(cloud, |_| false),
         MaskSource::Marked(is_object) => without_classes(cloud, |point| !is_object[point]),
     }
+}
+
+/// The mask of classes that are made consistent.
+fn smoothed(
+    cloud: &PointCloud,
+    image: &RangeImage,
+    taxonomy: &Taxonomy,
+    corrections: Corrections,
+) -> ObjectMask {
+    let mut mask = by_class(cloud, image, taxonomy);
+    if let (Some(params), Some(raw)) = (corrections.smoothing, &cloud.class) {
+        mask.corrected = smoothing::smooth(cloud, image, (raw, taxonomy), params, &mut mask);
+    }
+    mask
+}
+
+/// Corrections of points, ascending; the later ones stand.
+fn merged(earlier: &[(u32, u16)], later: Vec<(u32, u16)>) -> Vec<(u32, u16)> {
+    let mut all: BTreeMap<u32, u16> = earlier.iter().copied().collect();
+    all.extend(later);
+    all.into_iter().collect()
 }
 
 /// The ground of a cloud of one sensor or of several. Where nobody knows where a sensor stands, it

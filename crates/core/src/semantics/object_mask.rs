@@ -9,6 +9,9 @@ use crate::cloud::taxonomy::{ClassSize, Taxonomy};
 pub enum MaskSource<'a> {
     /// Points whose class (`PointColumns::class`) is a thing of the taxonomy.
     Classes(&'a Taxonomy),
+    /// The same, where a network found the classes: they may bleed onto the ground
+    /// ([`GroundBleed`](super::GroundBleed)).
+    NetworkClasses(&'a Taxonomy, &'a GroundParams),
     /// Returns that are not ground, by geometry alone.
     NotGround(&'a GroundParams),
     /// Every return.
@@ -18,13 +21,20 @@ pub enum MaskSource<'a> {
     Marked(&'a [bool]),
 }
 
-impl MaskSource<'_> {
-    /// Name of the class of a number; empty where there are no classes.
-    pub fn class_name(&self, class: u16) -> &str {
-        match self {
-            MaskSource::Classes(taxonomy) => &taxonomy.classes()[usize::from(class)].name,
-            _ => "",
+impl<'a> MaskSource<'a> {
+    /// What the classes mean, where objects are told by their classes.
+    pub fn taxonomy(&self) -> Option<&'a Taxonomy> {
+        match *self {
+            MaskSource::Classes(taxonomy) | MaskSource::NetworkClasses(taxonomy, _) => {
+                Some(taxonomy)
+            }
+            MaskSource::NotGround(_) | MaskSource::All | MaskSource::Marked(_) => None,
         }
+    }
+
+    /// Name of the class of a number; empty where there are no classes.
+    pub fn class_name(&self, class: u16) -> &'a str {
+        self.taxonomy().map_or("", |taxonomy| &taxonomy.classes()[usize::from(class)].name)
     }
 }
 
@@ -49,8 +59,8 @@ pub struct ObjectMask {
     /// Points whose class was corrected, ascending, with the raw ids they have now.
     pub corrected: Vec<(u32, u16)>,
     /// N: how likely the point is ground, 0 to 1
-    /// ([`Ground::confidence`](super::ground::Ground::confidence)); `None` where the mask does not
-    /// come from ground removal.
+    /// ([`Ground::confidence`](super::ground::Ground::confidence)); `None` where the ground was not
+    /// looked for.
     pub ground: Option<Vec<f32>>,
     /// Whether ground removal found the ground above the sensor.
     pub ground_is_overhead: bool,

@@ -1,6 +1,6 @@
 use super::*;
 use crate::range_image::ProjectionParams;
-use crate::semantics::{MaskSource, object_mask};
+use crate::semantics::{Corrections, MaskSource, object_mask};
 
 const CAR: u16 = 10;
 const ROAD: u16 = 40;
@@ -37,7 +37,8 @@ fn spoiled(cloud: &PointCloud, every: usize) -> PointCloud {
 fn mask(cloud: &PointCloud, smoothing: Option<&Smoothing>) -> ObjectMask {
     let image = RangeImage::new(cloud, &ProjectionParams::default());
     let taxonomy = Taxonomy::semantic_kitti();
-    object_mask(cloud, &image, MaskSource::Classes(&taxonomy), smoothing)
+    let corrections = Corrections { smoothing, ..Corrections::default() };
+    object_mask(cloud, &image, MaskSource::Classes(&taxonomy), corrections)
 }
 
 #[test]
