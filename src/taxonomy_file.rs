@@ -54,7 +54,7 @@ fn parse(name: &str, text: &str) -> std::result::Result<Taxonomy, String> {
     if !classes.iter().any(|class| class.is_thing) {
         return Err("no class is a thing: add a map `thing_class` (class: true)".into());
     }
-    Ok(Taxonomy::new(name, classes, file.learning_map))
+    Ok(Taxonomy::new(name, classes, file.learning_map).with_ids(file.learning_map_inv))
 }
 
 impl File {
@@ -89,6 +89,9 @@ learning_ignore: {0: true, 1: false, 2: false}
         assert_eq!(taxonomy.class_of(252), Some(1));
         assert!(taxonomy.classes()[1].is_thing && !taxonomy.classes()[2].is_thing);
         assert_eq!(taxonomy.classes()[2].name, "road");
+        let other_way = text.replace("1: 10, 2: 40}", "1: 252, 2: 40}");
+        assert_eq!(taxonomy.id_of(1), Some(10));
+        assert_eq!(parse("mine", &other_way).unwrap().id_of(1), Some(252));
         let with_things = format!("{text}thing_class: {{2: true}}\n");
         let taxonomy = parse("mine", &with_things).unwrap();
         assert!(!taxonomy.classes()[1].is_thing && taxonomy.classes()[2].is_thing);

@@ -25,7 +25,7 @@ pub struct ClassFiles {
     /// One file at least.
     by: Named,
     tolerance_ns: u64,
-    /// The lowest id of each class of the taxonomy, for files with a score for each.
+    /// The raw id of each class of the taxonomy, for files with a score for each.
     ids: Vec<Option<u16>>,
     /// The topic whose clouds they are: that of the first that asks.
     topic: OnceLock<String>,
@@ -83,9 +83,7 @@ impl ClassFiles {
             (false, true) => Named::Number(numbers),
             (true, false) => Named::Stamp(stamps),
         };
-        let lowest =
-            |class| taxonomy.known_ids().find(|&(_, known)| known == class).map(|(id, _)| id);
-        let ids = (0..taxonomy.classes().len() as u16).map(lowest).collect();
+        let ids = (0..taxonomy.classes().len() as u16).map(|class| taxonomy.id_of(class)).collect();
         Ok(ClassFiles { folder: folder.into(), by, tolerance_ns, ids, topic: OnceLock::new() })
     }
 
@@ -309,12 +307,13 @@ mod tests {
     fn scores_for_each_class() {
         let folder = tempfile::tempdir().unwrap();
         let mut scores = [0.0_f32; 40];
-        (scores[1], scores[20 + 9]) = (50.0, 2.0);
+        // Class 5 is other-vehicle, whose lowest id is that of a bus.
+        (scores[5], scores[20 + 9]) = (50.0, 2.0);
         let data = scores.map(f32::to_le_bytes).concat();
         std::fs::write(folder.path().join("0.npy"), npy("<f4", "(2, 20)", &data)).unwrap();
         let files = open(folder.path()).unwrap();
         let classes = of(&files, 0, 0, 2).unwrap();
-        assert_eq!(classes.class, [10, 40]);
+        assert_eq!(classes.class, [20, 40]);
         let (confidence, entropy) = (classes.confidence.unwrap(), classes.entropy.unwrap());
         assert!(
             confidence[0] > 0.99 && confidence[1] < 0.5 && entropy[0] < 0.01 && entropy[1] > 0.5

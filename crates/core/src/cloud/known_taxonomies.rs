@@ -5,7 +5,8 @@ use std::sync::LazyLock;
 
 use super::taxonomy::{Class, Taxonomy};
 
-/// A class: its name, whether its objects are counted, and the raw ids folded into it.
+/// A class: its name, whether its objects are counted, and the raw ids folded into it, of which the
+/// first stands for it.
 type Row = (&'static str, bool, &'static [u16]);
 
 static KNOWN: LazyLock<[Taxonomy; 5]> = LazyLock::new(|| {
@@ -46,7 +47,8 @@ fn of_table(name: &str, rows: &[Row], void: &[u16]) -> Taxonomy {
         classes.push(Class { name: name.into(), is_thing, is_ignored: false });
         class_of.extend(ids.iter().map(|&id| (id, number)));
     }
-    Taxonomy::new(name, classes, class_of)
+    let first = (1..).zip(rows).map(|(number, (.., ids))| (number, ids[0]));
+    Taxonomy::new(name, classes, class_of).with_ids(first)
 }
 
 /// Unlabelled, outlier, other structure, other object.

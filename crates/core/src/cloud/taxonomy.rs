@@ -131,6 +131,8 @@ pub struct Taxonomy {
     pub name: String,
     classes: Vec<Class>,
     class_of: BTreeMap<u16, u16>,
+    /// By class number: the raw id that stands for it.
+    id_of: BTreeMap<u16, u16>,
     /// Whether no class is easily taken for another.
     is_strict: bool,
 }
@@ -144,7 +146,20 @@ impl Taxonomy {
 
     /// A taxonomy of given classes, by number, and of the raw ids folded into them.
     pub fn new(name: &str, classes: Vec<Class>, class_of: BTreeMap<u16, u16>) -> Self {
-        Taxonomy { name: name.to_owned(), classes, class_of, is_strict: false }
+        let id_of = BTreeMap::new();
+        Taxonomy { name: name.to_owned(), classes, class_of, id_of, is_strict: false }
+    }
+
+    /// The same where these raw ids, by class number, stand for their classes.
+    pub fn with_ids(self, ids: impl IntoIterator<Item = (u16, u16)>) -> Self {
+        Taxonomy { id_of: ids.into_iter().collect(), ..self }
+    }
+
+    /// The raw id that stands for a class: the one it was given, else the lowest that is folded
+    /// into it.
+    pub fn id_of(&self, class: u16) -> Option<u16> {
+        let folded = || self.known_ids().find(|&(_, known)| known == class).map(|(id, _)| id);
+        self.id_of.get(&class).copied().or_else(folded)
     }
 
     /// The classes; the index is the class number, 0 is "no class".
