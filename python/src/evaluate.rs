@@ -24,7 +24,7 @@ use crate::taxonomy::PyTaxonomy;
     text_signature = "(scans, *, taxonomy=None, min_points=50, over_time=False, topic=None)"
 )]
 /// Panoptic quality, as semantic-kitti-api has it and `divmerge evaluate` prints it: the figures as
-/// a dict, 0 to 1.
+/// a dict, 0 to 1. Where no class is found, how well objects are found without, under "objects".
 ///
 /// scans: pairs (truth, prediction), one for each scan; either is a pair of integer arrays (class
 /// ids, instances) of one shape, or has them as `semantic` and `instance`, as a `Result` does. Or
@@ -135,7 +135,8 @@ fn score(path: &Path, topic: &str, metrics: MetricSet) -> divmerge::Result<Score
         };
         let found = if metrics.over_time { object_field(&wire) } else { "instance" };
         let (found, truth) = (own("semantic", found)?, own("label", "true_instance")?);
-        sums.add(message.log_time_ns(), (&found, &place), (&truth, &place), None)?;
+        let cloud = sums.needs_cloud(&found).then(|| wire.to_cloud(None)).transpose()?;
+        sums.add(message.log_time_ns(), (&found, &place), (&truth, &place), cloud.as_ref())?;
     }
     sums.end_sequence();
     Ok(sums.scores())

@@ -333,3 +333,12 @@ def test_taxonomies(frame, tmp_path):
     same(by_object, divmerge.cluster(frame.points, frame.classes, taxonomy=path))
     same(by_object, divmerge.cluster(frame.points, frame.classes, taxonomy=str(path)))
     assert set(by_object.instances["class_name"]) == {"thing"}
+
+
+def test_parameters_are_listed_and_set():
+    listed = {one["path"]: one for one in divmerge.parameters()}
+    voxel = listed["cluster.voxel"]
+    assert (voxel["value"], voxel["unit"], voxel["kind"]) == (0.5, "m", "number")
+    assert all(one["doc"] for one in listed.values())
+    paper = {one["path"]: one["value"] for one in divmerge.parameters("paper")}
+    assert paper["cluster.tree"] is False and paper["cluster.tree.gap"] is None

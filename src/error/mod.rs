@@ -5,7 +5,7 @@ pub mod conflict;
 pub mod frame;
 pub mod no_cloud;
 pub mod slice;
-mod spelling;
+pub mod spelling;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};

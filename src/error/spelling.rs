@@ -2,7 +2,7 @@
 
 /// A question behind a name that is not there: the nearest of those that are, if one is near.
 /// Names that differ in more than a third of their letters are not near.
-pub(crate) fn did_you_mean<'a>(
+pub fn did_you_mean<'a>(
     name: &str,
     present: impl IntoIterator<Item = &'a (impl AsRef<str> + ?Sized + 'a)>,
 ) -> String {

@@ -4,7 +4,8 @@ use rustc_hash::FxHashMap;
 use serde::Serialize;
 
 use super::entropy::{Entropies, entropies, true_parts};
-use super::over_time::{Lstq, OverTime};
+use super::objects::{ObjectScores, ObjectSums, ObjectTruth};
+use super::over_time::{Lstq, OverTime, TubeAssociation};
 use super::panoptic::Panoptic;
 use super::report::PanopticReport;
 use super::tracking::{Tracking, TrackingScores};
@@ -50,6 +51,11 @@ impl ScanLabels {
         ScanLabels { class, segment, instance }
     }
 
+    /// Whether no point has a class.
+    pub fn has_no_classes(&self) -> bool {
+        self.class.iter().all(|&class| class == 0)
+    }
+
     /// From SemanticKITTI's label words, class | instance << 16.
     pub fn of_words(words: Vec<u32>) -> Self {
         ScanLabels {
@@ -71,7 +77,8 @@ pub fn segments(class: &[u32], instance: &[u32]) -> (Vec<u16>, Vec<u32>) {
     } else {
         let mut number: FxHashMap<(u16, u32), u32> = FxHashMap::default();
         let mut number_of = |pair| {
-            let next = number.len() as u32;
+            // From 1: 0 is none.
+            let next = number.len() as u32 + 1;
             *number.entry(pair).or_insert(next)
         };
         pairs.map(|(&class, &instance)| number_of((class, instance))).collect()
@@ -87,6 +94,9 @@ pub struct Evaluation<'a> {
     over_time: OverTime,
     tracking: Tracking,
     entropies: Vec<Entropies>,
+    objects: ObjectSums,
+    /// Whether a class was found in any scan.
+    has_classes: bool,
     scans: u64,
     points: u64,
 }
@@ -98,15 +108,21 @@ pub struct Scores {
     pub scans: u64,
     /// Points of these.
     pub points: u64,
-    /// Panoptic quality.
+    /// Panoptic quality, if classes were found.
     #[serde(flatten)]
-    pub report: PanopticReport,
-    /// Entropies of each scan, if asked for.
+    pub report: Option<PanopticReport>,
+    /// How well objects were found, if no classes were.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub objects: Option<ObjectScores>,
+    /// Entropies of each scan, if asked for, or no classes were found and the clouds are there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub entropy: Option<Vec<Entropies>>,
-    /// LSTQ, if asked for.
+    /// LSTQ, if asked for and classes were found.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub over_time: Option<Lstq>,
+    /// Association alone, if LSTQ is asked for and no classes were found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub association: Option<TubeAssociation>,
     /// Changes of ids, occlusions and HOTA, if LSTQ is asked for.
     #[serde(flatten)]
     pub tracking: Option<TrackingScores>,
@@ -121,13 +137,15 @@ impl<'a> Evaluation<'a> {
             over_time: OverTime::of(metrics.taxonomy, metrics.min_points),
             tracking: Tracking::new(metrics.min_points),
             entropies: Vec::new(),
+            objects: ObjectSums::default(),
+            has_classes: false,
             scans: 0,
             points: 0,
         }
     }
 
     /// Adds a scan: its time in nanoseconds, the labels found and the true ones, each with the
-    /// place it was read from, and the cloud if entropies are computed.
+    /// place it was read from, and the cloud if entropies are computed ([`Self::needs_cloud`]).
     ///
     /// # Errors
     /// [`Error::UnknownClass`] if the taxonomy does not know a class.
@@ -144,9 +162,17 @@ impl<'a> Evaluation<'a> {
         let (true_class, found_class) = (self.classes(truth)?, self.classes(found)?);
         let (found, truth) = (found.0, truth.0);
         self.panoptic.add(&found_class, &found.segment, &true_class, &truth.segment);
+        let MetricSet { taxonomy, min_points, .. } = self.metrics;
+        let (raw, instance) = (&truth.class[..], &truth.instance[..]);
+        let objects = ObjectTruth { raw, class: &true_class, instance };
+        self.objects.add(&found.instance, objects, taxonomy, min_points);
+        let has_classes = !found.has_no_classes();
+        self.has_classes |= has_classes;
         if self.metrics.over_time {
             let (own, other) = (&found.instance, &truth.instance);
-            self.over_time.add(&found_class, own, &true_class, other);
+            // Points whose found class is ignored are of no tube; of no class, all are.
+            let found_class = if has_classes { &found_class } else { &true_class };
+            self.over_time.add(found_class, own, &true_class, other);
             self.add_tracking(time_ns, own, (&true_class, other));
         }
         if let Some(cloud) = cloud {
@@ -180,14 +206,26 @@ impl<'a> Evaluation<'a> {
     /// The scores of all scans added so far.
     pub fn scores(self) -> Scores {
         let MetricSet { taxonomy, entropy, over_time, .. } = self.metrics;
+        // A scan without a point is without classes, too.
+        let has_classes = self.has_classes || self.points == 0;
+        let has_entropies = entropy || (!has_classes && self.entropies.len() as u64 == self.scans);
+        let lstq = || self.over_time.lstq(&self.panoptic, taxonomy);
         Scores {
             scans: self.scans,
             points: self.points,
-            report: PanopticReport::new(&self.panoptic, taxonomy),
-            entropy: entropy.then_some(self.entropies),
-            over_time: over_time.then(|| self.over_time.lstq(&self.panoptic, taxonomy)),
+            report: has_classes.then(|| PanopticReport::new(&self.panoptic, taxonomy)),
+            objects: (!has_classes).then(|| self.objects.scores()),
+            entropy: has_entropies.then_some(self.entropies),
+            over_time: (over_time && has_classes).then(lstq),
+            association: (over_time && !has_classes).then(|| self.over_time.association(taxonomy)),
             tracking: over_time.then(|| self.tracking.scores()),
         }
+    }
+
+    /// Whether the cloud of a scan with these labels is looked at: for entropies, which are also
+    /// computed where no classes are found.
+    pub fn needs_cloud(&self, found: &ScanLabels) -> bool {
+        self.metrics.entropy || found.has_no_classes()
     }
 
     fn classes(&self, (labels, place): (&ScanLabels, &str)) -> Result<Vec<u16>> {

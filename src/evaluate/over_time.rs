@@ -59,6 +59,15 @@ pub struct Lstq {
     pub classes: Vec<ClassAssociation>,
 }
 
+/// Association without classes, from 0 to 1.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TubeAssociation {
+    /// S_assoc.
+    pub s_assoc: f64,
+    /// By true class.
+    pub classes: Vec<ClassAssociation>,
+}
+
 /// Association of a class's objects.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ClassAssociation {
@@ -158,15 +167,20 @@ impl OverTime {
 
     /// The figures of all sequences that have ended; `scores` are of the same frames.
     pub fn lstq(&self, scores: &Panoptic, taxonomy: &Taxonomy) -> Lstq {
-        let s_assoc = self.s_assoc();
+        let TubeAssociation { s_assoc, classes } = self.association(taxonomy);
         let s_cls = scores.mean_iou_of_present();
+        Lstq { lstq: (s_assoc * s_cls).sqrt(), s_assoc, s_cls, classes }
+    }
+
+    /// The association of all sequences that have ended.
+    pub fn association(&self, taxonomy: &Taxonomy) -> TubeAssociation {
         let present = (0..self.tubes.len()).filter(|&class| self.tubes[class] > 0);
         let classes = present.map(|class| ClassAssociation {
             name: taxonomy.classes()[class].name.clone(),
             s_assoc: self.association[class] / self.tubes[class] as f64,
             tubes: self.tubes[class],
         });
-        Lstq { lstq: (s_assoc * s_cls).sqrt(), s_assoc, s_cls, classes: classes.collect() }
+        TubeAssociation { s_assoc: self.s_assoc(), classes: classes.collect() }
     }
 }
 

@@ -322,7 +322,7 @@ mod tests {
     #[test]
     fn instances_beyond_sixteen_bits_are_numbered() {
         let truth = Truth::of_columns(&[10, 10, 30, 10], &[70_000, 1, 70_000, 70_000]);
-        assert_eq!(truth.id, [0, 1, 2, 0]);
+        assert_eq!(truth.id, [1, 2, 3, 1]);
         assert_eq!(Truth::of_columns(&[10], &[2]).id, [10 | 2 << 16]);
     }
 }

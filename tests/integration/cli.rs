@@ -117,9 +117,10 @@ fn wrong_usage_exits_with_2() {
 fn failures_exit_with_1_and_name_the_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let output = path(&folder.path().join("out.mcap")).to_owned();
-    for input in ["/no/such/file.mcap", path(folder.path())] {
+    // A folder that is none of rosbag2 cannot be an input at all.
+    for (input, code) in [("/no/such/file.mcap", 1), (path(folder.path()), 2)] {
         let failed = divmerge(&["annotate", input, "-o", &output]);
-        assert_eq!(failed.status.code(), Some(1));
+        assert_eq!(failed.status.code(), Some(code));
         assert!(text(&failed.stderr).contains(input), "{}", text(&failed.stderr));
     }
     let (_drive, input) = drive(1);
@@ -211,11 +212,113 @@ fn wrong_usage_of_the_viewer_exits_with_2() {
 #[test]
 fn help_lists_what_is_about_networks_by_itself() {
     let help = text(&divmerge(&["annotate", "--help"]).stdout);
-    let (options, networks) = help.split_once("Networks (--semantics onnx:):").expect("a heading");
-    for of_networks in ["--model-config", "--runtime", "--batch"] {
-        assert!(networks.contains(of_networks) && !options.contains(of_networks), "{of_networks}");
+    // Options by the heading that they stand under.
+    let mut headings = std::collections::BTreeMap::new();
+    let mut heading = "";
+    for line in help.lines() {
+        if line.starts_with(char::is_alphabetic) && line.ends_with(':') {
+            heading = line;
+        }
+        let is_option = line.trim_start().starts_with('-');
+        let option = line.trim_start().split([' ', ',']).find(|word| word.starts_with("--"));
+        let option = option.filter(|_| is_option);
+        option.and_then(|option| headings.insert(option, heading));
     }
-    for other in ["--semantics", "--voxel", "--threads"] {
-        assert!(options.contains(other), "{other}");
+    for (option, heading) in [
+        ("--model-config", "Networks (--semantics onnx:):"),
+        ("--runtime", "Networks (--semantics onnx:):"),
+        ("--batch", "Networks (--semantics onnx:):"),
+        ("--boxes-margin", "Boxes (--method boxes):"),
+        ("--semantics", "Objects:"),
+        ("--voxel", "Clustering:"),
+        ("--lag", "Time:"),
+        ("--topic", "Input:"),
+        ("--threads", "Performance:"),
+        ("--force", "Output:"),
+    ] {
+        assert_eq!(headings.get(option), Some(&heading), "{option}");
     }
+}
+
+#[test]
+fn a_dry_run_says_what_would_be_done_and_does_nothing() {
+    let (folder, input) = drive(2);
+    let output = folder.path().join("out.mcap");
+    let arguments = ["annotate", path(&input), "-o", path(&output), "--dry-run"];
+    let done = divmerge(&[&arguments[..], &["--set", "cluster.voxel=0.3"]].concat());
+    assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
+    let said = text(&done.stdout);
+    for part in [
+        "would read",
+        "/lidar/points: 2 clouds, objects from field:label; rows from ring field, 16 x",
+        "with preset best\n  cluster.voxel = 0.3 (preset best: 0.5)\n",
+        "/lidar/points/instances: sensor_msgs/msg/PointCloud2",
+        "/lidar/points/objects: visualization_msgs/msg/MarkerArray",
+        "out.layout.json",
+    ] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    let left = std::fs::read_dir(folder.path()).expect("a folder").count();
+    assert_eq!(left, 1, "the input alone");
+    let of_stream = divmerge(&["annotate", "-", "-o", path(&output), "--dry-run"]);
+    assert_eq!(of_stream.status.code(), Some(2), "{of_stream:?}");
+}
+
+#[test]
+fn quiet_and_verbose_runs() {
+    let (folder, input) = drive(2);
+    let run = |name: &str, option: &str| {
+        let output = folder.path().join(name);
+        let done = divmerge(&["annotate", path(&input), "-o", path(&output), option]);
+        assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
+        (text(&done.stdout), text(&done.stderr), std::fs::read(output).expect("annotated"))
+    };
+    let (said, told, quiet) = run("quiet.mcap", "--quiet");
+    assert_eq!((said.as_str(), told.as_str()), ("", ""));
+    let (said, told, verbose) = run("verbose.mcap", "-v");
+    assert!(said.contains("/lidar/points: 2 frames"), "{said}");
+    assert!(told.contains("would read") && told.contains("with preset best"), "{told}");
+    assert!(quiet == verbose);
+    let both = divmerge(&["info", path(&input), "-q", "-v"]);
+    assert_eq!(both.status.code(), Some(2));
+}
+
+#[test]
+fn colours_are_those_that_are_asked_for() {
+    let said = |color: &str| text(&divmerge(&["info", "nowhere.mcap", "--color", color]).stderr);
+    assert!(said("always").starts_with("\u{1b}[1;31merror:\u{1b}[0m "), "{}", said("always"));
+    // Not on a terminal.
+    assert!(said("auto").starts_with("error: ") && said("never").starts_with("error: "));
+    let help = |color: &str| text(&divmerge(&["info", "-h", "--color", color]).stdout);
+    assert!(help("always").contains('\u{1b}') && !help("never").contains('\u{1b}'));
+}
+
+#[test]
+fn a_misspelt_file_is_told_with_its_neighbour() {
+    let (folder, _input) = drive(1);
+    let wrong = folder.path().join("drvie.mcap");
+    let done = divmerge(&["info", path(&wrong)]);
+    assert_eq!(done.status.code(), Some(1), "{done:?}");
+    let said = text(&done.stderr);
+    assert!(said.contains("did you mean `drive.mcap`?"), "{said}");
+}
+
+#[test]
+fn wrong_usage_ends_with_2() {
+    let (folder, input) = drive(1);
+    let output = folder.path().join("out.mcap");
+    let annotate = ["annotate", path(&input), "-o", path(&output)];
+    for options in [
+        &["--preset", "authors", "--bev", "hull"][..],
+        &["--semantics", "grund"],
+        &["--method", "dbscna"],
+        &["--lag", "100"],
+        &["--topik", "/x"],
+        &["--topic", "/lidar/pionts"],
+    ] {
+        let done = divmerge(&[&annotate[..], options].concat());
+        assert_eq!(done.status.code(), Some(2), "{options:?}: {}", text(&done.stderr));
+    }
+    let done = divmerge(&[&annotate[..], &["--method", "dbscna"]].concat());
+    assert!(text(&done.stderr).contains("'dbscan'"), "{}", text(&done.stderr));
 }

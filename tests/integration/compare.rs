@@ -136,6 +136,6 @@ fn other_methods_annotate_and_draw_but_have_nothing_to_explain() {
     assert!(svg.contains("euclidean in place of divide and merge") && !svg.contains("components"));
     let asked = ["explain", path(&input), "--method", "euclidean", "--at", "5,0,0"];
     let refused = divmerge(&asked);
-    assert_eq!(refused.status.code(), Some(1));
+    assert_eq!(refused.status.code(), Some(2));
     assert!(text(&refused.stderr).contains("no votes or merges"), "{}", text(&refused.stderr));
 }

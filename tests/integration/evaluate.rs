@@ -250,3 +250,76 @@ fn nuscenes_by_the_taxonomy_of_the_docs() {
     let found = ["bus", "pedestrian", "car", "traffic_cone", "driveable_surface", "other_flat"];
     assert_eq!(found.map(pq), [1.0, 1.0, 0.0, 1.0, 0.0, 0.0]);
 }
+
+/// What `evaluate` prints of an annotated drive, and its JSON.
+fn scored(input: &Path, options: &[&str], more: &[&str]) -> (String, serde_json::Value) {
+    let annotated = input.with_extension("annotated.mcap");
+    let json = input.with_extension("json");
+    let annotate = ["annotate", path(input), "-o", path(&annotated), "--force", "--no-layout"];
+    let done = divmerge(&[&annotate[..], options].concat());
+    assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
+    let evaluate = ["evaluate", path(&annotated), "--json", path(&json), "--force"];
+    let done = divmerge(&[&evaluate[..], more].concat());
+    assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
+    let json = std::fs::read_to_string(&json).expect("figures");
+    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    (text(&done.stdout), json["topics"][0].clone())
+}
+
+#[test]
+fn without_classes_objects_are_scored_and_nothing_is_zero_for_want_of_classes() {
+    let (_folder, input) = drive(3);
+    let (said, figures) = scored(&input, &["--semantics", "ground"], &["--over-time"]);
+    for part in ["no classes were found", "found whole", "mean IoU", "S_assoc", "precision"] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    assert!(said.contains("OSE") && said.contains("USE") && !said.contains("LSTQ"), "{said}");
+    assert!(!said.contains(" 0.0 ") && !said.contains("PQ"), "{said}");
+    let objects = &figures["objects"];
+    for name in ["found_whole", "mean_iou", "s_assoc", "precision", "recall"] {
+        let share = objects[name].as_f64().expect(name);
+        assert!(share > 0.3 && share <= 1.0, "{name}: {share}");
+    }
+    assert!(objects["things"].as_u64() > Some(10), "{objects}");
+    assert_eq!(figures["entropy"].as_array().map(Vec::len), Some(3));
+    assert!(figures["association"]["s_assoc"].as_f64() > Some(0.1), "{figures}");
+    assert!(figures.get("all").is_none() && figures.get("over_time").is_none());
+    // The instances of the truth are all found whole, and nothing else is found on things.
+    let (_, perfect) =
+        scored(&input, &["--semantics", "ground"], &["--instance-field", "true_instance"]);
+    for name in ["found_whole", "mean_iou", "s_assoc", "precision", "recall"] {
+        assert_eq!(perfect["objects"][name], 1.0, "{name}");
+    }
+}
+
+#[test]
+fn means_over_the_classes_present_are_those_of_compare() {
+    let (folder, input) = drive(3);
+    let (said, figures) = scored(&input, &[], &[]);
+    assert!(figures.get("objects").is_none());
+    let [present, all] = [&figures["present"]["things"]["pq"], &figures["things"]["pq"]];
+    let classes = figures["present"]["thing_count"].as_u64().expect("a number");
+    // Eight things in the benchmark, of which the absent ones are 0; here a truck of six points is
+    // too few to be present, and found.
+    let things = figures["classes"].as_array().expect("classes").iter();
+    let things = things.filter(|class| class["is_thing"] == true);
+    let pq = |class: &serde_json::Value| class["pq"].as_f64().expect("a number");
+    let sum_from = |least: u64| -> f64 {
+        let large = things.clone().filter(|class| class["true_points"].as_u64() >= Some(least));
+        large.map(pq).sum()
+    };
+    let near = |found: &serde_json::Value, expected: f64| {
+        (found.as_f64().expect("a number") - expected).abs() < 1e-12
+    };
+    assert!(classes < 8 && near(all, sum_from(0) / 8.0), "{figures}");
+    assert!(near(present, sum_from(50) / classes as f64), "{figures}");
+    assert!(said.contains("mean over the 19 classes of the benchmark, absent ones 0"), "{said}");
+    assert!(said.contains("present (50 points of truth or more)"), "{said}");
+    let json = folder.path().join("compared.json");
+    let done = divmerge(&["compare", path(&input), "--methods", "best", "-o", path(&json)]);
+    assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
+    let compared = std::fs::read_to_string(&json).expect("measurements");
+    let compared: serde_json::Value = serde_json::from_str(&compared).expect("JSON");
+    assert_eq!(compared[0]["things"]["pq"], *present);
+    assert_eq!(compared[0]["all"]["pq"], figures["present"]["all"]["pq"]);
+}

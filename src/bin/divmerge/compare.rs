@@ -154,7 +154,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let rows = (0..contenders.len()).map(measure_apart).collect::<Result<Vec<Row>>>()?;
     let cells = rows.iter().map(|row| vec![row.method.clone()]);
     let mut table = measurements(&["method"], cells.zip(rows.iter().map(|row| &row.measured)));
-    table.push_column("peak, MiB", rows.iter().map(Row::peak_mebibytes));
+    table.push_column("MiB", rows.iter().map(Row::peak_mebibytes));
     print!("{}", table.markdown());
     let clouds = rows.first().map_or(0, |row| row.measured.frames);
     let title =

@@ -8,8 +8,6 @@ use crate::exit::Outcome;
 
 /// Print a shell completion script
 #[derive(Args)]
-#[command(after_help = "\
-Example: divmerge completions bash > ~/.local/share/bash-completion/completions/divmerge")]
 pub struct Arguments {
     /// The shell
     shell: Shell,

@@ -1,13 +1,17 @@
 //! How a command ends: its outcome, its errors, and their exit codes.
 
-use std::io::ErrorKind::BrokenPipe;
+use std::io;
+use std::io::ErrorKind::{BrokenPipe, NotFound};
 use std::panic::AssertUnwindSafe;
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Command;
 use clap::error::ErrorKind;
+use divmerge::ParameterError;
 use divmerge::error::Conflict;
+use divmerge::error::spelling::did_you_mean;
 use divmerge::frames::last_decoded_cloud;
 use divmerge::recording;
 use divmerge::recording::abandon_partial_files;
@@ -60,6 +64,17 @@ impl RefusedOutput {
 #[error("{0}")]
 pub struct NotThere(pub String);
 
+/// Arguments that contradict each other or the input, and what to do instead.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct Contradiction(pub String);
+
+/// Ends a function with a [`Contradiction`].
+macro_rules! contradict {
+    ($($text:tt)*) => { return Err($crate::exit::Contradiction(format!($($text)*)).into()) };
+}
+pub(crate) use contradict;
+
 /// A feature that this binary was built without.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
@@ -83,9 +98,34 @@ pub fn exit_code(result: anyhow::Result<Outcome>, command: impl FnOnce() -> Comm
 pub fn report(error: &anyhow::Error) -> u8 {
     let code = code_of(error);
     if code != CLOSED_PIPE {
-        eprintln!("error: {}", error_chain(error));
+        eprintln!("error: {}{}", error_chain(error), near_file(error));
     }
     code
+}
+
+/// A question behind the error of a file that is not there: the nearest name beside it, if one is
+/// near.
+fn near_file(error: &anyhow::Error) -> String {
+    let missing = |path: &Path, source: &io::Error| {
+        (source.kind() == NotFound && !path.exists()).then(|| path.to_owned())
+    };
+    let path = match error.downcast_ref::<divmerge::Error>() {
+        Some(divmerge::Error::Io { path, source }) => missing(path, source),
+        Some(divmerge::Error::Recording(recording::Error::Io { path, source })) => {
+            missing(path, source)
+        }
+        _ => match error.downcast_ref::<recording::Error>() {
+            Some(recording::Error::Io { path, source }) => missing(path, source),
+            _ => None,
+        },
+    };
+    let Some(path) = path else { return String::new() };
+    let folder = path.parent().filter(|folder| *folder != "").unwrap_or(Path::new("."));
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let names: Vec<String> =
+        entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    did_you_mean(&name, &names)
 }
 
 fn code_of(error: &anyhow::Error) -> u8 {
@@ -94,6 +134,12 @@ fn code_of(error: &anyhow::Error) -> u8 {
         Some(divmerge::Error::NoCloud { problem, .. }) if problem.is_of_arguments() => WRONG_USAGE,
         Some(divmerge::Error::Conflict { problem: Conflict::NoMotion { .. }, .. }) => WRONG_USAGE,
         Some(divmerge::Error::Recording(error)) => code_of_recording(error),
+        Some(
+            divmerge::Error::Setting(_)
+            | divmerge::Error::Parameter(_)
+            | divmerge::Error::ParameterFile { .. },
+        ) => WRONG_USAGE,
+        _ if error.is::<ParameterError>() || error.is::<Contradiction>() => WRONG_USAGE,
         _ if error.is::<NotBuilt>() || error.is::<RefusedOutput>() || error.is::<NotThere>() => {
             WRONG_USAGE
         }

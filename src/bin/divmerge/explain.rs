@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use clap::Args;
 use clap::error::ErrorKind;
 use divmerge::annotate::AnnotateConfig;
@@ -19,7 +19,7 @@ use divmerge::view::{self, Target, explained_scene, explanation_report};
 use crate::arguments::method::MethodArguments;
 use crate::arguments::tracks::FollowArguments;
 use crate::arguments::values::{position, positive, range};
-use crate::exit::{NotThere, Outcome, WrongUsage};
+use crate::exit::{NotThere, Outcome, WrongUsage, contradict};
 use crate::followed::followed_drive;
 use crate::output::{OutputFile, Outputs, picture, rrd};
 use crate::viewer;
@@ -117,7 +117,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         return explain_track(arguments, &method, track);
     }
     if let Some(other) = &method.pipeline.other_method {
-        bail!(
+        contradict!(
             "{} has no votes or merges to explain; `divmerge figure --method {0}` draws its result",
             other.name()
         );
@@ -250,7 +250,7 @@ fn subject(
 ) -> Result<Subject> {
     if let &[a, b] = &arguments.instance[..] {
         if a == b {
-            bail!("--instance {a} is given twice; give two different instances");
+            contradict!("--instance {a} is given twice; give two different instances");
         }
         let (a, b) = nearest_points(frame, a, b)?;
         return Ok(Subject::Pair(a, b));
@@ -260,7 +260,7 @@ fn subject(
     match points[..] {
         [a] => Ok(Subject::Point(a)),
         [a, b] if a == b => {
-            bail!("point {a} is the nearest to both --at; give two positions farther apart")
+            contradict!("point {a} is the nearest to both --at; give two positions farther apart")
         }
         [a, b] => Ok(Subject::Pair(a, b)),
         _ => unreachable!("checked before"),

@@ -13,7 +13,7 @@ use divmerge::messages::annotation::object_field;
 use divmerge::recording::{Metadata, Overview};
 
 use crate::annotated::annotated;
-use crate::exit::Outcome;
+use crate::exit::{Outcome, contradict};
 use crate::output::{OutputFile, Outputs, make_folder, refuse_address};
 use crate::progress::frame_bar;
 use crate::text::counted;
@@ -96,7 +96,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 fn exports(arguments: &Arguments) -> Result<Vec<Export<'_>>> {
     let several = arguments.inputs.len() > 1;
     if several && (arguments.labels.is_some() || arguments.sequence.is_some()) {
-        bail!("{} recordings cannot go to one folder; use --root", arguments.inputs.len());
+        contradict!("{} recordings cannot go to one folder; use --root", arguments.inputs.len());
     }
     let mut input_of = BTreeMap::new();
     let mut exports = Vec::with_capacity(arguments.inputs.len());
@@ -109,7 +109,9 @@ fn exports(arguments: &Arguments) -> Result<Vec<Export<'_>>> {
                 check_name(&name, input)?;
                 if let Some(other) = input_of.insert(name.clone(), input) {
                     let (input, other) = (input.display(), other.display());
-                    bail!("{other} and {input} are both sequence {name}; export them separately");
+                    contradict!(
+                        "{other} and {input} are both sequence {name}; export them separately"
+                    );
                 }
                 root.join("sequences").join(name).join("predictions")
             }
@@ -134,7 +136,7 @@ fn sequence(input: &Path, told: Option<&str>) -> Result<String> {
     if let Some(metadata) = find_metadata(input, names_it)? {
         return Ok(metadata.metadata[SEQUENCE_KEY].clone());
     }
-    bail!("{}: does not name its sequence; give --sequence", input.display())
+    contradict!("{}: does not name its sequence; give --sequence", input.display())
 }
 
 /// A sequence is a folder of that name and nothing else: a recording may say anything.

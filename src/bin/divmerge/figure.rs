@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use clap::error::ErrorKind;
 use clap::{ArgGroup, Args};
 use divmerge::annotate::AnnotateConfig;
@@ -20,7 +20,7 @@ use divmerge::view::{
 use crate::arguments::method::MethodArguments;
 use crate::arguments::tracks::FollowArguments;
 use crate::arguments::values::{NamedValue, one_of, range};
-use crate::exit::{Outcome, WrongUsage};
+use crate::exit::{Outcome, WrongUsage, contradict};
 use crate::followed::followed_drive;
 use crate::output::{OutputFile, Outputs, make_folder, picture};
 use crate::progress::frame_bar;
@@ -293,7 +293,9 @@ fn steps(
 ) -> Result<()> {
     if let Some(objects) = view::cut_objects(scene, options)? {
         if by == Step::Decision {
-            bail!("--steps-by decision draws merges by votes; these objects were cut from a tree");
+            contradict!(
+                "--steps-by decision draws merges by votes; these objects were cut from a tree"
+            );
         }
         let page = |number: usize| {
             let object = &objects[number - 1];

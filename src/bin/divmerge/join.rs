@@ -3,14 +3,14 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use clap::Args;
 use divmerge::annotate::slices::{Plan, files_of};
 use divmerge::annotate::{AnnotationReport, JoinOptions, SliceFile, by_recording, join};
 use divmerge::datasets::bag::{Bag, METADATA_FILE};
 use divmerge::recording::STANDARD_STREAM;
 
-use crate::exit::Outcome;
+use crate::exit::{Outcome, contradict};
 use crate::layout::Layout;
 use crate::output::{OutputFile, Outputs, is_recording, make_parent, metadata_in};
 use crate::progress::RecordingProgress;
@@ -70,19 +70,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let plan = arguments.plan.as_deref().map(Plan::read).transpose()?;
     let recordings = by_recording(slices(&arguments.slices)?, plan.as_ref())?;
     if recordings.is_empty() {
-        bail!("no slices found; name slices or folders of them");
+        contradict!("no slices found; name slices or folders of them");
     }
     if recordings.len() > 1 && arguments.input.is_some() {
-        bail!("--input is for slices of one recording; these are of {}", recordings.len());
+        contradict!("--input is for slices of one recording; these are of {}", recordings.len());
     }
     let output = arguments.output.as_path();
     if output == STANDARD_STREAM {
-        bail!("cannot join to standard output; name a file");
+        contradict!("cannot join to standard output; name a file");
     }
     let is_file = is_recording(output) && !output.is_dir();
     if is_file && recordings.len() > 1 {
         let (output, count) = (output.display(), recordings.len());
-        bail!("{output}: is one recording for the slices of {count}; name a folder");
+        contradict!("{output}: is one recording for the slices of {count}; name a folder");
     }
     let joins = joins(arguments, &recordings, !is_file)?;
     let bags = if is_file { Vec::new() } else { bags(arguments, &recordings, &joins)? };

@@ -20,6 +20,7 @@ mod export;
 mod failures;
 mod figure;
 mod followed;
+mod help;
 mod info;
 mod interrupt;
 mod join;
@@ -42,7 +43,7 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{ArgMatches, ColorChoice, CommandFactory, FromArgMatches, Parser, Subcommand};
 use divmerge::recording::address::put_secrets_aside;
 use divmerge::recording::limit_unpacked;
 
@@ -55,15 +56,30 @@ use exit::Outcome;
 /// (Zhao, Zhang, Huang, arXiv 2109.08224), and writes an annotated MCAP that is otherwise the same
 /// recording.
 #[derive(Parser)]
-#[command(name = "divmerge", version, after_help = EXIT_CODES)]
+#[command(name = "divmerge", version, after_help = EXIT_CODES, max_term_width = 100)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
 
     /// Bytes to which a recording may unpack, as 500M or 16G; the default is 64 times the size of
     /// its file, or 4G if that is more: points compress to a half, images to a tenth
-    #[arg(long, global = true, value_name = "SIZE", value_parser = bytes, help_heading = "Limits")]
+    #[arg(long, global = true, value_name = "SIZE", value_parser = bytes)]
+    #[arg(help_heading = "Performance", hide_short_help = true)]
     max_unpacked: Option<u64>,
+
+    /// Print results and errors alone: no progress, no warnings, no report of a run
+    #[arg(short, long, global = true, help_heading = "Output", conflicts_with = "verbose")]
+    quiet: bool,
+
+    /// Also print which parameters are not the preset's; `annotate` also what it reads, believes
+    /// and writes, and the time of each stage
+    #[arg(short, long, global = true, help_heading = "Output", hide_short_help = true)]
+    verbose: bool,
+
+    /// Colours in help, errors and warnings; `auto`: on a terminal, unless NO_COLOR is set
+    #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
+    #[arg(help_heading = "Output", hide_short_help = true)]
+    color: ColorChoice,
 }
 
 const EXIT_CODES: &str = "\
@@ -99,6 +115,7 @@ enum Command {
 fn main() -> ExitCode {
     exit::report_panics();
     let words: Vec<OsString> = arguments().collect();
+    terminal::set_up(false, false, color(&words));
     let mut matches = parsed(&words);
     if let Some(words) = config::with_options(&words, &matches, &mut Cli::command()) {
         matches = parsed(&words.unwrap_or_else(exit::end_with_usage));
@@ -106,6 +123,7 @@ fn main() -> ExitCode {
     let name = matches.subcommand_name().unwrap_or_default();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(exit::end_with_usage);
     cli.max_unpacked.into_iter().for_each(limit_unpacked);
+    terminal::set_up(cli.quiet, cli.verbose, cli.color);
     match exit::catch_panic(|| run(cli.command)) {
         Ok(result) => {
             terminal::flush();
@@ -116,7 +134,17 @@ fn main() -> ExitCode {
 }
 
 fn parsed(words: &[OsString]) -> ArgMatches {
-    Cli::command().try_get_matches_from(words).unwrap_or_else(exit::end_with_usage)
+    let cli = help::arranged(Cli::command()).color(color(words));
+    cli.try_get_matches_from(words).unwrap_or_else(exit::end_with_usage)
+}
+
+/// The colours that are asked for: known before the other arguments are, for help and errors.
+fn color(words: &[OsString]) -> ColorChoice {
+    let texts = || words.iter().filter_map(|word| word.to_str());
+    let after = texts().zip(texts().skip(1)).filter(|(option, _)| *option == "--color");
+    let joined = texts().filter_map(|word| word.strip_prefix("--color="));
+    let choice = joined.chain(after.map(|(_, value)| value)).last();
+    choice.and_then(|choice| choice.parse().ok()).unwrap_or_default()
 }
 
 fn run(command: Command) -> Result<Outcome> {
@@ -139,13 +167,15 @@ fn run(command: Command) -> Result<Outcome> {
         Command::Diff(arguments) => diff::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Params(arguments) => params::run(&arguments),
-        Command::Completions(arguments) => completions::run(&arguments, &mut Cli::command()),
+        Command::Completions(arguments) => {
+            completions::run(&arguments, &mut help::arranged(Cli::command()))
+        }
     }
 }
 
 /// A subcommand, to report its wrong usage.
 fn command(name: &str) -> clap::Command {
-    let mut cli = Cli::command();
+    let mut cli = help::arranged(Cli::command());
     cli.build();
     cli.find_subcommand(name).expect("a parsed subcommand").clone()
 }

@@ -19,11 +19,6 @@ use crate::exit::{NotThere, Outcome};
 /// With meaning, unit, limits, source and the value of a preset, as TOML that `--config` reads
 /// back. What is off in the preset stands there as a comment.
 #[derive(Args)]
-#[command(after_help = "\
-Examples:
-  divmerge params                             all parameters of preset best
-  divmerge params cluster.tree                those of one part
-  divmerge params --preset paper > mine.toml  to change some, and annotate --config mine.toml")]
 pub struct Arguments {
     /// Only parameters whose path contains this
     #[arg(value_name = "TEXT")]

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use divmerge::annotate::{AnnotationReport, FrameTimes, MotionReport, TopicReport};
 use divmerge::cloud::Reason;
+use divmerge::text::wrapped;
 
 use crate::text::{counted, grouped};
 
@@ -24,7 +25,25 @@ pub fn text(report: &AnnotationReport) -> String {
         counted(report.messages, "message"),
         counted(report.annotations, "annotation"),
     );
-    text
+    fitted(&text)
+}
+
+/// Widest line.
+const WIDTH: usize = 100;
+
+/// The text with long lines broken at spaces; what follows stands in by four more.
+fn fitted(text: &str) -> String {
+    let mut fitted = String::new();
+    for line in text.lines() {
+        let indent = line.len() - line.trim_start().len();
+        let lines = wrapped(line, WIDTH - indent - 4);
+        for (number, part) in lines.iter().enumerate() {
+            let indent = if number == 0 { indent } else { indent + 4 };
+            fitted += &format!("{:indent$}{part}\n", "");
+        }
+        fitted += if lines.is_empty() { "\n" } else { "" };
+    }
+    fitted
 }
 
 fn summary(report: &TopicReport) -> String {
@@ -106,4 +125,18 @@ fn reasons(report: &TopicReport) -> String {
         Some(format!("{} {} ({:.1} %)", grouped(count), reason.describe(), share(count)))
     });
     each.collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_lines_are_broken_at_spaces() {
+        let words = vec!["word"; 40].join(" ");
+        let text = fitted(&format!("short\n    {words}\n\nend\n"));
+        assert!(text.lines().all(|line| line.len() <= WIDTH), "{text}");
+        assert!(text.starts_with("short\n    word") && text.ends_with("word\n\nend\n"), "{text}");
+        assert!(text.contains("\n        word"), "{text}");
+    }
 }

@@ -164,6 +164,12 @@ fn swept(text: &str) -> Result<SweptParameter, String> {
 }
 
 impl SweptParameter {
+    /// Its name at the head of a column.
+    fn head(&self) -> String {
+        let name = self.path.rsplit('.').next().unwrap_or(&self.path);
+        if self.unit.is_empty() { name.to_owned() } else { format!("{name}, degrees") }
+    }
+
     fn set(&self, parameters: &mut ParameterSet, value: f64) -> Result<(), WrongUsage> {
         let text = format!("{value}{}", self.unit);
         parameters.set(&self.path, &text.into()).map_err(|error| {
@@ -215,7 +221,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         rows.push(Row { preset, value, measured });
     }
     bar.finish_and_clear();
-    let head = ["preset", arguments.over.axis.as_str()];
+    let head = arguments.over.head();
+    let head = ["preset", head.as_str()];
     let cells = rows.iter().map(|row| vec![row.preset.to_owned(), row.value.to_string()]);
     let table = measurements(&head, cells.zip(rows.iter().map(|row| &row.measured)));
     print!("{}", table.markdown());

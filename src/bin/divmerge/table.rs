@@ -12,9 +12,8 @@ pub struct Table {
     rows: Vec<Vec<String>>,
 }
 
-/// Columns of measurements.
-const FIGURES: [&str; 8] =
-    ["PQ", "PQ things", "SQ things", "RQ things", "OSE", "USE", "cut, ms", "cloud, ms"];
+/// Columns of measurements: `th` are things, `cut` is from object mask to instances.
+const FIGURES: [&str; 8] = ["PQ", "PQ th", "SQ th", "RQ th", "OSE", "USE", "cut ms", "all ms"];
 
 /// A table of measurements, after columns of their own that `head` names.
 pub fn measurements<'a>(
@@ -132,6 +131,29 @@ fn without_formula(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn measurements_fit_a_hundred_columns() {
+        let scores = divmerge::evaluate::PanopticQuality { pq: 1.0, sq: 1.0, rq: 1.0, miou: 1.0 };
+        let measured = MethodScores {
+            frames: 1,
+            all: Some(scores),
+            things: Some(scores),
+            classes: Vec::new(),
+            over: (123.45, 0.0),
+            under: (123.45, 0.0),
+            cut_ms: 123.45,
+            frame_ms: 123.45,
+            slowest_ms: 0.0,
+        };
+        let row = || std::iter::once((vec!["depth-clustering".to_owned()], &measured));
+        let mut table = measurements(&["method"], row());
+        table.push_column("MiB", ["12345".to_owned()].into_iter());
+        assert!(table.markdown().lines().all(|line| line.len() <= 100), "{}", table.markdown());
+        let row = || std::iter::once((vec!["authors".into(), "0.0123".into()], &measured));
+        let table = measurements(&["preset", "angle, degrees"], row());
+        assert!(table.markdown().lines().all(|line| line.len() <= 100), "{}", table.markdown());
+    }
 
     #[test]
     fn markdown_and_csv() {

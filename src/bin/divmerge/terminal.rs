@@ -5,11 +5,51 @@
 //! otherwise.
 
 use std::fmt::{Arguments, Write as _};
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::ColorChoice;
 
 use divmerge::recording::{self, abandon_partial_files};
 
 use crate::exit;
+
+/// Whether results and errors alone are printed.
+static IS_QUIET: AtomicBool = AtomicBool::new(false);
+/// Whether more is printed than usual.
+static IS_VERBOSE: AtomicBool = AtomicBool::new(false);
+/// Whether errors and warnings are coloured.
+static HAS_COLORS: AtomicBool = AtomicBool::new(false);
+
+/// What is printed from here on.
+pub fn set_up(quiet: bool, verbose: bool, color: ColorChoice) {
+    IS_QUIET.store(quiet, Ordering::Relaxed);
+    IS_VERBOSE.store(verbose, Ordering::Relaxed);
+    HAS_COLORS.store(has_colors(color), Ordering::Relaxed);
+}
+
+/// Whether results and errors alone are printed.
+pub fn is_quiet() -> bool {
+    IS_QUIET.load(Ordering::Relaxed)
+}
+
+/// Whether more is printed than usual.
+pub fn is_verbose() -> bool {
+    IS_VERBOSE.load(Ordering::Relaxed)
+}
+
+/// `auto` is a terminal, unless `NO_COLOR` is set (no-color.org) or the terminal is dumb.
+fn has_colors(color: ColorChoice) -> bool {
+    match color {
+        ColorChoice::Always => true,
+        ColorChoice::Never => false,
+        ColorChoice::Auto => {
+            let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+            let is_dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
+            io::stderr().is_terminal() && !is_set("NO_COLOR") && !is_dumb
+        }
+    }
+}
 
 macro_rules! print {
     ($($text:tt)*) => { $crate::terminal::to_stdout(format_args!($($text)*), "") };
@@ -38,7 +78,25 @@ pub fn to_stdout(text: Arguments, end: &str) {
 /// Prints text and what ends it on stderr, escaped. Whether it is read is not known.
 pub fn to_stderr(text: Arguments, end: &str) {
     let text = escaped(&format!("{text}{end}"));
+    if is_quiet() && text.starts_with(WARNING) {
+        return;
+    }
+    let text = match HAS_COLORS.load(Ordering::Relaxed) {
+        true => painted(&text),
+        false => text,
+    };
     let _ = io::stderr().write_all(text.as_bytes());
+}
+
+const ERROR: &str = "error:";
+const WARNING: &str = "warning:";
+
+/// The text with its first word in colour, if that says that something is wrong.
+fn painted(text: &str) -> String {
+    let paint = |word: &str, color: u8| {
+        text.strip_prefix(word).map(|rest| format!("\u{1b}[1;{color}m{word}\u{1b}[0m{rest}"))
+    };
+    paint(ERROR, 31).or_else(|| paint(WARNING, 33)).unwrap_or_else(|| text.to_owned())
 }
 
 /// Prints what is still to be printed. Where the reader has gone, as in `divmerge info F | head`,
@@ -95,6 +153,13 @@ mod tests {
         );
         assert_eq!(escaped("a\u{202e}b\u{2066}"), r"a\u202eb\u2066");
         assert_eq!(escaped("größer\n\tals 點"), "größer\n\tals 點");
+    }
+
+    #[test]
+    fn only_the_first_word_is_coloured() {
+        assert_eq!(painted("error: no\n"), "\u{1b}[1;31merror:\u{1b}[0m no\n");
+        assert_eq!(painted("warning: x"), "\u{1b}[1;33mwarning:\u{1b}[0m x");
+        assert_eq!(painted("an error: no"), "an error: no");
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! `divmerge annotate`
 
+mod dry_run;
 mod profile;
 mod tasks;
+mod types;
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -10,18 +12,16 @@ use anyhow::{Result, bail};
 use clap::Args;
 use divmerge::annotate::time_spec::TimeSpec;
 use divmerge::annotate::{
-    AnnotateOptions, AnnotationReport, BoxedInstances, Flavor, Form, MessageTypes, RunEvent, Slice,
-    annotate, slices::Plan,
+    AnnotateOptions, AnnotationReport, Flavor, Form, RunEvent, Slice, annotate, slices::Plan,
 };
-use divmerge::messages::objects::ObjectKind;
 use divmerge::recording::{Compression, STANDARD_STREAM};
 use divmerge::view::Target;
 
 use crate::arguments::method::MethodArguments;
 use crate::arguments::selection::window;
 use crate::arguments::tracks::TrackArguments;
-use crate::arguments::values::{COMPRESSIONS, NamedValue, one_of};
-use crate::exit::{Outcome, error_chain};
+use crate::arguments::values::{COMPRESSIONS, one_of};
+use crate::exit::{Outcome, contradict, error_chain};
 use crate::layout::Layout;
 use crate::output::{Outputs, make_parent};
 use crate::progress::RecordingProgress;
@@ -29,6 +29,7 @@ use crate::text::counted;
 use crate::viewer::{self, Watcher};
 use crate::{interrupt, report, terminal};
 use tasks::{CheckedTask, CheckedTasks, Tasks};
+use types::{FLAVORS, OBJECT_CHOICES, ObjectChoice, message_types};
 
 /// Write a recording again with object instances
 ///
@@ -123,6 +124,11 @@ pub struct Arguments {
     #[arg(long)]
     force: bool,
 
+    /// Say what would be read, believed and written, and do nothing; the first cloud of each topic
+    /// is read for it
+    #[arg(long, conflicts_with_all = ["slice", "json"])]
+    dry_run: bool,
+
     /// Threads that decompress, cluster and compress, beside the one that reads and writes; with 1,
     /// one thread does everything. The output does not depend on it; each thread takes about 40 MB
     /// [default: the number of cores, at most 8]
@@ -159,50 +165,6 @@ fn slice(text: &str) -> Result<PlannedSlice, String> {
     }
 }
 
-/// One of the words of `--objects`.
-#[derive(Clone, Copy)]
-enum ObjectChoice {
-    Type(ObjectKind),
-    All,
-}
-
-const OBJECT_CHOICES: &[NamedValue<ObjectChoice>] = &[
-    (
-        "markers",
-        "visualization_msgs/MarkerArray: what viewers draw",
-        ObjectChoice::Type(ObjectKind::Markers),
-    ),
-    (
-        "detection3d",
-        "vision_msgs/Detection3DArray: boxes with classes, for programs",
-        ObjectChoice::Type(ObjectKind::Detection3d),
-    ),
-    (
-        "autoware",
-        "autoware_perception_msgs/DetectedObjects: boxes with Autoware's classes (ROS 2)",
-        ObjectChoice::Type(ObjectKind::Autoware),
-    ),
-    ("all", "Boxes of background too, in grey", ObjectChoice::All),
-];
-
-/// The types of the added messages. Of several types of boxes the last one counts, as elsewhere at
-/// the command line.
-fn message_types(arguments: &Arguments) -> MessageTypes {
-    let mut types = MessageTypes { flavor: arguments.flavor, ..MessageTypes::default() };
-    for &choice in &arguments.objects {
-        match choice {
-            ObjectChoice::Type(kind) => types.objects = Some(kind),
-            ObjectChoice::All => types.boxed = BoxedInstances::All,
-        }
-    }
-    types
-}
-
-const FLAVORS: &[NamedValue<Flavor>] = &[
-    ("auto", "Those of the topic's clouds", Flavor::Auto),
-    ("foxglove", "foxglove.PointCloud in protobuf", Flavor::Foxglove),
-];
-
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     interrupt::listen();
     if let Some(planned) = &arguments.slice {
@@ -215,6 +177,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let mut outputs = Outputs::new(inputs, arguments.force);
     check_stream(arguments, &mut outputs)?;
     let tasks = tasks.check(&mut outputs, !arguments.no_layout)?;
+    if arguments.dry_run {
+        for task in &tasks.tasks {
+            print!("{}", plan_of(arguments, task)?);
+        }
+        return Ok(Outcome::Done);
+    }
     tasks.make_folders()?;
     match tasks.tasks.as_slice() {
         [task] if !tasks.has_folder => {
@@ -226,18 +194,24 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     }
 }
 
+/// What would be done to a recording.
+fn plan_of(arguments: &Arguments, task: &CheckedTask) -> Result<String> {
+    let options = options(arguments, &task.input)?;
+    dry_run::text(task, &options, !arguments.no_layout)
+}
+
 /// Annotates a slice of a plan.
 fn one_slice(arguments: &Arguments, planned: &PlannedSlice) -> Result<Outcome> {
     let mut slices = Plan::read(&planned.plan)?.slices;
     if planned.number >= slices.len() {
         let (plan, count) = (planned.plan.display(), counted(slices.len() as u64, "slice"));
-        bail!("{plan}: no slice {}; it has {count}, numbered from 0", planned.number);
+        contradict!("{plan}: no slice {}; it has {count}, numbered from 0", planned.number);
     }
     let slice = slices.swap_remove(planned.number);
     let input = match arguments.inputs.as_slice() {
         [] => slice.input.clone(),
         [input] => input.clone(),
-        _ => bail!("--slice takes one recording at most"),
+        _ => contradict!("--slice takes one recording at most"),
     };
     let output = arguments.output.join(slice.file_name());
     if arguments.resume && output.exists() {
@@ -316,6 +290,9 @@ fn one(
         other => other,
     });
     let mut viewer = Watcher::open(target.as_ref(), input, &options.config)?;
+    if terminal::is_verbose() && input != STANDARD_STREAM && options.slice.is_none() {
+        eprint!("{}", dry_run::text(task, &options, !arguments.no_layout)?);
+    }
     let progress = RecordingProgress::new("annotating", input);
     interrupt::is_writing(output);
     let report = annotate(input, output, &options, &mut |event| {
@@ -327,9 +304,9 @@ fn one(
     })?;
     drop(progress);
     task.layout.write(&report)?;
-    if !arguments.json {
+    if !arguments.json && !terminal::is_quiet() {
         print(task, &report::text(&report))?;
-        if arguments.profile {
+        if arguments.profile || terminal::is_verbose() {
             print(task, &profile::text(&report))?;
         }
     }
@@ -342,7 +319,7 @@ fn options(arguments: &Arguments, input: &Path) -> Result<AnnotateOptions> {
     let (from_ns, to_ns) = window(input, moments, &arguments.topics)?;
     Ok(AnnotateOptions {
         config: arguments.method.config(input)?,
-        types: message_types(arguments),
+        types: message_types(arguments.flavor, &arguments.objects),
         topics: arguments.topics.clone(),
         from_ns,
         to_ns,

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use divmerge::datasets::bag::{Bag, METADATA_FILE};
 use divmerge::recording::{STANDARD_STREAM, is_stream};
 
-use crate::exit::RefusedOutput;
+use crate::exit::{RefusedOutput, contradict};
 use crate::layout::Layout;
 use crate::output::{OutputFile, Outputs, is_recording, make_folder, metadata_in};
 
@@ -49,7 +49,7 @@ impl Tasks {
     fn add_single(&mut self, input: &Path, output: &Path) -> Result<()> {
         let output = match output.is_dir() {
             true if is_stream(input) => {
-                bail!("{}: is a folder; name a file in it", output.display())
+                contradict!("{}: is a folder; name a file in it", output.display())
             }
             true => output.join(name(input)?),
             false => output.to_owned(),
@@ -62,7 +62,7 @@ impl Tasks {
     /// folder itself.
     fn add(&mut self, input: &Path, output: &Path, is_alone: bool) -> Result<()> {
         if is_stream(input) {
-            bail!("{}: annotate a stream on its own, without other inputs", input.display());
+            contradict!("{}: annotate a stream on its own, without other inputs", input.display());
         }
         if !input.is_dir() {
             let output = output.join(name(input)?);
@@ -70,7 +70,7 @@ impl Tasks {
             return Ok(());
         }
         if !input.join(METADATA_FILE).is_file() {
-            bail!(
+            contradict!(
                 "{}: the folder has no {METADATA_FILE}; name the recordings in it",
                 input.display()
             );

@@ -16,9 +16,10 @@ use divmerge::pipeline::{BirdsEyeMerge, Overrides, Preset};
 use super::boxes::BoxArguments;
 use super::geometry::GeometryArguments;
 use super::objects::ObjectArguments;
-use super::parameters::ParameterArguments;
+use super::parameters::{ParameterArguments, changes};
 use super::values::{NamedValue, angle, at_least_one, one_of, positive};
 use crate::shell::option_words;
+use crate::terminal;
 
 /// How clouds are clustered.
 #[derive(Args)]
@@ -181,6 +182,11 @@ impl MethodArguments {
         topics: &[String],
     ) -> Result<AnnotateConfig> {
         let config = self.config(recording)?;
+        if terminal::is_verbose() {
+            eprintln!("{}", config.pipeline.describe());
+            let changed = changes(&config.parameters());
+            changed.iter().for_each(|change| eprintln!("  {change}"));
+        }
         let in_parts = match config.assemble {
             Some(_) => Vec::new(),
             None => sweeps_in_parts(recording, topics),

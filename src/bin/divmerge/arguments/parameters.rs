@@ -158,3 +158,18 @@ fn setting(text: &str) -> Result<Setting, String> {
     }
     Ok(Setting { path, value })
 }
+
+/// The parameters that are not those of the preset, with those.
+pub fn changes(parameters: &ParameterSet) -> Vec<String> {
+    let usual = ParameterSet::of_preset(parameters.preset.parse().unwrap_or_default());
+    let all = parameters.parameters();
+    let changed = all.iter().filter_map(|parameter| {
+        let path = parameter.path.as_str();
+        let value = parameters.get(path).ok().flatten()?;
+        let preset = usual.get(path).ok().flatten();
+        let of_preset = preset.as_ref().map_or("none".to_owned(), ToString::to_string);
+        (preset.as_ref() != Some(&value))
+            .then(|| format!("{path} = {value} (preset {}: {of_preset})", parameters.preset))
+    });
+    changed.collect()
+}

@@ -16,7 +16,7 @@ use super::arguments::Arguments;
 use super::scores::{print, refuse};
 use crate::annotated::{annotated, find_annotated};
 use crate::arguments::truth::TRUTH_HINT;
-use crate::exit::{NotThere, error_chain};
+use crate::exit::{NotThere, contradict, error_chain};
 use crate::output::OutputFile;
 use crate::progress::frame_bar;
 use crate::text::counted;
@@ -87,7 +87,7 @@ fn topics(arguments: &Arguments, input: &Path) -> Result<Vec<String>> {
         chosen.clone_from(&annotated);
     }
     if chosen.len() > 1 && arguments.of_recording.labels.is_some() {
-        bail!("--labels is for one topic; choose it with --topic: {}", annotated.join(", "));
+        contradict!("--labels is for one topic; choose it with --topic: {}", annotated.join(", "));
     }
     Ok(chosen)
 }
@@ -113,7 +113,7 @@ fn score(
         let place = format!("{}: cloud {seen} of {topic}", input.display());
         let added = message
             .map_err(anyhow::Error::from)
-            .and_then(|message| add(arguments, &message, &place, metrics, &mut sums));
+            .and_then(|message| add(arguments, &message, &place, &mut sums));
         if let Err(error) = added {
             match error.downcast_ref() {
                 Some(FrameError::MissingField { name, .. }) => {
@@ -148,7 +148,6 @@ fn add(
     arguments: &Arguments,
     message: &EncodedCloud,
     place: &str,
-    metrics: &MetricSet,
     sums: &mut Evaluation,
 ) -> Result<()> {
     let context = || place.to_owned();
@@ -176,7 +175,8 @@ fn add(
             ScanLabels::of_words(words)
         }
     };
-    let cloud = metrics.entropy.then(|| wire.to_cloud(None).with_context(context)).transpose()?;
+    let needs_cloud = sums.needs_cloud(&found);
+    let cloud = needs_cloud.then(|| wire.to_cloud(None).with_context(context)).transpose()?;
     Ok(sums.add(message.log_time_ns(), (&found, place), (&truth, place), cloud.as_ref())?)
 }
 
