@@ -355,7 +355,7 @@ fn bad_questions_are_answered_with_what_there_is() {
         (&["--at", "1,2,900"][..], 1, "the nearest is"),
         (&["--frame", "2", "--at", "1,2,3"], 2, "2 clouds, numbered 0 to 1"),
         (&["--instance", "1", "--instance", "999"], 1, "instances are 1 to"),
-        (&["--instance", "3", "--instance", "3"], 1, "different instances"),
+        (&["--instance", "3", "--instance", "3"], 2, "different instances"),
         (&["--topic", "/nothing", "--at", "1,2,3"], 2, "/nothing"),
         (&[], 2, "say what to explain"),
         (&["--instance", "3"], 2, "takes two"),

@@ -169,7 +169,7 @@ fn objects_of_a_tree_have_steps() {
     let steps = folder.path().join("decisions");
     let by = ["--semantics", "ground", "--steps-by", "decision", "--steps", path(&steps)];
     let done = figure(&[&[path(&input)], &by[..]].concat());
-    assert_eq!(done.status.code(), Some(1));
+    assert_eq!(done.status.code(), Some(2));
     assert!(text(&done.stderr).contains("merges by votes"), "{}", text(&done.stderr));
 }
 

@@ -355,13 +355,13 @@ fn an_export_without_a_place_of_its_own_is_refused() {
     let one = &recordings[0][..];
     let labels = fields("label", "true_instance");
     let (code, said) = export(&[&[one, one, "--root", path(&mine)], &labels[..]].concat());
-    assert!(code == Some(1) && said.contains("both sequence 11"), "{said}");
+    assert!(code == Some(2) && said.contains("both sequence 11"), "{said}");
     let (code, said) = export(&[&[one, one, "--labels", path(&mine)], &labels[..]].concat());
-    assert!(code == Some(1) && said.contains("use --root"), "{said}");
+    assert!(code == Some(2) && said.contains("use --root"), "{said}");
     let (_drive, drive) = crate::recordings::drive(1);
     let of_drive = [path(&drive), "--root", path(&mine), "--topic", "/lidar/points"];
     let (code, said) = export(&of_drive);
-    assert!(code == Some(1) && said.contains("give --sequence"), "{said}");
+    assert!(code == Some(2) && said.contains("give --sequence"), "{said}");
     let (code, said) = export(&[&of_drive, &["--sequence", "../x"][..]].concat());
     assert!(code == Some(1) && said.contains("`../x` is not a valid name"), "{said}");
     assert_eq!(export(&[one]).0, Some(2));
