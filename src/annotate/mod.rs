@@ -35,6 +35,7 @@ mod writing;
 
 pub(crate) use added_topics::{added_metadata, refuse_topic};
 pub use assemble::{Assemble, sweeps_in_parts};
+pub(crate) use clustered::refuse_moved_boxes;
 pub use clustered::{Clustered, cluster, remarks};
 pub use config::{AnnotateConfig, Decoded, Semantics};
 pub use each_frame::{FrameVisitor, VisitedFrames, for_each_frame};

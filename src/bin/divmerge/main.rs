@@ -20,6 +20,7 @@ mod failures;
 mod figure;
 mod followed;
 mod info;
+mod inspect;
 mod interrupt;
 mod join;
 mod layout;
@@ -81,6 +82,7 @@ enum Command {
     Plan(plan::Arguments),
     Join(join::Arguments),
     View(view::Arguments),
+    Inspect(inspect::Arguments),
     Figure(figure::Arguments),
     Explain(explain::Arguments),
     Triage(triage::Arguments),
@@ -119,6 +121,7 @@ fn run(command: Command) -> Result<Outcome> {
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Join(arguments) => join::run(&arguments),
         Command::View(arguments) => view::run(&arguments),
+        Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Figure(arguments) => figure::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Triage(arguments) => triage::run(&arguments),

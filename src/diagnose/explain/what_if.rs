@@ -213,11 +213,24 @@ fn set_tree(params: &mut ClusterParams, set: impl FnOnce(&mut TreeMerge)) {
 /// # Panics
 /// If a point is not in the cloud.
 pub fn what_if(frame: &ClusteredCloud, subject: Subject) -> Vec<WhatIf> {
+    what_if_while(frame, subject, &|| true)
+}
+
+/// The same for as long as `goes_on` says so, which is asked before each run; what is returned of a
+/// search that was called off means nothing.
+///
+/// # Panics
+/// If a point is not in the cloud.
+pub fn what_if_while(
+    frame: &ClusteredCloud,
+    subject: Subject,
+    goes_on: &(dyn Fn() -> bool + Sync),
+) -> Vec<WhatIf> {
     let is_object = |point: usize| frame.stages.mask.is_object[point];
     if !subject.points().into_iter().all(is_object) {
         return Vec::new();
     }
-    let search = Search { frame, subject, now: answer(frame.stages, subject) };
+    let search = Search { frame, subject, goes_on, now: answer(frame.stages, subject) };
     // The two choices after the dials are not in force where a tree is cut.
     let count = match search.is_cut() {
         true => TREE_DIALS.len(),
@@ -249,6 +262,7 @@ pub fn what_if(frame: &ClusteredCloud, subject: Subject) -> Vec<WhatIf> {
 struct Search<'a> {
     frame: &'a ClusteredCloud<'a>,
     subject: Subject,
+    goes_on: &'a (dyn Fn() -> bool + Sync),
     now: Answer,
 }
 
@@ -269,6 +283,9 @@ impl Search<'_> {
 
     /// Whether a change of the parameters changes the answer.
     fn flips(&self, change: impl FnOnce(&mut ClusterParams)) -> bool {
+        if !(self.goes_on)() {
+            return false;
+        }
         let mut config: Config = self.frame.config.clone();
         change(&mut config.cluster);
         let stages = pipeline::run(self.frame.cloud, self.frame.mask, &config);

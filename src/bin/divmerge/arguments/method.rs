@@ -160,7 +160,8 @@ impl MethodArguments {
         Ok(config)
     }
 
-    fn overrides(&self) -> Overrides {
+    /// The preset and what is said beside it.
+    pub fn overrides(&self) -> Overrides {
         self.geometry.overriding(Overrides {
             preset: self.preset,
             voxel: self.voxel,

@@ -1,0 +1,227 @@
+// What if: parameters of two settings, A and B. A change clusters the frame again.
+
+import { byId, counted, fixed, grouped, h, latest, plain, say } from "inspect/dom";
+import { source } from "inspect/source";
+import { asked, emptySetting, instanceOf, on, picture, select, state, tell } from "inspect/state";
+
+// Milliseconds from the last change of a parameter to the picture it made, for people and tests.
+export const latency = { ms: null };
+
+export function start() {
+  build();
+  on("session slot setting", build);
+  on("picture compare", figures);
+}
+
+const setting = () => state.settings[state.slot];
+const isChanged = (path) => path in setting().set;
+const valueOf = ({ path, default: usual }) => (isChanged(path) ? setting().set[path] : usual);
+
+function build() {
+  const { session } = state, panel = byId("parameters"), kept = panel.scrollTop, focused = document.activeElement?.dataset?.path;
+  const filter = panel.querySelector("input[type=search]")?.value ?? "";
+  panel.replaceChildren(
+    h("div", { className: "sticky" }, slotRow(), presetRow(session), h("input", { type: "search", placeholder: "find a parameter", "aria-label": "find a parameter", value: filter, oninput: (event) => narrow(event.target.value) })),
+    h("div", { id: "figures" }),
+    h("div", { id: "all-parameters" }, ...groups(session)),
+  );
+  narrow(filter);
+  figures();
+  panel.scrollTop = kept;
+  if (focused) panel.querySelector(`[data-path="${CSS.escape(focused)}"]`)?.focus();
+}
+
+function slotRow() {
+  const slot = (name) => h("button", { type: "button", role: "radio", "aria-checked": String(state.slot === name), title: `change setting ${name} (${name.toLowerCase()})`, onclick: () => chooseSlot(name) }, name);
+  return h("div", { className: "row" },
+    h("span", { role: "radiogroup", "aria-label": "setting that is changed", className: "row" }, slot("A"), slot("B")),
+    h("button", { type: "button", id: "compare", "aria-pressed": String(state.compare), title: "both side by side (c)", onclick: toggleCompare }, "A | B"),
+    h("button", { type: "button", disabled: isPlain(), onclick: () => change(emptySetting()) }, "Reset all"),
+  );
+}
+
+const isPlain = () => !setting().preset && !setting().method && Object.keys(setting().set).length === 0;
+
+function presetRow({ presets, preset, methods, method }) {
+  const choice = (label, all, usual, name) => {
+    const now = setting()[name] ?? usual;
+    return h("label", { className: "field" }, label, h("select", { "data-path": name, onchange: (event) => change({ ...setting(), [name]: event.target.value === usual ? null : event.target.value }) },
+      all.map((one) => h("option", { value: one, selected: one === now }, one === usual ? `${one} (as started)` : one))));
+  };
+  return h("div", { className: "row" }, choice("preset", presets, preset, "preset"), choice("method", methods, method, "method"));
+}
+
+function groups({ parameters }) {
+  const byGroup = new Map();
+  for (const one of parameters) {
+    const group = one.group ?? (one.path.includes(".") ? one.path.split(".").slice(0, -1).join(".") : "clustering");
+    if (!byGroup.has(group)) byGroup.set(group, []);
+    byGroup.get(group).push(one);
+  }
+  return [...byGroup].map(([group, all]) => h("details", { className: "group", open: true }, h("summary", {}, group), all.map(row)));
+}
+
+const isNumber = ({ kind }) => kind === "number" || kind === "whole";
+
+function row(parameter) {
+  const { path, doc, unit, default: usual } = parameter, now = valueOf(parameter);
+  const set = (value) => change({ ...setting(), set: withValue(path, value, usual) });
+  return h("div", { className: `parameter${isChanged(path) ? " changed" : ""}`, "data-words": `${path} ${doc}`.toLowerCase() },
+    h("span", { className: "name", id: `name-${path}` }, path, h("span", { className: "faint" }, unit ? ` ${unit}` : "")),
+    control(parameter, now, set),
+    h("button", { type: "button", disabled: !isChanged(path), title: `back to ${plain(usual ?? "none")}`, "aria-label": `reset ${path}`, onclick: () => set(usual) }, "↺"),
+    isNumber(parameter) && parameter.range ? slider(parameter, now, set) : null,
+    h("p", { className: "doc" }, plain(doc)),
+  );
+}
+
+function withValue(path, value, usual) {
+  const { [path]: _, ...rest } = setting().set;
+  return value === usual ? rest : { ...rest, [path]: value };
+}
+
+function control({ path, kind, choices, range, off }, now, set) {
+  const named = { "data-path": path, "aria-labelledby": `name-${path}` };
+  if (kind === "bool") return h("input", { type: "checkbox", ...named, checked: now === true, onchange: (event) => set(event.target.checked) });
+  if (kind === "choice") return h("select", { ...named, onchange: (event) => set(event.target.value) }, choices.map((one) => h("option", { value: one, selected: one === now }, one)));
+  if (kind === "text") return h("input", { ...named, value: now ?? "", size: 9, onchange: (event) => set(event.target.value) });
+  const read = (event) => { if (event.target.value !== "" && Number.isFinite(event.target.valueAsNumber)) set(event.target.valueAsNumber); else if (off && event.target.value === "") set(null); };
+  return h("input", { type: "number", ...named, value: now === null || now === undefined ? "" : shown(now), placeholder: off ?? "", min: range?.[0], step: kind === "whole" ? 1 : "any", onchange: read });
+}
+
+const shown = (number) => (typeof number === "number" ? Number(number.toPrecision(6)) : number);
+
+// A slider over a range; where it spans more than two powers of ten, by powers.
+function slider({ path, kind, range: [low, high] }, now, set) {
+  const isWide = low > 0 && high / low > 100;
+  const to = (x) => (isWide ? Math.log(x / low) / Math.log(high / low) : (x - low) / (high - low));
+  const from = (part) => {
+    const value = isWide ? low * (high / low) ** part : low + (high - low) * part;
+    return kind === "whole" ? Math.round(value) : Number(value.toPrecision(3));
+  };
+  const text = (value) => String(shown(value));
+  return h("input", { type: "range", min: 0, max: 1, step: kind === "whole" && !isWide ? 1 / (high - low) : 0.002, value: now === null ? 0 : to(now), "aria-label": `${path}, slider`, "aria-valuetext": text(now ?? low), "data-slider": path,
+    oninput: (event) => { const value = from(event.target.valueAsNumber); event.target.setAttribute("aria-valuetext", text(value)); set(value); } });
+}
+
+function narrow(words) {
+  for (const one of document.querySelectorAll(".parameter")) one.hidden = !one.dataset.words.includes(words.toLowerCase());
+  for (const group of document.querySelectorAll(".group")) group.hidden = [...group.querySelectorAll(".parameter")].every((one) => one.hidden);
+  for (const one of document.querySelectorAll(".parameter")) one.style.display = one.hidden ? "none" : "";
+}
+
+export function chooseSlot(name) {
+  state.slot = name;
+  if (!state.pictures[name]) return load(name).then(() => tell("slot"));
+  tell("slot");
+  tell("picture");
+}
+
+export async function toggleCompare() {
+  state.compare = !state.compare;
+  if (state.compare) await Promise.all(["A", "B"].filter((slot) => !state.pictures[slot]).map(load));
+  await compared();
+  if (!state.compare && state.layer === "difference") state.layer = "instances";
+  tell("slot");
+  tell("compare");
+}
+
+async function compared() {
+  state.compared = null;
+  if (!state.compare) return;
+  try {
+    state.compared = await source.compare({ topic: state.topic, frame: state.frame, first: state.settings.A, second: state.settings.B });
+  } catch (error) { say(error.message, true); }
+}
+
+// Changes the setting of a slot, clusters again and draws; while that goes on, only the last change
+// of many waits.
+export function change(next, slot = state.slot) {
+  const before = state.settings[slot];
+  state.settings[slot] = next;
+  return recluster({ slot, before, began: performance.now() });
+}
+
+export function apply(path, value) {
+  const next = setting();
+  return change({ ...next, set: { ...next.set, [path]: value } });
+}
+
+const recluster = latest(async ({ slot, before, began }) => {
+  try {
+    await load(slot);
+    await compared();
+    state.explanation = null;
+    tell("picture");
+    latency.ms = performance.now() - began;
+    say(`clustered in ${fixed(state.pictures[slot].run.total_ms, 0)} ms, drawn after ${fixed(latency.ms, 0)} ms`);
+    tell("changed");
+  } catch (error) {
+    state.settings[slot] = before;
+    say(error.message, true);
+  }
+  if (!document.activeElement?.dataset?.slider) tell("setting");
+  else refresh();
+});
+
+// Of the rows what a change makes different, while a slider is held.
+function refresh() {
+  for (const one of state.session.parameters) {
+    const field = document.querySelector(`[data-path="${CSS.escape(one.path)}"]`), now = valueOf(one);
+    if (!field) continue;
+    if (field.type === "number") field.value = now === null ? "" : shown(now);
+    const row = field.closest(".parameter");
+    row.classList.toggle("changed", isChanged(one.path));
+    row.querySelector("button").disabled = !isChanged(one.path);
+  }
+  figures();
+}
+
+// Reads a frame or clusters it again.
+export async function load(slot) {
+  const request = { ...asked(slot), with_points: !state.points };
+  const { cloud, run, arrays } = await source.frame(request);
+  if (cloud && !state.points) {
+    state.cloud = cloud;
+    state.points = arrays;
+    tell("points");
+  }
+  state.pictures[slot] = { run, arrays };
+  state.scores[slot] = null;
+  if (state.cloud.has_truth) {
+    source.scores(asked(slot)).then((scores) => { state.scores[slot] = scores; figures(); }, () => {});
+  }
+}
+
+// What was found, in figures; with a second setting what it makes different.
+function figures() {
+  const box = byId("figures");
+  if (!box || !picture()) return;
+  const all = state.compare && state.pictures.B ? ["A", "B"] : [state.slot];
+  const row = (name, value) => h("tr", {}, h("th", { scope: "row" }, name), all.map((slot) => h("td", { className: "number" }, value(slot))));
+  const run = (slot) => state.pictures[slot].run, scores = (slot) => state.scores[slot];
+  const rows = [
+    row("instances", (slot) => grouped(run(slot).instances.length)),
+    row("objects", (slot) => grouped(run(slot).instances.filter((one) => one.is_object).length)),
+    row("components", (slot) => grouped(run(slot).components)),
+    row("milliseconds", (slot) => fixed(run(slot).total_ms, 1)),
+  ];
+  if (all.some(scores)) {
+    const percent = (value) => (value === null || value === undefined ? "–" : `${fixed(100 * value, 1)} %`);
+    rows.push(row("found whole", (slot) => (scores(slot) ? `${scores(slot).found_whole} of ${scores(slot).objects}` : "…")));
+    rows.push(row("failures", (slot) => scores(slot)?.verdicts.map(([name, count]) => `${count} ${name}`).join(", ") || (scores(slot) ? "none" : "…")));
+    if (all.some((slot) => scores(slot)?.pq !== null)) rows.push(row("PQ of things here", (slot) => percent(scores(slot)?.pq)));
+  }
+  const head = all.length > 1 ? h("thead", {}, h("tr", {}, h("td"), all.map((slot) => h("th", { scope: "col", className: "number" }, slot)))) : null;
+  box.replaceChildren(h("table", {}, head, h("tbody", {}, rows)), ...differences());
+}
+
+function differences() {
+  const { compared: found } = state;
+  if (!state.compare || !found) return [];
+  if (!found.differences.length) return [h("p", {}, "A and B are the same.")];
+  const words = found.counts.map(([name, count]) => `${count} ${name}`).join(", ");
+  const title = (one, side, slot) => one[side].map((id) => instanceOf(id, slot)?.title ?? id).join(" + ") || "–";
+  return [h("h3", {}, `What differs: ${words}`), h("div", { className: "changes" }, found.differences.slice(0, 40).map((one) => h("button", { type: "button", onclick: () => { select(one.example); tell("show"); } },
+    `${one.change}: ${title(one, "first", "A")} → ${title(one, "second", "B")} (${counted(one.points, "point")})`)))];
+}

@@ -1,0 +1,157 @@
+//! From a request to a reply: functions over the session, without sockets.
+
+use std::sync::Arc;
+
+use serde::Serialize;
+use serde_json::json;
+
+use super::commands::command;
+use super::compared::compared;
+use super::figures::figure;
+use super::gate::{Access, Gate};
+use super::page_files::{asset, document};
+use super::picture::picture;
+use super::requests::{
+    CompareRequest, FrameRequest, Outcome, PointsRequest, Problem, SurveyRequest, read,
+};
+use super::run::Run;
+use super::saved_case::saved_case;
+use super::scores::scores;
+use super::session::Session;
+use super::why::{self, Question};
+
+/// A request.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Asked {
+    /// Whether something is sent along (POST).
+    pub is_post: bool,
+    /// The path with the token.
+    pub path: String,
+    /// The header `Host`.
+    pub host: Option<String>,
+    /// The header `Origin`.
+    pub origin: Option<String>,
+    /// The header `Sec-Fetch-Site`.
+    pub fetch_site: Option<String>,
+    /// What is sent along.
+    pub body: Vec<u8>,
+}
+
+/// A reply.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Reply {
+    /// Its status.
+    pub status: u16,
+    /// The type of its body.
+    pub content_type: &'static str,
+    /// Its body.
+    pub body: Vec<u8>,
+}
+
+impl Reply {
+    fn new(content_type: &'static str, body: impl Into<Vec<u8>>) -> Self {
+        Reply { status: 200, content_type, body: body.into() }
+    }
+
+    fn json(value: &impl Serialize) -> Self {
+        let body = serde_json::to_vec(value).expect("values of replies have a form in JSON");
+        Reply::new("application/json", body)
+    }
+
+    /// The reply of a request that ended in a panic.
+    pub(super) fn failed() -> Self {
+        Reply::problem(500, "this is a fault of divmerge: see what it printed in the terminal")
+    }
+
+    fn problem(status: u16, words: &str) -> Self {
+        Reply { status, ..Reply::json(&json!({ "problem": words })) }
+    }
+}
+
+/// Answers a request.
+pub fn reply(session: &Arc<Session>, gate: &Gate, asked: &Asked) -> Reply {
+    match gate.access(asked) {
+        Access::Refused(status, words) => Reply::problem(status, words),
+        Access::Granted(path) => answer(session, path, asked)
+            .unwrap_or_else(|Problem { status, words }| Reply::problem(status, &words)),
+    }
+}
+
+fn answer(session: &Arc<Session>, path: &str, asked: &Asked) -> Outcome<Reply> {
+    let body = asked.body.as_slice();
+    match (asked.is_post, path) {
+        (false, "") => Ok(Reply::new("text/html; charset=utf-8", document())),
+        (false, name) if name.starts_with("page/") => {
+            let (content_type, text) = asset(&name[5..]).ok_or_else(Problem::nothing_here)?;
+            Ok(Reply::new(content_type, text.into_owned()))
+        }
+        (true, "api/session") => Ok(Reply::json(&session.facts())),
+        (true, "api/frame") => {
+            let asked: FrameRequest = read(body)?;
+            let run = session.run(&asked.topic, asked.frame, &asked.setting)?;
+            let bytes = picture(session, &run, asked.with_points)?;
+            Ok(Reply::new("application/octet-stream", bytes))
+        }
+        (true, "api/scores") => {
+            let asked: FrameRequest = read(body)?;
+            let run = session.run(&asked.topic, asked.frame, &asked.setting)?;
+            Ok(Reply::json(&scores(&run)))
+        }
+        (true, "api/compare") => {
+            let asked: CompareRequest = read(body)?;
+            let run = |setting| session.run(&asked.topic, asked.frame, setting);
+            Ok(Reply::json(&compared(&*run(&asked.first)?, &*run(&asked.second)?)))
+        }
+        (true, "api/survey") => {
+            let asked: SurveyRequest = read(body)?;
+            session.begin_survey(asked)?;
+            Ok(Reply::json(&session.survey.state()))
+        }
+        (true, "api/survey-state") => Ok(Reply::json(&session.survey.state())),
+        (true, path) => of_points(session, path, read(body)?),
+        _ => Err(Problem::nothing_here()),
+    }
+}
+
+/// Answers what is about points of a frame.
+fn of_points(session: &Session, path: &str, asked: PointsRequest) -> Outcome<Reply> {
+    let run = session.run(&asked.topic, asked.frame, &asked.setting)?;
+    let question = match asked.points.is_empty() {
+        true => None,
+        false => Some(Question::new(&run, &asked.points)?),
+    };
+    let needed = || question.as_ref().ok_or_else(|| Problem::wrong("choose a point"));
+    match path {
+        "api/explain" => {
+            let report = why::explained(session, &run, needed()?)?;
+            Ok(Reply::json(&why::reply(&report, needed()?)))
+        }
+        "api/changes" => {
+            let changed = why::changed(session, &run, needed()?)?;
+            let called_off = Problem { status: 409, words: "a later search goes on".into() };
+            Ok(Reply::json(&why::reply(&changed.ok_or(called_off)?, needed()?)))
+        }
+        "api/command" => command_reply(session, &run, question.as_ref(), &asked),
+        "api/figure" => {
+            let form = asked.figure.ok_or_else(|| Problem::wrong("say which form of figure"))?;
+            let (content_type, bytes) = figure(session, &run, question.as_ref(), &form)?;
+            Ok(Reply::new(content_type, bytes))
+        }
+        "api/case" => {
+            let case = saved_case(session, &run, question.as_ref(), &asked.shown)?;
+            Ok(Reply::new("text/html; charset=utf-8", case))
+        }
+        _ => Err(Problem::nothing_here()),
+    }
+}
+
+fn command_reply(
+    session: &Session,
+    run: &Run,
+    question: Option<&Question>,
+    asked: &PointsRequest,
+) -> Outcome<Reply> {
+    let kind = asked.command.ok_or_else(|| Problem::wrong("say which command"))?;
+    let at = question.map_or(&[][..], |question| &question.at);
+    Ok(Reply::json(&json!({ "command": command(session, run, kind, at) })))
+}

@@ -1,0 +1,99 @@
+//! A case as one file that opens without a server: the page, the frame, the selection, its
+//! explanation, and what the changes that give the other answer lead to.
+
+use std::io::Write;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD as BASE64;
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use serde_json::{Value, json};
+
+use super::page_files::case_document;
+use super::picture::picture;
+use super::requests::{Outcome, Problem};
+use super::run::Run;
+use super::scores::scores;
+use super::session::Session;
+use super::setting::Setting;
+use super::why::{self, Change, Question, changes};
+
+/// Most bytes of a case.
+const MOST_BYTES: usize = 6_000_000;
+/// Runs of changes that a case holds at most.
+const MOST_ALTERNATIVES: usize = 12;
+
+/// The case of a run and a question, as a page shows it.
+///
+/// # Errors
+/// If even the frame alone would be too large.
+pub(super) fn saved_case(
+    session: &Session,
+    run: &Run,
+    question: Option<&Question>,
+    shown: &Value,
+) -> Outcome<Vec<u8>> {
+    let explanation = question.map(|question| explained(session, run, question)).transpose()?;
+    let mut case = json!({
+        "session": session.facts(),
+        "topic": &*run.cloud.message.topic,
+        "frame": run.cloud.message.number,
+        "setting": run.setting,
+        "shown": shown,
+        "scores": scores(run),
+        "explanation": explanation.as_ref().map(|(reply, _)| reply),
+        "picture": packed(&picture(session, run, true)?),
+        "alternatives": [],
+    });
+    let mut size = case_document(&case).len();
+    if size > MOST_BYTES {
+        let problem = format!(
+            "the frame alone would take {:.1} MB: a case holds {:.1} MB at most",
+            size as f64 / 1e6,
+            MOST_BYTES as f64 / 1e6
+        );
+        return Err(Problem::wrong(problem));
+    }
+    let mut alternatives = Vec::new();
+    for change in explanation.into_iter().flat_map(|(_, changes)| changes).take(MOST_ALTERNATIVES) {
+        let alternative = alternative(session, run, &change)?;
+        size += alternative.to_string().len();
+        if size > MOST_BYTES {
+            break;
+        }
+        alternatives.push(alternative);
+    }
+    case["alternatives"] = Value::Array(alternatives);
+    Ok(case_document(&case).into_bytes())
+}
+
+/// The explanation with its changes, and these.
+fn explained(session: &Session, run: &Run, question: &Question) -> Outcome<(Value, Vec<Change>)> {
+    let report = match why::changed(session, run, question)? {
+        Some(report) => report,
+        None => why::explained(session, run, question)?,
+    };
+    let found = report.what_if.iter().flatten().flat_map(changes).collect();
+    Ok((why::reply(&report, question), found))
+}
+
+/// What a change leads to: the run without the points of its cloud, and its scores.
+fn alternative(session: &Session, run: &Run, change: &Change) -> Outcome<Value> {
+    let mut setting: Setting = run.setting.clone();
+    setting.set.insert(change.path.to_owned(), change.value.clone());
+    let message = &run.cloud.message;
+    let changed = session.run(&message.topic, message.number, &setting)?;
+    Ok(json!({
+        "setting": setting,
+        "scores": scores(&changed),
+        "compared": super::compared::compared(run, &changed),
+        "picture": packed(&picture(session, &changed, false)?),
+    }))
+}
+
+/// Bytes as text, compressed.
+fn packed(bytes: &[u8]) -> String {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
+    let compressed = encoder.write_all(bytes).and_then(|()| encoder.finish());
+    BASE64.encode(compressed.expect("memory takes all bytes"))
+}

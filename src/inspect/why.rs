@@ -1,0 +1,174 @@
+//! Why two points are one instance or not: the report of `explain`, for the same question as on the
+//! command line.
+
+use serde_json::{Value, json};
+
+use super::requests::{Outcome, Problem};
+use super::run::Run;
+use super::session::Session;
+use crate::diagnose::explain::{
+    ExplanationReport, ExplanationText, Subject, WhatIf, distances, return_at, what_if_while,
+};
+use crate::view::explanation_report;
+use divmerge_core::cloud::PointCloud;
+
+/// Maximum distance of a point from the position it is asked for by, metres: the default of
+/// `explain`.
+const WITHIN: f64 = 0.3;
+/// Pairs of pixels that the text lists: the default of `explain`.
+const PAIRS: usize = 3;
+
+/// A question about one or two points, as `explain` is asked it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Question {
+    subject: Subject,
+    /// The points by their positions in the recording's frame, as on the command line.
+    pub at: Vec<String>,
+    /// The same in the cloud's frame.
+    positions: Vec<[f64; 3]>,
+}
+
+impl Question {
+    /// The question about some points of a run.
+    ///
+    /// # Errors
+    /// If they are not one or two points of the cloud, are one point, or are no returns.
+    pub fn new(run: &Run, points: &[usize]) -> Outcome<Self> {
+        let cloud = &run.cloud.cloud;
+        if let Some(point) = points.iter().find(|&&point| point >= cloud.len()) {
+            let problem = format!("there is no point {point}: the cloud has {}", cloud.len());
+            return Err(Problem::wrong(problem));
+        }
+        let subject = match points {
+            &[a] => Subject::Point(a),
+            &[a, b] if a != b => Subject::Pair(a, b),
+            _ => return Err(Problem::wrong("choose one point, or two different ones")),
+        };
+        let spelt = points.iter().map(|&point| spelt(cloud, point).ok_or(point));
+        let at = spelt.collect::<Result<Vec<_>, usize>>().map_err(|point| {
+            Problem::wrong(format!("point {point} is no return, so that it has no position"))
+        })?;
+        let positions = at.iter().map(|(_, position)| *position).collect();
+        Ok(Question { subject, at: at.into_iter().map(|(text, _)| text).collect(), positions })
+    }
+}
+
+/// A position that leads to a point: to the millimetre, or as near as it takes, with what it is in
+/// the cloud's frame. `None` of a point that is no return, or lies where another does.
+fn spelt(cloud: &PointCloud, point: usize) -> Option<(String, [f64; 3])> {
+    if !cloud.is_return(point) {
+        return None;
+    }
+    let recorded = cloud.recorded(cloud.position(point).map(f64::from));
+    (3..=9).find_map(|digits: usize| {
+        let words = recorded.map(|along| format!("{along:.digits$}"));
+        let read = words.each_ref().map(|word| word.parse().unwrap_or(f64::NAN));
+        let position = cloud.from_recorded(read);
+        let found = return_at(cloud, position, WITHIN).ok()?;
+        let is_there = cloud.position(found) == cloud.position(point);
+        is_there.then(|| (words.join(","), position))
+    })
+}
+
+/// The report of a question, without changes that would give the other answer.
+///
+/// # Errors
+/// If another method than ours made the run.
+pub(super) fn explained(
+    session: &Session,
+    run: &Run,
+    question: &Question,
+) -> Outcome<ExplanationReport> {
+    if let Some(other) = &run.config.pipeline.other_method {
+        let problem = format!("{} has no votes or merges to explain", other.name());
+        return Err(Problem::wrong(problem));
+    }
+    let (input, message) = (&session.options.input, &run.cloud.message);
+    let semantics = &run.cloud.semantics;
+    let frame = run.clustered();
+    let report = explanation_report(input, message, semantics, &frame, question.subject);
+    let away = distances(&report.explanation.points, &question.positions);
+    Ok(ExplanationReport { away, ..report })
+}
+
+/// A report as the page gets it: as JSON and in words, both as `explain` writes them, and what its
+/// buttons set.
+pub(super) fn reply(report: &ExplanationReport, question: &Question) -> Value {
+    let changes = report.what_if.iter().flatten().flat_map(changes);
+    json!({
+        "report": report,
+        "headline": report.explanation.headline(),
+        "text": ExplanationText { report, max_pairs: PAIRS }.to_string(),
+        "at": question.at,
+        "changes": changes.collect::<Vec<_>>(),
+    })
+}
+
+/// The report with the changes that would give the other answer; `None` if a later search called it
+/// off.
+///
+/// # Errors
+/// Those of [`explained`].
+pub(super) fn changed(
+    session: &Session,
+    run: &Run,
+    question: &Question,
+) -> Outcome<Option<ExplanationReport>> {
+    let mut report = explained(session, run, question)?;
+    let search = session.begin_search();
+    let goes_on = || session.is_latest_search(search);
+    report.what_if = Some(what_if_while(&run.clustered(), question.subject, &goes_on));
+    Ok(goes_on().then_some(report))
+}
+
+/// A change of one parameter that gives the other answer.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub(super) struct Change {
+    /// The parameter in words.
+    pub parameter: &'static str,
+    /// Its value then, in words.
+    pub words: String,
+    /// What a setting calls the parameter.
+    pub path: &'static str,
+    /// Its value then, as a setting has it.
+    pub value: Value,
+}
+
+/// The changes of one parameter that give the other answer: of a number the nearest on either side.
+pub(super) fn changes(what_if: &WhatIf) -> Vec<Change> {
+    let change = |parameter: &'static str, words: String, value: Value| {
+        let path = path_of(parameter)?;
+        Some(Change { parameter, words, path, value })
+    };
+    match what_if {
+        WhatIf::Number(number) => {
+            let flips = [number.lower, number.higher].into_iter().flatten();
+            let words = |value: f64| format!("{value} {}", number.unit).trim_end().to_owned();
+            let of_one = |value: f64| {
+                let is_whole = matches!(number.unit, "pixels");
+                let spelt = if is_whole { json!(value as u64) } else { json!(value) };
+                change(number.parameter, words(value), spelt)
+            };
+            flips.filter_map(|flip| of_one(flip.value)).collect()
+        }
+        WhatIf::Choice(choice) => {
+            let flips = choice.flips.iter();
+            flips
+                .filter_map(|&value| change(choice.parameter, value.to_owned(), json!(value)))
+                .collect()
+        }
+    }
+}
+
+/// What a setting calls a parameter of [`WhatIf`].
+fn path_of(parameter: &str) -> Option<&'static str> {
+    Some(match parameter {
+        "angle" => "angle",
+        "voxel" => "voxel",
+        "gap columns" => "gap-columns",
+        "gap rows" => "gap-rows",
+        "minimum size" => "min-points",
+        "bird's-eye merge" => "bev",
+        _ => return None,
+    })
+}
