@@ -15,8 +15,9 @@
 //! | command lines that repeat what is seen | `commands` |
 //! | figures of it | `figures` |
 //! | the page itself, and a case as one file | `page_files`, `saved_case` |
-//! | requests and replies | `requests`, `routes` |
+//! | what is asked for and what is answered | `requests`, `routes` |
 //! | who may ask | `gate` |
+//! | requests and replies as bytes | `http` |
 //! | sockets | `server` |
 //!
 //! Everything but `server` is functions over a [`Session`], so that tests need no socket. The page
@@ -27,6 +28,7 @@ mod commands;
 mod compared;
 mod figures;
 mod gate;
+mod http;
 mod pack;
 mod page_files;
 mod picture;
@@ -40,9 +42,6 @@ mod session;
 mod setting;
 mod survey;
 mod why;
-
-#[cfg(test)]
-mod tests;
 
 pub use gate::{Access, Gate};
 pub use routes::{Asked, Reply, reply};

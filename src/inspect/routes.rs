@@ -58,12 +58,8 @@ impl Reply {
         Reply::new("application/json", body)
     }
 
-    /// The reply of a request that ended in a panic.
-    pub(super) fn failed() -> Self {
-        Reply::problem(500, "this is a fault of divmerge: see what it printed in the terminal")
-    }
-
-    fn problem(status: u16, words: &str) -> Self {
+    /// A reply that says what is wrong.
+    pub(super) fn problem(status: u16, words: &str) -> Self {
         Reply { status, ..Reply::json(&json!({ "problem": words })) }
     }
 }

@@ -80,7 +80,7 @@ fn explained(session: &Session, run: &Run, question: &Question) -> Outcome<(Valu
 /// What a change leads to: the run without the points of its cloud, and its scores.
 fn alternative(session: &Session, run: &Run, change: &Change) -> Outcome<Value> {
     let mut setting: Setting = run.setting.clone();
-    setting.set.insert(change.path.to_owned(), change.value.clone());
+    setting.set.extend(change.set.clone());
     let message = &run.cloud.message;
     let changed = session.run(&message.topic, message.number, &setting)?;
     Ok(json!({

@@ -1,73 +1,70 @@
 //! The server: sockets on this machine alone.
 
-use std::io::{self, Cursor, Read};
-use std::net::{SocketAddr, TcpListener};
+use std::io::{self, BufReader, ErrorKind};
+use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::JoinHandle;
-
-use tiny_http::{Header, Method, Request, Response};
+use std::time::Duration;
 
 use super::gate::Gate;
+use super::http::{read_request, write_reply};
 use super::routes::{Asked, Reply, reply};
 use super::session::Session;
 
-/// Threads that answer: a page asks for a few things at once, and one of them may be a search for
-/// changes that takes seconds.
-const THREADS: usize = 6;
-/// Most bytes that are read of what a request sends along.
-const MOST_BYTES: u64 = 1 << 20;
-/// What every reply says: nothing is kept, guessed, framed, or told to others.
-const HEADERS: [(&str, &str); 5] = [
-    ("Cache-Control", "no-store"),
-    ("X-Content-Type-Options", "nosniff"),
-    ("X-Frame-Options", "DENY"),
-    ("Referrer-Policy", "no-referrer"),
-    ("Cross-Origin-Resource-Policy", "same-origin"),
-];
+/// Connections at a time; a browser has six.
+const MOST_CONNECTIONS: usize = 32;
+/// How long a connection may take to say what it wants, or to take what it is given.
+const PATIENCE: Duration = Duration::from_secs(20);
 
 /// A server that answers until it is dropped.
 pub struct Server {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+    address: SocketAddr,
+}
+
+/// What the threads of a server share.
+struct Shared {
+    session: Arc<Session>,
     gate: Gate,
-    http: Arc<tiny_http::Server>,
-    threads: Vec<JoinHandle<()>>,
+    connections: AtomicUsize,
+    is_over: AtomicBool,
 }
 
 impl Server {
     /// Begins to listen. Port 0 is any that is free.
     ///
     /// # Errors
-    /// [`io::ErrorKind::InvalidInput`] if the address is not one of this machine alone; what the
-    /// system says if it cannot be listened on.
+    /// [`ErrorKind::InvalidInput`] if the address is not one of this machine alone; what the system
+    /// says if it cannot be listened on.
     pub fn start(session: Arc<Session>, address: SocketAddr) -> io::Result<Self> {
         if !address.ip().is_loopback() {
             let problem = format!("{} is not an address of this machine alone", address.ip());
-            return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
+            return Err(io::Error::new(ErrorKind::InvalidInput, problem));
         }
         let listener = TcpListener::bind(address)?;
-        let gate = Gate::new(listener.local_addr()?)?;
-        let http = tiny_http::Server::from_listener(listener, None).map_err(io::Error::other)?;
-        let http = Arc::new(http);
-        let worker = |_| {
-            let (session, gate, http) = (Arc::clone(&session), gate.clone(), Arc::clone(&http));
-            std::thread::spawn(move || {
-                while let Ok(request) = http.recv() {
-                    serve(&session, &gate, request);
-                }
-            })
-        };
-        let threads = (0..THREADS).map(worker).collect();
-        Ok(Server { gate, http, threads })
+        let address = listener.local_addr()?;
+        let shared = Arc::new(Shared {
+            session,
+            gate: Gate::new(address)?,
+            connections: AtomicUsize::new(0),
+            is_over: AtomicBool::new(false),
+        });
+        let own = Arc::clone(&shared);
+        let thread = std::thread::spawn(move || listen(&listener, &own));
+        Ok(Server { shared, thread: Some(thread), address })
     }
 
     /// The address that opens the page.
     pub fn address(&self) -> String {
-        self.gate.address()
+        self.shared.gate.address()
     }
 
-    /// Waits until the server ends, which it does by itself only if its sockets fail.
+    /// Waits until the server ends, which it does by itself only if its socket fails.
     pub fn wait(mut self) {
-        for thread in std::mem::take(&mut self.threads) {
+        if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
     }
@@ -75,43 +72,55 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        for _ in 0..self.threads.len() {
-            self.http.unblock();
+        self.shared.is_over.store(true, Ordering::SeqCst);
+        // The listening thread looks up at the next connection.
+        let _ = TcpStream::connect(self.address);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
         }
     }
 }
 
-/// Answers a request. One whose page has gone is of no interest.
-fn serve(session: &Arc<Session>, gate: &Gate, mut request: Request) {
-    let Ok(asked) = asked(&mut request) else { return };
-    // A panic ends this reply alone, not the thread.
-    let answered = catch_unwind(AssertUnwindSafe(|| reply(session, gate, &asked)));
-    let _ = request.respond(response(answered.unwrap_or_else(|_| Reply::failed())));
+/// Takes connections, each into a thread of its own.
+fn listen(listener: &TcpListener, shared: &Arc<Shared>) {
+    for connection in listener.incoming() {
+        if shared.is_over.load(Ordering::SeqCst) {
+            return;
+        }
+        let Ok(connection) = connection else { continue };
+        if shared.connections.fetch_add(1, Ordering::SeqCst) >= MOST_CONNECTIONS {
+            shared.connections.fetch_sub(1, Ordering::SeqCst);
+            continue;
+        }
+        let shared = Arc::clone(shared);
+        std::thread::spawn(move || {
+            // A page that has gone is of no interest.
+            let _ = serve(&shared, &connection);
+            shared.connections.fetch_sub(1, Ordering::SeqCst);
+        });
+    }
 }
 
-fn asked(request: &mut Request) -> io::Result<Asked> {
-    let header = |name: &'static str| {
-        let found = request.headers().iter().find(|header| header.field.equiv(name));
-        found.map(|header| header.value.as_str().to_owned())
+/// Answers the request of a connection.
+fn serve(shared: &Shared, mut connection: &TcpStream) -> io::Result<()> {
+    connection.set_read_timeout(Some(PATIENCE))?;
+    connection.set_write_timeout(Some(PATIENCE))?;
+    connection.set_nodelay(true)?;
+    let reply = match read_request(&mut BufReader::new(connection)) {
+        Ok(asked) => answered(shared, &asked),
+        Err(error) if error.kind() == ErrorKind::InvalidData => {
+            Reply::problem(400, &error.to_string())
+        }
+        Err(error) => return Err(error),
     };
-    let mut asked = Asked {
-        is_post: *request.method() == Method::Post,
-        path: request.url().to_owned(),
-        host: header("Host"),
-        origin: header("Origin"),
-        fetch_site: header("Sec-Fetch-Site"),
-        body: Vec::new(),
-    };
-    request.as_reader().take(MOST_BYTES).read_to_end(&mut asked.body)?;
-    Ok(asked)
+    write_reply(&mut connection, &reply)
 }
 
-fn response(reply: Reply) -> Response<Cursor<Vec<u8>>> {
-    let typed = [("Content-Type", reply.content_type)];
-    let headers = HEADERS.iter().chain(&typed);
-    let response = Response::from_data(reply.body).with_status_code(reply.status);
-    headers.fold(response, |response, (name, value)| {
-        let header = Header::from_bytes(*name, *value).expect("headers are plain ASCII");
-        response.with_header(header)
+/// The answer; a panic ends this one alone.
+fn answered(shared: &Shared, asked: &Asked) -> Reply {
+    let answered =
+        catch_unwind(AssertUnwindSafe(|| reply(&shared.session, &shared.gate, asked)));
+    answered.unwrap_or_else(|_| {
+        Reply::problem(500, "this is a fault of divmerge: see what it printed in the terminal")
     })
 }

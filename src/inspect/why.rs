@@ -1,13 +1,16 @@
 //! Why two points are one instance or not: the report of `explain`, for the same question as on the
 //! command line.
 
+use std::collections::BTreeMap;
+
 use serde_json::{Value, json};
 
 use super::requests::{Outcome, Problem};
 use super::run::Run;
 use super::session::Session;
 use crate::diagnose::explain::{
-    ExplanationReport, ExplanationText, Subject, WhatIf, distances, return_at, what_if_while,
+    Choice, ExplanationReport, ExplanationText, Flip, Number, Subject, WhatIf, distances, return_at,
+    what_if_while,
 };
 use crate::view::explanation_report;
 use divmerge_core::cloud::PointCloud;
@@ -128,47 +131,69 @@ pub(super) struct Change {
     pub parameter: &'static str,
     /// Its value then, in words.
     pub words: String,
-    /// What a setting calls the parameter.
-    pub path: &'static str,
-    /// Its value then, as a setting has it.
-    pub value: Value,
+    /// What a setting sets, by path.
+    pub set: BTreeMap<String, Value>,
 }
 
 /// The changes of one parameter that give the other answer: of a number the nearest on either side.
 pub(super) fn changes(what_if: &WhatIf) -> Vec<Change> {
-    let change = |parameter: &'static str, words: String, value: Value| {
-        let path = path_of(parameter)?;
-        Some(Change { parameter, words, path, value })
-    };
     match what_if {
-        WhatIf::Number(number) => {
-            let flips = [number.lower, number.higher].into_iter().flatten();
-            let words = |value: f64| format!("{value} {}", number.unit).trim_end().to_owned();
-            let of_one = |value: f64| {
-                let is_whole = matches!(number.unit, "pixels");
-                let spelt = if is_whole { json!(value as u64) } else { json!(value) };
-                change(number.parameter, words(value), spelt)
+        WhatIf::Number(Number { parameter, unit, lower, higher, .. }) => {
+            let change = |flip: Flip| {
+                let words = format!("{} {unit}", flip.value).trim_end().to_owned();
+                let value = match *unit {
+                    "pixels" => json!(flip.value as u64),
+                    "degrees" => json!(format!("{} deg", flip.value)),
+                    _ => json!(flip.value),
+                };
+                let set = BTreeMap::from([(path_of(parameter)?.to_owned(), value)]);
+                Some(Change { parameter, words, set })
             };
-            flips.filter_map(|flip| of_one(flip.value)).collect()
+            [lower, higher].into_iter().copied().flatten().filter_map(change).collect()
         }
-        WhatIf::Choice(choice) => {
-            let flips = choice.flips.iter();
-            flips
-                .filter_map(|&value| change(choice.parameter, value.to_owned(), json!(value)))
-                .collect()
+        WhatIf::Choice(Choice { parameter, flips, .. }) => {
+            let change = |value: &&'static str| {
+                let set = settings_of(parameter, value).into_iter();
+                let set = set.map(|(path, value)| (path.to_owned(), value)).collect();
+                Change { parameter, words: (*value).to_owned(), set }
+            };
+            flips.iter().map(change).collect()
         }
     }
 }
 
-/// What a setting calls a parameter of [`WhatIf`].
+/// The path of a parameter that is a number.
 fn path_of(parameter: &str) -> Option<&'static str> {
     Some(match parameter {
-        "angle" => "angle",
-        "voxel" => "voxel",
-        "gap columns" => "gap-columns",
-        "gap rows" => "gap-rows",
-        "minimum size" => "min-points",
-        "bird's-eye merge" => "bev",
+        "angle" => "cluster.condition.angle",
+        "nearness" => "cluster.condition.nearness.share_of_width",
+        "voxel" => "cluster.voxel",
+        "gap columns" => "cluster.gap_columns",
+        "gap rows" => "cluster.gap_rows",
+        "merge ratio" => "cluster.merge_ratio",
+        "minimum size" => "cluster.min_pixels",
+        "gap between things" => "cluster.tree.gap",
+        "gap between things nearby" => "cluster.tree.nearest_gap",
+        "least score" => "cluster.tree.least_score",
+        "gaps of the background" => "cluster.tree.background",
         _ => return None,
     })
+}
+
+/// What sets a parameter that is one of a few.
+fn settings_of(parameter: &str, value: &str) -> Vec<(&'static str, Value)> {
+    if parameter == "neighbours of one class" {
+        return vec![("cluster.same_class_neighbours", json!(value == "only"))];
+    }
+    let by_size = value == "size";
+    let by_region = !by_size && value != "off";
+    let mut all = vec![
+        ("cluster.birds_eye", json!(by_region)),
+        ("cluster.fragments", json!(by_size)),
+        ("cluster.tree", json!(by_size)),
+    ];
+    if by_region {
+        all.push(("cluster.birds_eye.region", json!(value)));
+    }
+    all
 }

@@ -142,9 +142,9 @@ export function change(next, slot = state.slot) {
   return recluster({ slot, before, began: performance.now() });
 }
 
-export function apply(path, value) {
+export function apply(set) {
   const next = setting();
-  return change({ ...next, set: { ...next.set, [path]: value } });
+  return change({ ...next, set: { ...next.set, ...set } });
 }
 
 const recluster = latest(async ({ slot, before, began }) => {

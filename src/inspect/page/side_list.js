@@ -22,9 +22,9 @@ function build() {
   byId("list").replaceChildren(
     h("div", { className: "tools" },
       h("div", { className: "row" },
-        h("label", { className: "field" }, "frames", h("input", { id: "survey-from", type: "number", min: 0, value: state.frame, "aria-label": "first frame" })),
-        h("label", { className: "field" }, "to", h("input", { id: "survey-to", type: "number", min: 0, value: Math.min(state.frame + 9, last), "aria-label": "last frame" })),
-        h("button", { type: "button", id: "survey", disabled: source.isSaved, onclick: () => look(Number(byId("survey-from").value), Number(byId("survey-to").value)) }, "Look through")),
+        h("button", { type: "button", id: "survey", disabled: source.isSaved, title: "find the worst cases of these frames (r)", onclick: () => look(Number(byId("survey-from").value), Number(byId("survey-to").value)) }, "Look through"),
+        h("input", { id: "survey-from", type: "number", min: 0, value: state.frame, "aria-label": "first frame" }), "to",
+        h("input", { id: "survey-to", type: "number", min: 0, value: Math.min(state.frame + 9, last), "aria-label": "last frame" })),
       h("div", { id: "survey-progress" }),
       h("div", { className: "row" },
         h("select", { id: "survey-source", "aria-label": "where cases come from", onchange: choose("source") }, ["all", "triage", "failures"].map((one) => h("option", { value: one }, one))),
@@ -103,7 +103,7 @@ function caseEntry(one) {
   if (one.source !== "failures") score.style.setProperty("--part", `${100 * one.score}%`);
   const when = one.frames.size > 1 ? `frame ${one.frame} and ${one.frames.size - 1} more` : `frame ${one.frame}`;
   return h("li", {}, h("button", { type: "button", "data-frame": one.frame, "data-points": one.points.join(","), onclick: () => goTo(one) },
-    image, h("span", {}, h("b", {}, plain(one.kind)), " ", score, h("br"), h("span", { className: "faint" }, `${when}  ${plain(one.title)}`)),
+    image, h("span", {}, h("span", { className: "kind" }, h("b", {}, plain(one.kind)), score), h("span", { className: "faint" }, `${when}  ${plain(one.title)}`)),
     h("span", { className: "what" }, plain(one.sentence))));
 }
 

@@ -8,6 +8,8 @@ import { Scene } from "inspect/scene";
 import { instanceOf, on, picture, position, select, slots, state, tell } from "inspect/state";
 
 const VIEWS = ["space", "plane", "range"];
+// Height of what stands above the range image.
+const BAR = 30;
 let scene, context, isDue = false, cursor = null;
 const painted = { A: null, B: null };
 // What was measured of the last frames: for people who ask, and for tests.
@@ -49,7 +51,9 @@ function repaint() {
 
 // The panes of a view: two, where two settings are compared.
 export function panes(view) {
-  const box = byId(view).getBoundingClientRect(), all = slots();
+  const outer = byId(view).getBoundingClientRect(), all = slots();
+  const bar = view === "range" ? BAR : 0;
+  const box = { left: outer.left, top: outer.top + bar, width: outer.width, height: outer.height - bar };
   const beside = view === "space" && box.width > box.height;
   return all.map((slot, n) => {
     const area = { x: box.left, y: box.top, width: box.width, height: box.height };

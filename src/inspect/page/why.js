@@ -132,7 +132,7 @@ function changes({ report, changes: all }) {
     return h("div", {}, h("button", { type: "button", id: "search-changes", disabled: isSearching, title: "w", onclick: searchChanges }, words),
       h("span", { className: "faint" }, isSearching ? " the frame is clustered some hundred times" : " "));
   }
-  const button = (one) => h("button", { type: "button", "data-change": one.path, onclick: () => apply(one.path, one.value) }, `${one.parameter} ${one.words}`);
+  const button = (one) => h("button", { type: "button", "data-change": Object.keys(one.set).join(" "), onclick: () => apply(one.set) }, `${one.parameter} ${one.words}`);
   return h("div", {}, h("h3", {}, "Changes that give the other answer"),
     all.length ? h("div", { className: "changes" }, all.map(button)) : h("p", { className: "faint" }, "No change of one parameter within what was searched does."));
 }
