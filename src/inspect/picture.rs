@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::pack::Pack;
+use super::pack::{Pack, Sums};
 use super::run::Run;
 use super::session::Session;
 use crate::error::Result;
@@ -10,17 +10,23 @@ use crate::view::{VoteEdge, brightest, class_colours, far, vote_edges};
 use divmerge_core::cloud::Instance;
 use divmerge_core::semantics::MaskSource;
 
-/// The points of a run's cloud, where the page does not have them yet, and the run.
+/// The points of a run's cloud, where the page does not have them yet, and the run, without arrays
+/// that the page has.
 ///
 /// # Errors
 /// Those of [`Session::run`].
-pub(super) fn picture(session: &Session, run: &Run, with_points: bool) -> Result<Vec<u8>> {
-    let mut pack = Pack::default();
+pub(super) fn picture(
+    session: &Session,
+    run: &Run,
+    with_points: bool,
+    known: Sums,
+) -> Result<Pack> {
+    let mut pack = Pack::beside(known);
     if with_points {
         points(session, run, &mut pack);
     }
     clustering(session, run, &mut pack)?;
-    Ok(pack.finish())
+    Ok(pack)
 }
 
 /// The cloud: x, y, z of each point, and its intensity and truth where they are known.

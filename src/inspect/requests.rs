@@ -5,6 +5,7 @@ use serde::de::DeserializeOwned;
 
 use super::commands::CommandKind;
 use super::figures::FigureForm;
+use super::pack::Sums;
 use super::setting::Setting;
 use crate::error::Error;
 
@@ -49,6 +50,9 @@ pub(super) struct FrameRequest {
     /// Whether the page needs the points of the cloud too.
     #[serde(default)]
     pub with_points: bool,
+    /// The sums of the arrays that the page has.
+    #[serde(default)]
+    pub known: Sums,
 }
 
 /// One or two points of a frame.

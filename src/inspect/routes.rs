@@ -85,8 +85,8 @@ fn answer(session: &Arc<Session>, path: &str, asked: &Asked) -> Outcome<Reply> {
         (true, "api/frame") => {
             let asked: FrameRequest = read(body)?;
             let run = session.run(&asked.topic, asked.frame, &asked.setting)?;
-            let bytes = picture(session, &run, asked.with_points)?;
-            Ok(Reply::new("application/octet-stream", bytes))
+            let pack = picture(session, &run, asked.with_points, asked.known)?;
+            Ok(Reply::new("application/octet-stream", pack.finish()))
         }
         (true, "api/scores") => {
             let asked: FrameRequest = read(body)?;

@@ -9,6 +9,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use serde_json::{Value, json};
 
+use super::pack::Sums;
 use super::page_files::case_document;
 use super::picture::picture;
 use super::requests::{Outcome, Problem};
@@ -33,6 +34,8 @@ pub(super) fn saved_case(
     question: Option<&Question>,
     shown: &Value,
 ) -> Outcome<Vec<u8>> {
+    let whole = picture(session, run, true, Sums::new())?;
+    let known = whole.sums();
     let explanation = question.map(|question| explained(session, run, question)).transpose()?;
     let mut case = json!({
         "session": session.facts(),
@@ -42,7 +45,7 @@ pub(super) fn saved_case(
         "shown": shown,
         "scores": scores(run),
         "explanation": explanation.as_ref().map(|(reply, _)| reply),
-        "picture": packed(&picture(session, run, true)?),
+        "picture": packed(&whole.finish()),
         "alternatives": [],
     });
     let mut size = case_document(&case).len();
@@ -56,7 +59,7 @@ pub(super) fn saved_case(
     }
     let mut alternatives = Vec::new();
     for change in explanation.into_iter().flat_map(|(_, changes)| changes).take(MOST_ALTERNATIVES) {
-        let alternative = alternative(session, run, &change)?;
+        let alternative = alternative(session, run, &change, known.clone())?;
         size += alternative.to_string().len();
         if size > MOST_BYTES {
             break;
@@ -78,7 +81,7 @@ fn explained(session: &Session, run: &Run, question: &Question) -> Outcome<(Valu
 }
 
 /// What a change leads to: the run without the points of its cloud, and its scores.
-fn alternative(session: &Session, run: &Run, change: &Change) -> Outcome<Value> {
+fn alternative(session: &Session, run: &Run, change: &Change, known: Sums) -> Outcome<Value> {
     let mut setting: Setting = run.setting.clone();
     setting.set.extend(change.set.clone());
     let message = &run.cloud.message;
@@ -87,7 +90,7 @@ fn alternative(session: &Session, run: &Run, change: &Change) -> Outcome<Value> 
         "setting": setting,
         "scores": scores(&changed),
         "compared": super::compared::compared(run, &changed),
-        "picture": packed(&picture(session, &changed, false)?),
+        "picture": packed(&picture(session, &changed, false, known)?.finish()),
     }))
 }
 

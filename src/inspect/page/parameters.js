@@ -180,13 +180,14 @@ function refresh() {
 // Reads a frame or clusters it again.
 export async function load(slot) {
   const request = { ...asked(slot), with_points: !state.points };
-  const { cloud, run, arrays } = await source.frame(request);
+  const before = state.pictures[slot] ?? Object.values(state.pictures).find(Boolean);
+  const { cloud, run, arrays, sums } = await source.frame(request, state.points ? before : null);
   if (cloud && !state.points) {
     state.cloud = cloud;
     state.points = arrays;
     tell("points");
   }
-  state.pictures[slot] = { run, arrays };
+  state.pictures[slot] = { run, arrays, sums };
   state.scores[slot] = null;
   if (state.cloud.has_truth) {
     source.scores(asked(slot)).then((scores) => { state.scores[slot] = scores; figures(); }, () => {});

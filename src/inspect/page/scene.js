@@ -42,7 +42,7 @@ void main() { colour = texture(image, place); }`;
 export class Scene {
   constructor(canvas, panel) {
     this.canvas = canvas;
-    this.gl = canvas.getContext("webgl2", { alpha: true, antialias: false, premultipliedAlpha: true });
+    this.gl = canvas.getContext("webgl2", { alpha: true, antialias: false, premultipliedAlpha: true, preserveDrawingBuffer: true });
     if (!this.gl) throw new Error("this browser has no WebGL 2, which the views are drawn with");
     this.panel = panel.map((x) => x / 255);
     this.slots = {};
@@ -141,9 +141,11 @@ export class Scene {
     gl.bufferData(gl.ARRAY_BUFFER, colours, gl.DYNAMIC_DRAW);
   }
 
-  begin(width, height) {
-    const { gl, canvas } = this;
-    if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+  // Begins a picture of that size; what is not drawn again stays, unless all is.
+  begin(width, height, isAll) {
+    const { gl, canvas } = this, isOther = canvas.width !== width || canvas.height !== height;
+    if (isOther) Object.assign(canvas, { width, height });
+    if (!isOther && !isAll) return;
     gl.scissor(0, 0, width, height);
     gl.viewport(0, 0, width, height);
     gl.clearColor(0, 0, 0, 0);

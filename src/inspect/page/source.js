@@ -2,15 +2,17 @@
 
 const TYPES = { f32: Float32Array, u32: Uint32Array, u16: Uint16Array, u8: Uint8Array };
 
-// The header of a binary reply with its arrays beside it.
-export function unpack(buffer) {
+// The header of a binary reply with its arrays beside it; arrays that are left out are those that
+// were there before.
+export function unpack(buffer, before) {
   const length = new DataView(buffer).getUint32(0, true);
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
-  const arrays = {};
-  for (const { name, type, at, length: count } of header.arrays) {
-    arrays[name] = new TYPES[type](buffer, 4 + length + at, count);
+  const arrays = {}, sums = {};
+  for (const { name, type, at, length: count, sum } of header.arrays) {
+    arrays[name] = at === null ? before.arrays[name] : new TYPES[type](buffer, 4 + length + at, count);
+    sums[name] = sum;
   }
-  return { cloud: header.cloud, run: header.run, arrays };
+  return { cloud: header.cloud, run: header.run, arrays, sums };
 }
 
 class Served {
@@ -31,7 +33,7 @@ class Served {
   }
   json = async (name, body) => (await this.ask(name, body)).json();
   session = () => this.json("session");
-  frame = async (asked) => unpack(await (await this.ask("frame", asked)).arrayBuffer());
+  frame = async (asked, before) => unpack(await (await this.ask("frame", { ...asked, known: before?.sums ?? {} })).arrayBuffer(), before);
   scores = (asked) => this.json("scores", asked);
   compare = (asked) => this.json("compare", asked);
   explain = (asked) => this.json("explain", asked);
@@ -68,7 +70,7 @@ class Saved {
     if (same(setting, this.saved.setting)) return this.first;
     const other = this.alternative(setting);
     if (!other) return this.missing();
-    other.unpacked ??= unpack(await Saved.bytes(other.picture));
+    other.unpacked ??= unpack(await Saved.bytes(other.picture), this.first);
     if (!with_points) return other.unpacked;
     return { ...other.unpacked, cloud: this.first.cloud, arrays: { ...this.first.arrays, ...other.unpacked.arrays } };
   }

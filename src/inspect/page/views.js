@@ -10,7 +10,9 @@ import { instanceOf, on, picture, position, select, slots, state, tell } from "i
 const VIEWS = ["space", "plane", "range"];
 // Height of what stands above the range image.
 const BAR = 30;
-let scene, context, isDue = false, cursor = null;
+let scene, context, cursor = null;
+// The views that have to be drawn; the others stay as they are.
+const toDraw = new Set();
 const painted = { A: null, B: null };
 // What was measured of the last frames: for people who ask, and for tests.
 export const measured = { draws: 0, drawMs: 0, firstPicture: null };
@@ -19,20 +21,20 @@ export function start() {
   scene = new Scene(byId("gl"), state.session.colours.panel);
   scene.onRestored = () => { if (state.points) scene.setPoints(state.points.position); repaint(); };
   context = byId("overlay").getContext("2d");
-  new ResizeObserver(due).observe(document.body);
-  for (const view of VIEWS) new ResizeObserver(due).observe(byId(view));
+  for (const element of [document.body, ...VIEWS.map(byId)]) new ResizeObserver(() => due()).observe(element);
   on("points", () => scene.setPoints(state.points.position));
   on("picture selection layer shown compare", repaint);
-  on("explanation view", due);
+  on("explanation view", () => due());
   VIEWS.forEach(listen);
   toggles();
   layers();
 }
 
-export function due() {
-  if (isDue) return;
-  isDue = true;
-  requestAnimationFrame(() => { isDue = false; draw(); });
+// Draws some views at the next frame of the screen; all if none is named.
+export function due(...views) {
+  const isDue = toDraw.size > 0;
+  for (const view of views.length ? views : VIEWS) toDraw.add(view);
+  if (!isDue) requestAnimationFrame(draw);
 }
 
 function repaint() {
@@ -71,15 +73,17 @@ function matrixOf({ view, area }) {
 }
 
 function draw() {
+  const views = [...toDraw];
+  toDraw.clear();
   const began = performance.now(), ratio = Math.min(window.devicePixelRatio || 1, 2);
   const [width, height] = [innerWidth, innerHeight].map((side) => Math.round(side * ratio));
-  scene.begin(width, height);
-  const overlay = byId("overlay");
+  const overlay = byId("overlay"), isAll = views.length === VIEWS.length;
+  scene.begin(width, height, isAll);
   if (overlay.width !== width || overlay.height !== height) Object.assign(overlay, { width, height });
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  context.clearRect(0, 0, innerWidth, innerHeight);
+  if (isAll) context.clearRect(0, 0, innerWidth, innerHeight);
   const many = (scene.count ?? 0) > 400000;
-  for (const pane of VIEWS.flatMap(panes)) {
+  for (const pane of views.flatMap(panes)) {
     if (pane.area.width < 2 || pane.area.height < 2) continue;
     const scaled = Object.fromEntries(Object.entries(pane.area).map(([name, side]) => [name, Math.round(side * ratio)]));
     const matrix = matrixOf(pane);
@@ -89,6 +93,7 @@ function draw() {
       const sizes = (many ? [1, 1, 3] : [1.2 * near, 2 * near, 3.2 * near]).map((size) => Math.max(1, size * ratio));
       scene.drawPoints(pane.slot, scaled, matrix, sizes, true);
     }
+    context.clearRect(pane.area.x, pane.area.y, pane.area.width, pane.area.height);
     drawOver(context, pane, matrix, document.activeElement === byId("range") ? cursor : null);
   }
   measured.draws += 1;
@@ -96,11 +101,12 @@ function draw() {
   if (!measured.firstPicture && picture()) measured.firstPicture = performance.now();
 }
 
-// How long a picture takes with all the points of this cloud, as the graphics unit sees it.
+// How long the cloud takes to be drawn as it turns, until the graphics unit is done: the median.
 export function measureDraw(times = 20) {
   const gl = scene.gl, pixel = new Uint8Array(4), took = [];
   for (let n = 0; n < times; n++) {
     camera.turn(3, 0);
+    toDraw.add("space");
     const began = performance.now();
     draw();
     gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
@@ -111,6 +117,7 @@ export function measureDraw(times = 20) {
 
 // A picture of the views as they are.
 export function snapshot() {
+  VIEWS.forEach((view) => toDraw.add(view));
   draw();
   const { width, height } = scene.canvas, whole = h("canvas", { width, height }), out = whole.getContext("2d");
   out.fillStyle = getComputedStyle(document.body).backgroundColor;
@@ -179,7 +186,7 @@ function move(view, dx, dy, isShift) {
   if (view === "space") (isShift ? camera.shift(dx, dy, area.height) : camera.turn(dx, dy));
   else if (view === "plane") { plane.x -= (dx / area.width) * plane.metres; plane.y += (dy / area.width) * plane.metres; }
   else { range.x -= dx / area.width / range.zoom; range.y -= dy / area.height / range.zoom; camera.holdRange(); }
-  due();
+  due(view);
 }
 
 function zoom(view, factor, x, y) {
@@ -189,7 +196,7 @@ function zoom(view, factor, x, y) {
   if (view === "space") camera.zoomSpace(factor);
   else if (view === "plane") camera.zoomPlane(factor, [plane.x + (u - 0.5) * plane.metres, plane.y - ((v - 0.5) * plane.metres * area.height) / area.width]);
   else camera.zoomRange(1 / factor, [range.x + (u - 0.5) / range.zoom, range.y + (v - 0.5) / range.zoom]);
-  due();
+  due(view);
 }
 
 function listen(view) {
@@ -224,8 +231,8 @@ function listen(view) {
   }, { passive: false });
   element.addEventListener("dblclick", (event) => isView(event) && home());
   element.addEventListener("keydown", (event) => key(view, event));
-  element.addEventListener("focus", due);
-  element.addEventListener("blur", due);
+  element.addEventListener("focus", () => due(view));
+  element.addEventListener("blur", () => due(view));
 }
 
 // Selects what is at a place: a second point beside a first one.
@@ -272,7 +279,7 @@ function moveCursor([dx, dy], by) {
   cursor = [row, (cursor[1] + dx * by + columns) % columns];
   const point = pointInPixel(state.slot, cursor);
   say(point === null ? `row ${cursor[0]}, column ${cursor[1]}: nothing there` : describe(point, state.slot));
-  due();
+  due("range");
 }
 
 // Looks at what is selected.
