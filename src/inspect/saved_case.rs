@@ -59,7 +59,7 @@ pub(super) fn saved_case(
     }
     let mut alternatives = Vec::new();
     for change in explanation.into_iter().flat_map(|(_, changes)| changes).take(MOST_ALTERNATIVES) {
-        let alternative = alternative(session, run, &change, known.clone())?;
+        let Ok(alternative) = alternative(session, run, &change, known.clone()) else { continue };
         size += alternative.to_string().len();
         if size > MOST_BYTES {
             break;
