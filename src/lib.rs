@@ -69,6 +69,8 @@ pub mod messages;
 #[doc(hidden)]
 pub mod network;
 #[doc(hidden)]
+pub mod parameter_file;
+#[doc(hidden)]
 pub mod taxonomy_file;
 #[doc(hidden)]
 pub mod text;
@@ -76,7 +78,9 @@ pub mod text;
 pub mod view;
 
 #[doc(hidden)]
-pub use divmerge_core::{cloud, cluster, geometry, over_time, pipeline, range_image, semantics};
+pub use divmerge_core::{
+    cloud, cluster, geometry, over_time, parameters, pipeline, range_image, semantics,
+};
 #[doc(hidden)]
 pub use divmerge_recording as recording;
 #[doc(hidden)]
@@ -105,6 +109,7 @@ pub use error::{Error, FrameError, Result};
 pub use evaluate::{Entropies, Panoptic, PanopticQuality};
 pub use frames::{CloudKey, LabelledFrames, Selection};
 pub use network::{Network, NetworkOptions};
+pub use parameters::{Parameter, ParameterKind, ParameterSet, SettingError};
 pub use pipeline::{Config, Overrides, Preset, StageTimes, Stages, run as cluster};
 pub use range_image::{Projection, ProjectionParams, RangeImage};
 pub use semantics::{GroundParams, MaskSource, ObjectMask, Smoothing};

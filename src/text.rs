@@ -20,6 +20,20 @@ pub fn counted(count: usize, noun: &str) -> String {
     format!("{} {noun}{}", grouped(count as u64), if count == 1 { "" } else { "s" })
 }
 
+/// A text in lines of at most so many letters, broken at spaces. A longer word has a line of its
+/// own.
+pub fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        let fits = |line: &&mut String| line.chars().count() + 1 + word.chars().count() <= width;
+        match lines.last_mut().filter(fits) {
+            Some(line) => *line += &format!(" {word}"),
+            None => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
 /// Nanoseconds as seconds with nine decimals.
 pub(crate) fn seconds(ns: i64) -> String {
     let (sign, ns) = (if ns < 0 { "-" } else { "" }, ns.unsigned_abs());
@@ -48,6 +62,13 @@ mod tests {
     fn thousands_are_grouped() {
         let numbers = [0, 12, 123, 1234, 123_456, 1_234_567].map(grouped);
         assert_eq!(numbers, ["0", "12", "123", "1,234", "123,456", "1,234,567"]);
+    }
+
+    #[test]
+    fn texts_are_broken_at_spaces() {
+        assert_eq!(wrapped("one two  three", 7), ["one two", "three"]);
+        assert_eq!(wrapped("one incomprehensible two", 7), ["one", "incomprehensible", "two"]);
+        assert!(wrapped(" ", 7).is_empty());
     }
 
     #[test]

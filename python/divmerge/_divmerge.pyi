@@ -20,6 +20,7 @@ __all__ = [
     "evaluate",
     "frames",
     "join",
+    "parameters",
     "plan",
     "simulate",
     "topics",
@@ -56,6 +57,7 @@ class _Labelled(Protocol):
     @property
     def instance(self) -> Any: ...
 
+_Setting: TypeAlias = bool | int | float | str | Iterable[float] | Iterable[Iterable[float]]
 _Array: TypeAlias = ArrayLike | _DLPack
 _Side: TypeAlias = tuple[_Array, _Array] | _Labelled
 
@@ -154,6 +156,7 @@ class Frame:
         min_points: int | None = None,
         bev: _BirdsEye | None = None,
         method: _Method | None = None,
+        set: dict[str, _Setting] | None = None,
         rows: int | None = None,
         columns: int | None = None,
         fov: tuple[float, float] | None = None,
@@ -184,6 +187,7 @@ def cluster(
     min_points: int | None = None,
     bev: _BirdsEye | None = None,
     method: _Method | None = None,
+    set: dict[str, _Setting] | None = None,
     rows: int | None = None,
     columns: int | None = None,
     fov: tuple[float, float] | None = None,
@@ -203,6 +207,7 @@ def cluster_image(
     min_points: int | None = None,
     bev: _BirdsEye | None = None,
     method: _Method | None = None,
+    set: dict[str, _Setting] | None = None,
     rows: int | None = None,
     columns: int | None = None,
     fov: tuple[float, float] | None = None,
@@ -250,6 +255,7 @@ def annotate(
     min_points: int | None = None,
     bev: _BirdsEye | None = None,
     method: _Method | None = None,
+    set: dict[str, _Setting] | None = None,
     rows: int | None = None,
     columns: int | None = None,
     fov: tuple[float, float] | None = None,
@@ -269,7 +275,7 @@ def annotate(
     unchecked: bool = False,
     assemble: str | None = None,
     track: Literal["auto", "on", "off"] = "auto",
-    lag: float = 1.0,
+    lag: float | None = None,
     ego_motion: str = "auto",
     only: bool = False,
     in_place: bool = False,
@@ -286,6 +292,7 @@ def annotate(
     onnxruntime: _Path | None = None,
     device: _Device = "auto",
 ) -> dict[str, Any]: ...
+def parameters(preset: _Preset = "best") -> list[dict[str, Any]]: ...
 def plan(
     inputs: _Path | Iterable[_Path], shards: int, *, topics: str | Iterable[str] | None = None
 ) -> list[dict[str, Any]]: ...
@@ -304,6 +311,7 @@ def annotate_slice(
     min_points: int | None = None,
     bev: _BirdsEye | None = None,
     method: _Method | None = None,
+    set: dict[str, _Setting] | None = None,
     rows: int | None = None,
     columns: int | None = None,
     fov: tuple[float, float] | None = None,

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use divmerge::annotate::time_spec::{self, TimeSpec};
 use divmerge::annotate::{
     self as library, AnnotateOptions, AnnotationReport, BoxedInstances, Flavor, Form, MessageTypes,
-    ObjectOptions, RunEvent, Slice, TrackMode,
+    ObjectOptions, RunEvent, Slice, TrackMode, TrackOptions,
 };
 use divmerge::messages::objects::ObjectKind;
 use divmerge::recording::Compression;
@@ -29,12 +29,12 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
 #[pyo3(
     signature = (path, out, **parameters),
     text_signature = "(path, out, *, semantics='auto', taxonomy=None, preset='best', voxel=None, \
-        angle=None, gap_columns=None, gap_rows=None, min_points=None, bev=None, method=None, \
+        angle=None, gap_columns=None, gap_rows=None, min_points=None, bev=None, method=None, set=None, \
         rows=None, columns=None, fov=None, sensor_frame='auto', \
         units=None, sensor_origin=(), min_range=None, max_range=None, crop=None, ego=None, \
         topics=(), \
         from_=None, to=None, objects=None, flavor='auto', compression=None, unchecked=False, \
-        assemble=None, track='auto', lag=1.0, ego_motion='auto', only=False, \
+        assemble=None, track='auto', lag=None, ego_motion='auto', only=False, \
         in_place=False, resume=False, force=False, threads=None, progress=None, \
         tolerance=0.01, model_config=None, model_image='auto', \
         remission_scale=None, batch=None, runtime='auto', onnxruntime=None, device='auto')"
@@ -47,7 +47,7 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
 /// semantics, taxonomy, sensor_frame, sensor_origin, units, min_range, max_range, crop, ego,
 /// tolerance, model_config, model_image, remission_scale, runtime, onnxruntime, device: as for
 /// `frames`; batch: clouds that go through a network at once. preset, voxel, angle, gap_columns,
-/// gap_rows, min_points, bev, method, rows, columns, fov: as for `cluster`. topics: cloud topics to
+/// gap_rows, min_points, bev, method, set, rows, columns, fov: as for `cluster`. topics: cloud topics to
 /// annotate, one or several; all if not said. from_, to: leave out messages before the one and from
 /// the other on: seconds from the start (12.5), or text as at the command line ("@1317384506.4",
 /// "2011-09-30T12:28:26Z", "frame:100"). objects: type of the boxes ("markers", "detection3d" or
@@ -55,7 +55,8 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
 /// "foxglove". compression: "zstd", "lz4" or "none"; that of most chunks of the input if not said.
 /// unchecked: take over chunks without clouds unopened. assemble: cluster whole turns put together
 /// of several messages: "auto", "10" (messages) or "0.1s". track: follow objects over time ("auto",
-/// "on" or "off"); lag: how far to look ahead for that, seconds; ego_motion: where the motion of
+/// "on" or "off"); lag: how far to look ahead for that, seconds, 1 if
+/// not said; ego_motion: where the motion of
 /// the sensor comes from: "auto" (recorded where it agrees with the clouds), "tf", "topic:/odom",
 /// "estimate" (the clouds alone) or "none". only: write the added topics alone;
 /// in_place: put the fields into the clouds themselves. resume: go on where a run with resume=True
@@ -90,7 +91,7 @@ pub fn run<'py>(
         parameters,
         |name, value| asked.set(name, value),
     )?;
-    let AnnotateArguments { objects, mut options, from, to, progress, in_place } = asked;
+    let AnnotateArguments { objects, mut options, from, to, lag, progress, in_place } = asked;
     options.slice = slice;
     if options.form == Form::Only && in_place {
         return Err(wrong("in_place", "not together with only"));
@@ -105,6 +106,9 @@ pub fn run<'py>(
     let window = py.detach(|| time_spec::window(path, (from, to), &options.topics));
     (options.from_ns, options.to_ns) = window.map_err(raised)?;
     options.config = parameters.annotate_config(py, objects, path)?;
+    let all = parameters.all(&options.config.taxonomy)?;
+    options.tracks = options.tracks.with_parameters(&all);
+    options.tracks.params.lag_s = lag.unwrap_or(options.tracks.params.lag_s);
     if !options.force && out.symlink_metadata().is_ok() {
         return Err(exists_already(out));
     }
@@ -167,6 +171,7 @@ struct AnnotateArguments {
     in_place: bool,
     from: Option<TimeSpec>,
     to: Option<TimeSpec>,
+    lag: Option<f64>,
     progress: Option<Py<PyAny>>,
 }
 
@@ -195,9 +200,8 @@ impl AnnotateArguments {
                 options.tracks.mode = choice(name, value, &modes)?;
             }
             "lag" => {
-                let seconds = number(name, value)?;
-                let tracks = options.tracks.clone().with_lag(seconds);
-                options.tracks = tracks.map_err(|problem| wrong(name, problem))?;
+                let tracks = TrackOptions::default().with_lag(number(name, value)?);
+                self.lag = Some(tracks.map_err(|problem| wrong(name, problem))?.params.lag_s);
             }
             "ego_motion" => {
                 let source = text(name, value)?.parse();

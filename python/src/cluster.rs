@@ -16,7 +16,8 @@ use crate::result::ClusterResult;
     signature = (points, semantics=None, **parameters),
     text_signature = "(points, semantics=None, *, confidence=None, ring=None, source=None, \
         taxonomy=None, preset='best', voxel=None, angle=None, gap_columns=None, gap_rows=None, \
-        min_points=None, bev=None, method=None, rows=None, columns=None, fov=None, \
+        min_points=None, bev=None, method=None, set=None, \
+        rows=None, columns=None, fov=None, \
         sensor_frame=None)"
 )]
 /// Cuts a LiDAR cloud into object instances.
@@ -37,7 +38,8 @@ use crate::result::ClusterResult;
 /// instances seen in fewer pixels are dropped. bev: merge on the bird's-eye plane: "off", "size",
 /// "box", "rectangle" or "hull". method: another method in place of divide and merge:
 /// "depth-clustering", "scan-line-run", "euclidean", "dbscan", "supervoxel", "alpine" or
-/// "one-per-class". rows, columns, fov: rows of equal elevation, columns of the full circle, and
+/// "one-per-class". set: any parameters by path, as {"cluster.tree.gap": 0.02}; `parameters` lists
+/// them. rows, columns, fov: rows of equal elevation, columns of the full circle, and
 /// (upper, lower) elevation in degrees of the range image, in place of what is found in the cloud.
 /// sensor_frame: how the points' frame stands: where x, y and z look ("rfu", "frd", ...), or roll,
 /// pitch and yaw of the sensor in degrees ("180,0,0").
@@ -60,7 +62,8 @@ pub fn cluster<'py>(
 #[pyo3(
     signature = (x, y, z, mask, **parameters),
     text_signature = "(x, y, z, mask, *, preset='best', voxel=None, angle=None, gap_columns=None, \
-        gap_rows=None, min_points=None, bev=None, method=None, rows=None, columns=None, fov=None, \
+        gap_rows=None, min_points=None, bev=None, method=None, set=None, \
+        rows=None, columns=None, fov=None, \
         sensor_frame=None)"
 )]
 /// Cuts the objects of an organised range image into instances, as the paper's own Python function
@@ -87,6 +90,6 @@ pub fn cluster_image<'py>(
     let objects = Objects::Marked(marks);
     let taxonomy = taxonomy(py, &parameters, None)?;
     let cloud = upright(cloud, parameters.sensor_frame)?;
-    let config = parameters.pipeline(&taxonomy.get().inner)?;
-    run(py, Arc::new(cloud), shape, &objects, &taxonomy, &config)
+    let parameters = parameters.all(&taxonomy.get().inner)?;
+    run(py, Arc::new(cloud), shape, &objects, &taxonomy, &parameters)
 }

@@ -5,9 +5,10 @@ use std::time::Instant;
 
 use divmerge::cloud::Transforms;
 use divmerge::cloud::sensor_frame::SensorFrame;
-use divmerge::pipeline::{self, Config};
+use divmerge::parameters::ParameterSet;
+use divmerge::pipeline;
 use divmerge::recording::stopwatch::ms_since;
-use divmerge::semantics::{GroundParams, MaskSource};
+use divmerge::semantics::MaskSource;
 use divmerge::{PointCloud, PointColumns};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -55,8 +56,8 @@ pub fn of_points<'py>(
     let objects = objects(semantics, &mut cloud, &shape)?.unwrap_or(Objects::NotGround);
     let taxonomy = taxonomy(py, parameters, None)?;
     let cloud = upright(cloud, parameters.sensor_frame)?;
-    let config = parameters.pipeline(&taxonomy.get().inner)?;
-    run(py, Arc::new(cloud), shape, &objects, &taxonomy, &config)
+    let parameters = parameters.all(&taxonomy.get().inner)?;
+    run(py, Arc::new(cloud), shape, &objects, &taxonomy, &parameters)
 }
 
 /// The instances of a frame, which is turned already and has its objects and taxonomy; others can
@@ -84,8 +85,8 @@ pub fn of_cloud<'py>(
     }
     let objects = given.unwrap_or_else(|| own_objects.clone());
     let taxonomy = taxonomy(py, parameters, Some(own_taxonomy))?;
-    let config = parameters.pipeline(&taxonomy.get().inner)?;
-    run(py, cloud, shape, &objects, &taxonomy, &config)
+    let parameters = parameters.all(&taxonomy.get().inner)?;
+    run(py, cloud, shape, &objects, &taxonomy, &parameters)
 }
 
 /// Clusters a cloud while other threads of Python run.
@@ -95,19 +96,18 @@ pub fn run(
     shape: Vec<usize>,
     objects: &Objects,
     taxonomy: &Py<PyTaxonomy>,
-    config: &Config,
+    parameters: &ParameterSet,
 ) -> PyResult<ClusterResult> {
-    let taxonomy = &taxonomy.get().inner;
+    let (taxonomy, config) = (&taxonomy.get().inner, parameters.config());
     let (stages, run_ms) = py.detach(|| {
-        let ground = GroundParams::default();
         let mask = match objects {
-            Objects::NotGround => MaskSource::NotGround(&ground),
+            Objects::NotGround => MaskSource::NotGround(&parameters.ground),
             Objects::All => MaskSource::All,
             Objects::Classes => MaskSource::Classes(taxonomy),
             Objects::Marked(marks) => MaskSource::Marked(marks),
         };
         let started = Instant::now();
-        let stages = pipeline::run(&cloud, mask, config);
+        let stages = pipeline::run(&cloud, mask, &config);
         (stages, ms_since(started))
     });
     ClusterResult::new(py, cloud, stages, shape, run_ms)

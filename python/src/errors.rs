@@ -32,6 +32,7 @@ pub fn raised(error: impl Into<LibraryError>) -> PyErr {
             None => std::io::Error::new(source.kind(), error.to_string()).into(),
         },
         LibraryError::Parameter(parameter) => wrong(parameter.name, parameter),
+        LibraryError::Setting(problem) => wrong("set", problem),
         _ => Error::new_err(error.to_string()),
     }
 }

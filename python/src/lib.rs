@@ -9,6 +9,7 @@ mod errors;
 mod evaluate;
 mod frames;
 mod parameters;
+mod registry;
 mod result;
 mod simulate;
 mod slices;
@@ -30,6 +31,8 @@ mod _divmerge {
     use super::evaluate::evaluate;
     #[pymodule_export]
     use super::frames::{Frame, Frames, frames, topics};
+    #[pymodule_export]
+    use super::registry::parameters;
     #[pymodule_export]
     use super::result::ClusterResult;
     #[pymodule_export]

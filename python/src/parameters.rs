@@ -11,13 +11,15 @@ use divmerge::comparison::methods;
 use divmerge::frames::{EgoBodies, recorded_transforms};
 use divmerge::network::NetworkImage;
 use divmerge::network::runtime::{Device, RuntimeKind};
+use divmerge::parameters::ParameterSet;
 use divmerge::pipeline::overrides::limits;
 use divmerge::pipeline::{Config, Overrides};
-use divmerge::range_image::ProjectionParams;
 use divmerge::recording::address::put_secrets_aside;
+use divmerge::semantics::GroundParams;
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString};
+use serde_json::Value;
 
 use crate::errors::{raised, type_of, wrong, wrong_type};
 use crate::taxonomy::PyTaxonomy;
@@ -26,6 +28,8 @@ use crate::taxonomy::PyTaxonomy;
 #[derive(Default)]
 pub struct Parameters {
     overrides: Overrides,
+    /// Paths of parameters and their values.
+    settings: Vec<(String, Value)>,
     /// Another method in the place of divide and merge.
     method: Option<String>,
     /// What the ids of classes mean, where that is said.
@@ -53,6 +57,7 @@ pub const ALL: &[&str] = &[
     "min_points",
     "bev",
     "method",
+    "set",
     "rows",
     "columns",
     "fov",
@@ -107,6 +112,7 @@ impl Parameters {
             "rows" => overrides.rows = Some(whole(name, value)?),
             "columns" => overrides.columns = Some(whole(name, value)?),
             "fov" => overrides.field_of_view = Some(pair(name, value)?),
+            "set" => self.settings = settings(name, value)?,
             "method" => self.method = Some(text(name, value)?),
             "taxonomy" => self.taxonomy = Some(PyTaxonomy::of(value)?),
             "sensor_frame" => self.sensor_frame = Some(parsed(name, value)?),
@@ -128,8 +134,17 @@ impl Parameters {
         Ok(true)
     }
 
-    /// The parameters of the pipeline.
-    pub fn pipeline(&self, taxonomy: &Taxonomy) -> PyResult<Config> {
+    /// Every parameter.
+    pub fn all(&self, taxonomy: &Taxonomy) -> PyResult<ParameterSet> {
+        let config = self.config(taxonomy)?;
+        let mut parameters = ParameterSet::of(&config, &GroundParams::default());
+        let settings = self.settings.iter().map(|(path, value)| (path.as_str(), value));
+        parameters.set_all(settings).map_err(raised)?;
+        Ok(parameters)
+    }
+
+    /// The parameters of the pipeline, without those of `set`.
+    fn config(&self, taxonomy: &Taxonomy) -> PyResult<Config> {
         let mut config = self.overrides.config().map_err(raised)?;
         config.other_method = match self.method.as_deref() {
             None | Some(OURS) => None,
@@ -168,17 +183,19 @@ impl Parameters {
             let transforms = recorded_transforms(&sensor_frame, recording)?;
             let sensor_origins = self.sensor_origins.clone();
             let frames = CloudFrames { sensor_frame, transforms, sensor_origins };
-            let mut projection = ProjectionParams::default();
-            self.overrides.set_projection(&mut projection);
-            let ego = match self.finds_ego {
-                true => EgoBodies::find(recording, unit.unwrap_or_default(), &frames, &projection)?,
-                false => EgoBodies::default(),
-            };
-            Ok((objects.config(recording)?, frames, ego))
+            Ok((objects.config(recording)?, frames))
         });
-        let (config, frames, ego) = opened.map_err(raised)?;
-        let pipeline = self.pipeline(&config.taxonomy)?;
-        Ok(AnnotateConfig { pipeline, unit, crop, ego, frames, ..config })
+        let (config, frames) = opened.map_err(raised)?;
+        let parameters = self.all(&config.taxonomy)?;
+        let ego = py.detach(|| match self.finds_ego {
+            true => {
+                let unit = unit.unwrap_or_default();
+                EgoBodies::find(recording, unit, &frames, &parameters.projection)
+            }
+            false => Ok(EgoBodies::default()),
+        });
+        let config = config.with_parameters(&parameters);
+        Ok(AnnotateConfig { unit, crop, ego: ego.map_err(raised)?, frames, ..config })
     }
 }
 
@@ -298,6 +315,37 @@ pub fn within(name: &str, value: &Bound<'_, PyAny>, most: usize) -> PyResult<usi
         number if (1..=most).contains(&number) => Ok(number),
         number => Err(wrong(name, format!("expected 1 to {most}, got {number}"))),
     }
+}
+
+/// Paths of parameters and their values.
+fn settings(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Value)>> {
+    let problem = || wrong_type(name, "expected a dict of paths of parameters and their values");
+    let entries = value.cast::<PyDict>().map_err(|_| problem())?.iter();
+    let entries = entries.map(|(path, value)| {
+        let path: String = path.extract().map_err(|_| problem())?;
+        let value = setting(&value)
+            .ok_or_else(|| wrong_type(&path, format!("cannot be of type {}", type_of(&value))))?;
+        Ok((path, value))
+    });
+    entries.collect()
+}
+
+/// True or false, a number, a text, or several of these.
+fn setting(value: &Bound<'_, PyAny>) -> Option<Value> {
+    if value.is_instance_of::<PyBool>() {
+        return value.extract::<bool>().ok().map(Value::from);
+    }
+    if value.is_instance_of::<PyInt>() {
+        return value.extract::<i64>().ok().map(Value::from);
+    }
+    if value.is_instance_of::<PyString>() {
+        return value.extract::<String>().ok().map(Value::from);
+    }
+    if value.is_instance_of::<PyFloat>() || value.extract::<f64>().is_ok() {
+        return value.extract::<f64>().ok().map(Value::from);
+    }
+    let items = value.try_iter().ok()?;
+    items.map(|item| setting(&item.ok()?)).collect::<Option<Vec<Value>>>().map(Value::from)
 }
 
 fn pair(name: &str, value: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {

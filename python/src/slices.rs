@@ -44,7 +44,8 @@ pub fn plan<'py>(
     signature = (slice, folder, *, input=None, **parameters),
     text_signature = "(slice, folder, *, input=None, semantics='auto', taxonomy=None, \
         preset='best', voxel=None, angle=None, gap_columns=None, gap_rows=None, min_points=None, \
-        bev=None, method=None, rows=None, columns=None, fov=None, sensor_frame='auto', \
+        bev=None, method=None, set=None, \
+        rows=None, columns=None, fov=None, sensor_frame='auto', \
         units=None, sensor_origin=(), min_range=None, max_range=None, crop=None, ego=None, \
         topics=(), \
         from_=None, to=None, objects=None, flavor='auto', compression=None, unchecked=False, \

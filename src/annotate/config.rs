@@ -11,6 +11,7 @@ use crate::messages::clouds::CloudMessage;
 use crate::network::Network;
 use divmerge_core::cloud::taxonomy::Taxonomy;
 use divmerge_core::cloud::{CloudFrames, Crop, Detection, LengthUnit, PointCloud};
+use divmerge_core::parameters::ParameterSet;
 use divmerge_core::pipeline::Config;
 use divmerge_core::semantics::evidence::{self, Belief};
 use divmerge_core::semantics::{GroundParams, MaskSource};
@@ -121,6 +122,17 @@ impl AnnotateConfig {
                 evidence::judge(cloud, &self.taxonomy, &self.pipeline.projection, &self.ground)
             }
         }
+    }
+
+    /// The parameters of the method; those over time are the usual ones.
+    pub fn parameters(&self) -> ParameterSet {
+        ParameterSet::of(&self.pipeline, &self.ground)
+    }
+
+    /// The same with the parameters of a set, as far as they are about single clouds.
+    pub fn with_parameters(self, parameters: &ParameterSet) -> Self {
+        let (pipeline, ground) = (parameters.config(), parameters.ground.clone());
+        AnnotateConfig { pipeline, ground, ..self }
     }
 
     /// The topic of the recording that classes are taken from, if one is.

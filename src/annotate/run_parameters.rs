@@ -8,6 +8,7 @@ use super::config::{AnnotateConfig, Semantics};
 use super::form::Form;
 use super::metadata::method_metadata;
 use super::options::AnnotateOptions;
+use super::recorded_run::{CONFIG_KEY, recorded_run};
 use super::tracking::TrackOptions;
 use super::types::MessageTypes;
 use divmerge_recording::{Compression, Overview};
@@ -57,6 +58,7 @@ impl RunParameters {
         if follows {
             parameters.insert("tracks".to_owned(), serde_json::json!(options.tracks).to_string());
         }
+        parameters.insert(CONFIG_KEY.to_owned(), recorded_run(options));
         parameters.extend(options.assemble.map(|how| ("assemble".to_owned(), how.to_string())));
         RunParameters {
             input: name.into_owned(),

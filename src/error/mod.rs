@@ -10,6 +10,7 @@ mod spelling;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use divmerge_core::parameters::SettingError;
 use divmerge_core::{CloudError, ParameterError};
 
 pub use self::conflict::Conflict;
@@ -177,6 +178,19 @@ pub enum Error {
     /// A parameter that is out of its limits, or does not fit the others.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
+
+    /// A parameter that cannot be set.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
+
+    /// A file of parameters that cannot be used.
+    #[error("{}: {problem}", path.display())]
+    ParameterFile {
+        /// The file, or the annotated recording.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
 
     /// A figure that cannot be drawn.
     #[error(transparent)]

@@ -74,6 +74,14 @@ impl FrameClasses {
         }
     }
 
+    /// How far the stamp of a message may be from that of its cloud, nanoseconds; of a topic alone.
+    pub fn tolerance_ns(&self) -> Option<u64> {
+        match self {
+            FrameClasses::Files(_) => None,
+            FrameClasses::Topic(topic) => Some(topic.tolerance_ns()),
+        }
+    }
+
     /// Where they are and how they are told apart, with the name of the folder.
     pub fn source(&self) -> String {
         match self {

@@ -88,6 +88,11 @@ impl ClassTopic {
         &self.topic
     }
 
+    /// How far the stamp of a message may be from that of its cloud, nanoseconds.
+    pub(super) fn tolerance_ns(&self) -> u64 {
+        self.tolerance_ns
+    }
+
     pub(super) fn source(&self) -> String {
         format!("{}, within {} ns", self.topic, self.tolerance_ns)
     }

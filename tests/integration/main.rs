@@ -28,6 +28,7 @@ mod odd_clouds;
 mod onnx;
 mod oracle;
 mod outputs;
+mod parameters;
 mod partition;
 mod parts;
 mod recordings;

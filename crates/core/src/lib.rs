@@ -8,6 +8,7 @@ pub mod cluster;
 pub mod error;
 pub mod geometry;
 pub mod over_time;
+pub mod parameters;
 pub mod pipeline;
 pub mod range_image;
 pub mod semantics;

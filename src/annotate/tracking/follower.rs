@@ -47,7 +47,7 @@ pub(in crate::annotate) struct Decided<T> {
 impl<T> TopicFollower<T> {
     pub(in crate::annotate) fn new(options: &TrackOptions) -> Self {
         TopicFollower {
-            motion: SensorMotion::new(&options.ego_motion),
+            motion: SensorMotion::new(&options.ego_motion, &options.estimation),
             tracker: Tracker::new(options.params),
             times_ns: None,
             undecided: VecDeque::new(),

@@ -11,7 +11,7 @@ use crate::annotate::types::Placement;
 use crate::frames::EncodedCloud;
 use crate::messages::clouds::CloudMessage;
 use divmerge_core::cloud::Instance;
-use divmerge_core::over_time::ego_motion::{RegistrationScan, ScanParams};
+use divmerge_core::over_time::ego_motion::RegistrationScan;
 use divmerge_core::over_time::{ObservedInstance, observe};
 
 /// What is kept of a cloud to follow its objects.
@@ -42,7 +42,7 @@ pub(in crate::annotate) fn observe_cloud(
     let is_estimated =
         matches!(options.ego_motion, EgoMotionSource::Auto | EgoMotionSource::Estimate);
     let scan = match is_estimated && !stands_still {
-        true => RegistrationScan::new(cloud, stages, &ScanParams::default()).to_bytes(),
+        true => RegistrationScan::new(cloud, stages, &options.registration).to_bytes(),
         false => Vec::new(),
     };
     let time_ns = match message.stamp_ns() {

@@ -1,11 +1,14 @@
 //! Whether and how objects are followed over time.
 
+use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
 use crate::annotate::config::AnnotateConfig;
 use divmerge_core::over_time::TrackParams;
+use divmerge_core::over_time::ego_motion::{EgoMotionParams, ScanParams};
+use divmerge_core::parameters::ParameterSet;
 
 /// Whether and how objects are followed over the clouds of a topic.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -16,6 +19,10 @@ pub struct TrackOptions {
     pub ego_motion: EgoMotionSource,
     /// Parameters of the tracker.
     pub params: TrackParams,
+    /// How the motion of the sensor is estimated from the clouds.
+    pub estimation: EgoMotionParams,
+    /// What is kept of a cloud for that.
+    pub registration: ScanParams,
 }
 
 /// Whether objects are followed over time.
@@ -49,6 +56,19 @@ pub enum EgoMotionSource {
     None,
 }
 
+/// As [`FromStr`] reads it.
+impl fmt::Display for EgoMotionSource {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            EgoMotionSource::Auto => out.write_str("auto"),
+            EgoMotionSource::Transforms => out.write_str("tf"),
+            EgoMotionSource::Topic(topic) => write!(out, "topic:{topic}"),
+            EgoMotionSource::Estimate => out.write_str("estimate"),
+            EgoMotionSource::None => out.write_str("none"),
+        }
+    }
+}
+
 impl FromStr for EgoMotionSource {
     type Err = String;
 
@@ -77,6 +97,16 @@ impl TrackOptions {
         }
         self.params.lag_s = seconds;
         Ok(self)
+    }
+
+    /// The same with the parameters of a set.
+    pub fn with_parameters(self, parameters: &ParameterSet) -> Self {
+        TrackOptions {
+            params: parameters.tracks,
+            estimation: parameters.ego_motion.clone(),
+            registration: parameters.registration,
+            ..self
+        }
     }
 
     /// Whether the objects of clouds are followed to which this is done.

@@ -136,12 +136,11 @@ pub(super) struct SensorPose {
 }
 
 impl SensorMotion {
-    pub(super) fn new(source: &EgoMotionSource) -> Self {
-        let estimation = EgoMotionParams::default();
+    pub(super) fn new(source: &EgoMotionSource, estimation: &EgoMotionParams) -> Self {
         SensorMotion {
             source: source.clone(),
             estimator: EgoMotion::new(estimation.clone()),
-            estimation,
+            estimation: estimation.clone(),
             compared: BTreeMap::new(),
             used: None,
             last: None,

@@ -171,7 +171,9 @@ fn measure_here(arguments: &Arguments, contender: Contender) -> Result<Row> {
         let (source, taxonomy) = (arguments.boxes.source(true)?, &method.taxonomy);
         method.boxes =
             BoxArguments::open(source.as_ref(), &arguments.truth.clouds.input, taxonomy)?;
-        arguments.boxes.set(&mut method.pipeline);
+        let mut parameters = method.parameters();
+        arguments.boxes.set(&mut parameters)?;
+        method = method.with_parameters(&parameters);
     }
     let frames = arguments.truth.clouds.open(&method)?;
     let bar = frame_bar(&contender.name(), frames.remaining());

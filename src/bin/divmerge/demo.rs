@@ -5,14 +5,16 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::Args;
 use divmerge::Taxonomy;
-use divmerge::annotate::{AnnotateOptions, AnnotationReport, annotate};
+use divmerge::annotate::{AnnotateOptions, AnnotationReport, TrackOptions, annotate};
 use divmerge::datasets::drive::{CLOUD_TOPIC, write_drive};
 use divmerge::evaluate::panoptic::{MIN_POINTS, Panoptic};
 use divmerge::frames::EncodedClouds;
+use divmerge::pipeline::Preset;
 use divmerge::recording::WriteOptions;
 use divmerge::simulate::{Drive, Scene, Sensor};
 
 use crate::arguments::objects::ObjectArguments;
+use crate::arguments::parameters::ParameterArguments;
 use crate::exit::Outcome;
 use crate::output::{OutputFile, Outputs, make_folder};
 use crate::progress::{RecordingProgress, frame_bar};
@@ -38,20 +40,26 @@ pub struct Arguments {
 
     #[command(flatten)]
     objects: ObjectArguments,
+
+    #[command(flatten)]
+    parameters: ParameterArguments,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     interrupt::listen();
+    let parameters = arguments.parameters.of_preset(Preset::Best)?;
     let folder = &arguments.out;
-    let mut outputs = Outputs::new(arguments.objects.files(), true);
+    let inputs = arguments.objects.files().chain(arguments.parameters.files());
+    let mut outputs = Outputs::new(inputs, true);
     let mut output = |name: &str| outputs.file_in_made_folder(&folder.join(name));
     let [drive, annotated] = [output("drive.mcap")?, output("annotated.mcap")?];
     let figure = output("figure.png")?;
     make_folder(folder)?;
     simulate(&drive, arguments)?;
     let (drive, annotated) = (drive.path(), annotated.path());
-    let config = arguments.objects.config(drive)?;
-    let options = AnnotateOptions { force: true, config, ..AnnotateOptions::default() };
+    let config = arguments.objects.config(drive)?.with_parameters(&parameters);
+    let tracks = TrackOptions::default().with_parameters(&parameters);
+    let options = AnnotateOptions { force: true, config, tracks, ..AnnotateOptions::default() };
     let progress = RecordingProgress::new("annotating", drive);
     let report = annotate(drive, annotated, &options, &mut |event| {
         progress.show(&event);

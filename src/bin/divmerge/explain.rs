@@ -132,13 +132,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 
 /// Explains an object over time.
 fn explain_track(arguments: &Arguments, method: &AnnotateConfig, track: u32) -> Result<Outcome> {
+    let options = arguments.following.options(&arguments.method.parameters_over_time()?);
     let drive = followed_drive(
         &arguments.input,
         (arguments.topic.as_deref(), arguments.frames.clone()),
-        (method, &arguments.following),
+        (method, &options),
     )?;
-    let params = arguments.following.options().params;
-    let Some(explanation) = TrackExplanation::of(&drive, track, &params) else {
+    let Some(explanation) = TrackExplanation::of(&drive, track, &options.params) else {
         let last = drive.tracks.last().map_or(0, |last| last.track);
         return Err(NotThere(format!(
             "no instance of {} is of track {track}; the objects have tracks up to {last}",

@@ -203,10 +203,11 @@ fn clustered<'a>(
 
 /// Draws the tracks of a drive.
 fn tracks(arguments: &Arguments, method: &AnnotateConfig, output: &OutputFile) -> Result<Outcome> {
+    let options = arguments.following.options(&arguments.method.parameters_over_time()?);
     let drive = followed_drive(
         &arguments.input,
         (arguments.topic.as_deref(), arguments.frames.clone()),
-        (method, &arguments.following),
+        (method, &options),
     )?;
     let page = view::track_figure(&drive, arguments.view, arguments.dpi);
     let bytes = output.write_picture(&page, arguments.dpi)?;

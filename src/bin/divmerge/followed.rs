@@ -4,21 +4,21 @@ use std::ops::Range;
 use std::path::Path;
 
 use divmerge::Result;
-use divmerge::annotate::{AnnotateConfig, FollowProgress, FollowedDrive, follow_drive};
+use divmerge::annotate::{
+    AnnotateConfig, FollowProgress, FollowedDrive, TrackOptions, follow_drive,
+};
 
-use crate::arguments::tracks::FollowArguments;
 use crate::progress::frame_bar;
 
 /// Follows the objects of some frames of a topic; by default of all frames of the first topic.
 pub fn followed_drive(
     input: &Path,
     (topic, frames): (Option<&str>, Option<Range<u64>>),
-    (method, following): (&AnnotateConfig, &FollowArguments),
+    (method, options): (&AnnotateConfig, &TrackOptions),
 ) -> Result<FollowedDrive> {
     let bar = frame_bar("following", 0);
     let frames = frames.unwrap_or(0..u64::MAX);
-    let options = following.options();
-    let drive = follow_drive(input, (topic, frames), (method, &options), &mut |progress| {
+    let drive = follow_drive(input, (topic, frames), (method, options), &mut |progress| {
         let FollowProgress { clouds, of } = progress;
         bar.set_length(of);
         bar.set_position(clouds);

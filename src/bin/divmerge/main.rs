@@ -9,6 +9,7 @@ mod annotated;
 mod arguments;
 mod compare;
 mod completions;
+mod config;
 mod convert;
 mod demo;
 mod diff;
@@ -25,6 +26,7 @@ mod interrupt;
 mod join;
 mod layout;
 mod output;
+mod params;
 mod plan;
 mod progress;
 mod report;
@@ -41,7 +43,7 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use divmerge::recording::address::put_secrets_aside;
 use divmerge::recording::limit_unpacked;
 
@@ -92,13 +94,17 @@ enum Command {
     Sweep(sweep::Arguments),
     Diff(diff::Arguments),
     Export(export::Arguments),
+    Params(params::Arguments),
     Completions(completions::Arguments),
 }
 
 fn main() -> ExitCode {
     exit::report_panics();
-    let matches =
-        Cli::command().try_get_matches_from(arguments()).unwrap_or_else(exit::end_with_usage);
+    let words: Vec<OsString> = arguments().collect();
+    let mut matches = parsed(&words);
+    if let Some(words) = config::with_options(&words, &matches, &mut Cli::command()) {
+        matches = parsed(&words.unwrap_or_else(exit::end_with_usage));
+    }
     let name = matches.subcommand_name().unwrap_or_default();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(exit::end_with_usage);
     cli.max_unpacked.into_iter().for_each(limit_unpacked);
@@ -109,6 +115,10 @@ fn main() -> ExitCode {
         }
         Err(code) => code.into(),
     }
+}
+
+fn parsed(words: &[OsString]) -> ArgMatches {
+    Cli::command().try_get_matches_from(words).unwrap_or_else(exit::end_with_usage)
 }
 
 fn run(command: Command) -> Result<Outcome> {
@@ -131,6 +141,7 @@ fn run(command: Command) -> Result<Outcome> {
         Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Diff(arguments) => diff::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
+        Command::Params(arguments) => params::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments, &mut Cli::command()),
     }
 }

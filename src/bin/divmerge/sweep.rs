@@ -2,18 +2,21 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Result, bail};
-use clap::{Args, ValueEnum};
+use anyhow::Result;
+use clap::Args;
+use clap::error::ErrorKind;
 use divmerge::comparison::{MethodScores, measure};
-use divmerge::pipeline::{Config, Preset};
+use divmerge::parameters::{ParameterKind, ParameterSet, registry};
+use divmerge::pipeline::Preset;
 use divmerge::view::{Line, LineChart};
 use serde::Serialize;
 
 use crate::arguments::method::PRESETS;
 use crate::arguments::objects::ObjectArguments;
+use crate::arguments::parameters::ParameterArguments;
 use crate::arguments::truth::TruthArguments;
 use crate::arguments::values::{number, one_of};
-use crate::exit::Outcome;
+use crate::exit::{Outcome, WrongUsage};
 use crate::output::{Outputs, chart_or_table};
 use crate::progress::frame_bar;
 use crate::table::{measurements, write_measurements};
@@ -32,11 +35,12 @@ pub struct Arguments {
     #[command(flatten)]
     objects: ObjectArguments,
 
-    /// The parameter
-    #[arg(long, value_enum, default_value_t = Parameter::Voxel, value_name = "PARAMETER")]
-    over: Parameter,
+    /// The parameter: voxel (metres), angle (degrees), gap-columns, gap-rows, merge-ratio,
+    /// min-points, or the path of any number (`divmerge params`), in its own unit
+    #[arg(long, default_value = "voxel", value_name = "PARAMETER", value_parser = swept)]
+    over: SweptParameter,
 
-    /// Its values [default: a range around the presets']
+    /// Its values [default: a range around the presets' for those with short names]
     #[arg(long, value_delimiter = ',', value_name = "LIST", value_parser = number)]
     values: Vec<f64>,
 
@@ -50,6 +54,9 @@ pub struct Arguments {
     )]
     presets: Vec<Preset>,
 
+    #[command(flatten)]
+    parameters: ParameterArguments,
+
     /// Write charts (.svg or .png), the table (.csv or .md) or all measurements (.json); may be
     /// repeated
     #[arg(short, long, value_name = "OUT", value_parser = chart_or_table)]
@@ -60,62 +67,108 @@ pub struct Arguments {
     force: bool,
 }
 
-/// The parameter to change.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Parameter {
-    /// Voxel size of the divide step, metres
-    Voxel,
-    /// Minimum angle beta between neighbouring pixels of one object, degrees
-    Angle,
-    /// Maximum column distance between neighbouring pixels
-    GapColumns,
-    /// Maximum row distance between neighbouring pixels
-    GapRows,
-    /// Share of votes in favour above which two components merge
-    MergeRatio,
-    /// Instances seen in fewer pixels are dropped
-    MinPoints,
+/// A parameter with values around the presets'.
+#[derive(Clone, Copy)]
+struct Usual {
+    /// Its name at the command line, beside its path.
+    name: &'static str,
+    path: &'static str,
+    values: &'static [f64],
+    /// Its name on an axis.
+    axis: &'static str,
+    is_log: bool,
+    /// Ends a value, as a unit.
+    unit: &'static str,
 }
 
-impl Parameter {
-    /// Values around the presets', the name on an axis, and whether the axis is logarithmic.
-    fn usual(self) -> (&'static [f64], &'static str, bool) {
-        match self {
-            Parameter::Voxel => (&[2.0, 1.0, 0.5, 0.2, 0.1], "voxel size, m", true),
-            Parameter::Angle => {
-                (&[2.0, 5.0, 8.6, 10.0, 15.0, 20.0], "minimum angle beta, degrees", false)
-            }
-            Parameter::GapColumns => (&[1.0, 2.0, 3.0, 5.0, 10.0], "maximum column distance", true),
-            Parameter::GapRows => (&[1.0, 2.0, 3.0, 5.0, 10.0], "maximum row distance", true),
-            Parameter::MergeRatio => {
-                (&[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9], "vote share to merge", false)
-            }
-            Parameter::MinPoints => {
-                (&[0.0, 5.0, 10.0, 20.0, 30.0, 50.0], "minimum pixels of an instance", false)
-            }
-        }
-    }
+const USUAL: &[Usual] = &[
+    Usual {
+        name: "voxel",
+        path: "cluster.voxel",
+        values: &[2.0, 1.0, 0.5, 0.2, 0.1],
+        axis: "voxel size, m",
+        is_log: true,
+        unit: "",
+    },
+    Usual {
+        name: "angle",
+        path: "cluster.condition.angle",
+        values: &[2.0, 5.0, 8.6, 10.0, 15.0, 20.0],
+        axis: "minimum angle beta, degrees",
+        is_log: false,
+        unit: "deg",
+    },
+    Usual {
+        name: "gap-columns",
+        path: "cluster.gap_columns",
+        values: &[1.0, 2.0, 3.0, 5.0, 10.0],
+        axis: "maximum column distance",
+        is_log: true,
+        unit: "",
+    },
+    Usual {
+        name: "gap-rows",
+        path: "cluster.gap_rows",
+        values: &[1.0, 2.0, 3.0, 5.0, 10.0],
+        axis: "maximum row distance",
+        is_log: true,
+        unit: "",
+    },
+    Usual {
+        name: "merge-ratio",
+        path: "cluster.merge_ratio",
+        values: &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9],
+        axis: "vote share to merge",
+        is_log: false,
+        unit: "",
+    },
+    Usual {
+        name: "min-points",
+        path: "cluster.min_pixels",
+        values: &[0.0, 5.0, 10.0, 20.0, 30.0, 50.0],
+        axis: "minimum pixels of an instance",
+        is_log: false,
+        unit: "",
+    },
+];
 
-    fn set(self, config: &mut Config, value: f64) -> Result<()> {
-        let whole = |least: f64| match value >= least && value.fract() == 0.0 {
-            true => Ok(value as usize),
-            false => bail!("--values {value}: must be a whole number from {least} on"),
-        };
-        let params = &mut config.cluster;
-        match self {
-            Parameter::Voxel if value > 0.0 => params.voxel = value,
-            Parameter::Voxel => bail!("--values {value}: must be above 0"),
-            Parameter::Angle if (0.0..90.0).contains(&value) => {
-                params.condition.angle = value.to_radians();
-            }
-            Parameter::Angle => bail!("--values {value}: must be in 0..90"),
-            Parameter::GapColumns => params.gap_columns = whole(1.0)?,
-            Parameter::GapRows => params.gap_rows = whole(1.0)?,
-            Parameter::MergeRatio if (0.0..=1.0).contains(&value) => params.merge_ratio = value,
-            Parameter::MergeRatio => bail!("--values {value}: must be in 0..=1"),
-            Parameter::MinPoints => params.min_pixels = whole(0.0)?,
+/// The parameter to change.
+#[derive(Debug, Clone, PartialEq)]
+struct SweptParameter {
+    path: String,
+    /// Values around the presets'; none for most.
+    values: &'static [f64],
+    axis: String,
+    is_log: bool,
+    unit: &'static str,
+}
+
+/// Reads a short name, or the path of a number.
+fn swept(text: &str) -> Result<SweptParameter, String> {
+    if let Some(usual) = USUAL.iter().find(|usual| usual.name == text) {
+        let Usual { path, values, axis, is_log, unit, .. } = *usual;
+        let (path, axis) = (path.to_owned(), axis.to_owned());
+        return Ok(SweptParameter { path, values, axis, is_log, unit });
+    }
+    let all = ParameterSet::with_all_parts();
+    all.get(text).map_err(|error| error.to_string())?;
+    let parameter = registry().iter().find(|parameter| parameter.path == text);
+    match parameter.map(|parameter| (&parameter.kind, &parameter.unit)) {
+        Some((ParameterKind::Number { .. } | ParameterKind::Whole { .. }, unit)) => {
+            let unit = unit.as_ref().map_or(String::new(), |unit| format!(", {unit}"));
+            let (path, axis) = (text.to_owned(), format!("{text}{unit}"));
+            Ok(SweptParameter { path, values: &[], axis, is_log: false, unit: "" })
         }
-        Ok(())
+        _ => Err("takes no numbers".to_owned()),
+    }
+}
+
+impl SweptParameter {
+    fn set(&self, parameters: &mut ParameterSet, value: f64) -> Result<(), WrongUsage> {
+        let text = format!("{value}{}", self.unit);
+        parameters.set(&self.path, &text.into()).map_err(|error| {
+            WrongUsage(ErrorKind::ValueValidation, format!("--values {value}: {error}"))
+        })
     }
 }
 
@@ -130,44 +183,50 @@ struct Row {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let inputs = arguments.truth.clouds.files().chain(arguments.objects.files());
+    let inputs = inputs.chain(arguments.parameters.files());
     let outputs = Outputs::new(inputs, arguments.force).files(&arguments.output)?;
-    let values = match arguments.values.as_slice() {
-        [] => arguments.over.usual().0,
-        values => values,
+    let values = match (arguments.values.as_slice(), arguments.over.values) {
+        ([], []) => {
+            let problem = format!("--over {} needs --values", arguments.over.path);
+            return Err(WrongUsage(ErrorKind::MissingRequiredArgument, problem).into());
+        }
+        ([], usual) => usual,
+        (values, _) => values,
     };
-    let mut configs = Vec::new();
-    for preset in &arguments.presets {
+    let mut sets = Vec::new();
+    for &preset in &arguments.presets {
+        let usual = arguments.parameters.of_preset(preset)?;
         for &value in values {
-            let mut config = preset.config();
-            arguments.over.set(&mut config, value)?;
-            configs.push((value, config));
+            let mut parameters = usual.clone();
+            arguments.over.set(&mut parameters, value)?;
+            sets.push((value, parameters));
         }
     }
     let mut method = arguments.objects.config(&arguments.truth.clouds.input)?;
     let frames = arguments.truth.clouds.open(&method)?.remaining();
-    let bar = frame_bar("sweeping", frames * configs.len() as u64);
-    let mut rows = Vec::with_capacity(configs.len());
-    for (value, config) in configs {
-        let preset = config.preset;
-        method.pipeline = config;
+    let bar = frame_bar("sweeping", frames * sets.len() as u64);
+    let mut rows = Vec::with_capacity(sets.len());
+    for (value, parameters) in sets {
+        let preset = parameters.preset;
+        method = method.with_parameters(&parameters);
         let frames = arguments.truth.clouds.open(&method)?;
         let measured = measure(frames, &method, arguments.truth.min_points, || bar.inc(1));
         let measured = measured.map_err(|error| arguments.truth.clouds.with_hint(error))?;
         rows.push(Row { preset, value, measured });
     }
     bar.finish_and_clear();
-    let head = ["preset", arguments.over.usual().1];
+    let head = ["preset", arguments.over.axis.as_str()];
     let cells = rows.iter().map(|row| vec![row.preset.to_owned(), row.value.to_string()]);
     let table = measurements(&head, cells.zip(rows.iter().map(|row| &row.measured)));
     print!("{}", table.markdown());
-    let charts = || charts(arguments.over, &rows);
+    let charts = || charts(&arguments.over, &rows);
     write_measurements(&outputs, &rows, &table, charts)?;
     Ok(Outcome::Done)
 }
 
 /// A title, and quality and time over the parameter.
-fn charts(over: Parameter, rows: &[Row]) -> (String, Vec<LineChart>) {
-    let (_, x_name, is_log) = over.usual();
+fn charts(over: &SweptParameter, rows: &[Row]) -> (String, Vec<LineChart>) {
+    let SweptParameter { axis: x_name, is_log, .. } = over;
     let mut x_ticks: Vec<f64> = rows.iter().map(|row| row.value).collect();
     x_ticks.sort_by(f64::total_cmp);
     x_ticks.dedup();
@@ -180,9 +239,9 @@ fn charts(over: Parameter, rows: &[Row]) -> (String, Vec<LineChart>) {
         };
         LineChart {
             title: title.into(),
-            x_name: x_name.into(),
+            x_name: x_name.clone(),
             y_name: y_name.into(),
-            is_log: is_log && x_ticks.iter().all(|&tick| tick > 0.0),
+            is_log: *is_log && x_ticks.iter().all(|&tick| tick > 0.0),
             x_ticks: x_ticks.clone(),
             lines: rows.chunk_by(|a, b| a.preset == b.preset).map(line).collect(),
         }

@@ -1,6 +1,9 @@
 //! ALPINE (Sautier, Puy, Boulch, Marlet and Lepetit 2025, arXiv 2503.13203): "Clustering is back:
 //! Reaching state-of-the-art LiDAR instance segmentation without training".
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::shared::per_class;
 use divmerge_core::cloud::taxonomy::{ClassSize, Taxonomy};
 use divmerge_core::cluster::{Method, MethodInput, Segmentation};
@@ -21,14 +24,17 @@ use divmerge_core::geometry::kd_tree::KdTree;
 ///
 /// One departure from the released code: in its version of March 2025 a loop overwrites k by the
 /// number of the last class. Here k is 32, as the paper has it.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Alpine {
     /// Neighbours of a point. Default 32 (the paper's).
+    #[schemars(range(min = 1, max = 1000), extend("slider" = [4, 64], "source" = "Sautier et al. 2025"))]
     pub neighbours: usize,
     /// How much longer and wider than its class's box a component may be. Default 1.3 (the
     /// paper's); infinite: nothing is split.
+    #[schemars(range(min = 0.0), extend("slider" = [1.0, 3.0], "source" = "Sautier et al. 2025"))]
     pub margin: f64,
     /// Box by class number; classes without one are left without instances.
+    #[schemars(skip)]
     pub boxes: Vec<Option<ClassSize>>,
 }
 
@@ -119,9 +125,7 @@ impl Method for Alpine {
         "alpine"
     }
 
-    fn parameters(&self) -> serde_json::Value {
-        serde_json::json!(self)
-    }
+    parameters_are_fields!();
 
     fn segment(&self, input: &MethodInput) -> Segmentation {
         per_class(input, |class, points| {

@@ -2,8 +2,10 @@
 //! segmentation and 3-D object detection, made as in Behley, Milioto and Stachniss 2020 (arXiv
 //! 2003.02371).
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use divmerge_core::cluster::{Method, MethodInput, Segmentation};
-use serde::Serialize;
 
 use divmerge_core::cloud::point_cloud::wide;
 use divmerge_core::cloud::{Detection, UprightBox};
@@ -11,12 +13,14 @@ use divmerge_core::cloud::{Detection, UprightBox};
 /// An object point belongs to the detection of its class in whose box it lies, of several to the
 /// one in which it lies deepest by the boxes' sizes, and of those to the surer one. Points in no
 /// box have no instance. Where the points have no classes every detection may have them.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Boxes {
     /// How far outside a box a point may lie, metres: boxes are drawn closely, and detectors err.
     /// Default 0.1.
+    #[schemars(range(min = 0.0), extend("unit" = "m", "slider" = [0.0, 1.0]))]
     pub margin: f64,
     /// Detections less sure than this are left out. Default 0: none.
+    #[schemars(extend("slider" = [0.0, 1.0]))]
     pub least_score: f64,
 }
 
@@ -31,9 +35,7 @@ impl Method for Boxes {
         "boxes"
     }
 
-    fn parameters(&self) -> serde_json::Value {
-        serde_json::json!(self)
-    }
+    parameters_are_fields!();
 
     fn segment(&self, input: &MethodInput) -> Segmentation {
         let known = input.detections.iter().filter(|found| found.score >= self.least_score);

@@ -1,5 +1,8 @@
 //! Density-based clustering (Ester, Kriegel, Sander and Xu 1996).
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use divmerge_core::cluster::{Method, MethodInput, Segmentation};
 use divmerge_core::geometry::disjoint_sets::DisjointSets;
 use rustc_hash::FxHashMap;
@@ -12,11 +15,14 @@ use super::shared::{Cell, cell_of, key_of, per_class, stepped};
 /// point. Core points no farther apart than that are one cluster; other points join the nearest
 /// core point within reach (the original: the first that comes, so that the order of the points
 /// matters), or are noise and get no instance.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Dbscan {
     /// Epsilon, metres. Default 0.5.
+    #[schemars(range(max = 100.0))]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "m", "slider" = [0.05, 3.0]))]
     pub reach: f64,
     /// Points that make a point a core point. Default 5.
+    #[schemars(range(min = 1, max = 1000000), extend("slider" = [1, 30]))]
     pub min_points: usize,
 }
 
@@ -31,9 +37,7 @@ impl Method for Dbscan {
         "dbscan"
     }
 
-    fn parameters(&self) -> serde_json::Value {
-        serde_json::json!(self)
-    }
+    parameters_are_fields!();
 
     fn segment(&self, input: &MethodInput) -> Segmentation {
         per_class(input, |_, points| dbscan(points, *self))

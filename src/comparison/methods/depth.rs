@@ -1,7 +1,11 @@
 //! Depth clustering (Bogoslavskyi and Stachniss 2016).
 
+use std::f64::consts::FRAC_PI_2;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use divmerge_core::cluster::{Method, MethodInput, Segmentation};
-use serde::Serialize;
 
 use super::shared::{object_pixels, to_points};
 use divmerge_core::geometry::disjoint_sets::DisjointSets;
@@ -11,10 +15,13 @@ use divmerge_core::range_image::NO_NEIGHBOUR;
 ///
 /// Theirs works on all that is not ground; here on the pixels of one class after the other. Theirs
 /// fills holes in the depth image first; this does not.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DepthClustering {
     /// Least angle beta between neighbours of one object, radians. Default 0.15 (Zhao, Zhang and
     /// Huang's survey, arXiv 2108.09522; the paper's examples have 10 degrees).
+    #[schemars(range(min = 0.0))]
+    #[schemars(extend("exclusiveMaximum" = FRAC_PI_2, "unit" = "rad", "slider" = [0.0, 0.7]))]
+    #[schemars(extend("source" = "Zhao, Zhang and Huang 2021, arXiv 2108.09522"))]
     pub angle: f64,
 }
 
@@ -29,9 +36,7 @@ impl Method for DepthClustering {
         "depth-clustering"
     }
 
-    fn parameters(&self) -> serde_json::Value {
-        serde_json::json!(self)
-    }
+    parameters_are_fields!();
 
     fn segment(&self, input: &MethodInput) -> Segmentation {
         let objects = object_pixels(input, self.angle);

@@ -1,13 +1,19 @@
 //! Euclidean cluster extraction (Rusu 2010).
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::dbscan::{Dbscan, dbscan};
 use super::shared::per_class;
 use divmerge_core::cluster::{Method, MethodInput, Segmentation};
 
 /// From point to point: whatever is near a point of a cluster is in it; class by class.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Euclidean {
     /// How near, metres. Default 0.5 (Zhao, Zhang and Huang's survey, arXiv 2108.09522).
+    #[schemars(range(max = 100.0))]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "m", "slider" = [0.05, 3.0]))]
+    #[schemars(extend("source" = "Zhao, Zhang and Huang 2021, arXiv 2108.09522"))]
     pub reach: f64,
 }
 
@@ -22,9 +28,7 @@ impl Method for Euclidean {
         "euclidean"
     }
 
-    fn parameters(&self) -> serde_json::Value {
-        serde_json::json!(self)
-    }
+    parameters_are_fields!();
 
     fn segment(&self, input: &MethodInput) -> Segmentation {
         per_class(input, |_, points| clusters(points, self.reach))

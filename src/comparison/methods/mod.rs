@@ -16,6 +16,26 @@
 //! objects alike, as the released pipelines of 2021 do, give it a mask [without
 //! classes](without_classes).
 
+/// A method's parameters are the fields of its struct.
+macro_rules! parameters_are_fields {
+    () => {
+        fn parameters(&self) -> serde_json::Value {
+            serde_json::json!(self)
+        }
+
+        fn schema(&self) -> serde_json::Value {
+            divmerge_core::parameters::schema_of::<Self>()
+        }
+
+        fn with_parameters(
+            &self,
+            parameters: serde_json::Value,
+        ) -> Option<std::sync::Arc<dyn Method>> {
+            Some(std::sync::Arc::new(serde_json::from_value::<Self>(parameters).ok()?))
+        }
+    };
+}
+
 mod alpine;
 mod boxes;
 mod dbscan;

@@ -1,6 +1,7 @@
 //! Scan-line run (Zermas, Izzat and Papanikolopoulos 2017).
 
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::shared::{object_pixels, to_points};
 use divmerge_core::cluster::{Method, MethodInput, ObjectPixels, Segmentation};
@@ -15,13 +16,18 @@ use divmerge_core::range_image::RangeImage;
 /// that is nearer than `between`. The paper finds that one by its place in the list or by a k-d
 /// tree; here all columns in which it can lie are looked at. As in the paper a beam sees the one
 /// above it only.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ScanLineRun {
     /// Between points of a run, metres. Default 0.5 (the paper's th_run).
+    #[schemars(range(min = 0.0), extend("unit" = "m", "slider" = [0.05, 3.0]))]
+    #[schemars(extend("source" = "Zermas et al. 2017"))]
     pub within: f64,
     /// Between points of neighbouring beams, metres. Default 1 (the paper's th_merge).
+    #[schemars(range(min = 0.0), extend("unit" = "m", "slider" = [0.05, 3.0]))]
+    #[schemars(extend("source" = "Zermas et al. 2017"))]
     pub between: f64,
     /// Beams above that are looked at, the next only if nothing is near in those before. Default 1.
+    #[schemars(range(min = 1, max = 64), extend("slider" = [1, 8], "source" = "Zermas et al. 2017"))]
     pub beams: usize,
 }
 
@@ -36,9 +42,7 @@ impl Method for ScanLineRun {
         "scan-line-run"
     }
 
-    fn parameters(&self) -> serde_json::Value {
-        serde_json::json!(self)
-    }
+    parameters_are_fields!();
 
     fn segment(&self, input: &MethodInput) -> Segmentation {
         let objects = object_pixels(input, 0.0); // the condition is not asked

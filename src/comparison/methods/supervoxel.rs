@@ -1,10 +1,12 @@
 //! Supervoxels: voxel cloud connectivity segmentation (Papon, Abramov, Schoeler and Woergoetter
 //! 2013).
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use divmerge_core::cluster::{Method, MethodInput, Segmentation};
 use nalgebra::{Matrix3, Vector3};
 use rustc_hash::FxHashMap;
-use serde::Serialize;
 
 use super::shared::{Cell, cell_of, key_of, per_class, stepped};
 
@@ -16,16 +18,24 @@ use super::shared::{Cell, cell_of, key_of, per_class, stepped};
 /// colour is absent in a LiDAR and the histogram of normals is the normal itself). Seeds with less
 /// around them than half a plane would leave are left out, as in the paper; what no seed reaches
 /// has no instance.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Supervoxel {
     /// Side of a voxel, metres. Default 0.5 (Zhao, Zhang and Huang's survey, arXiv 2108.09522, as
     /// the next ones).
+    #[schemars(range(min = 0.01, max = 100.0), extend("unit" = "m", "slider" = [0.1, 2.0]))]
+    #[schemars(extend("source" = "Zhao, Zhang and Huang 2021, arXiv 2108.09522"))]
     pub voxel: f64,
     /// Grid of the seeds, metres. Default 8.
+    #[schemars(range(min = 0.01, max = 1000.0), extend("unit" = "m", "slider" = [0.5, 20.0]))]
+    #[schemars(extend("source" = "Zhao, Zhang and Huang 2021, arXiv 2108.09522"))]
     pub seeds: f64,
     /// Weight of the position. Default 1.
+    #[schemars(range(min = 0.0), extend("slider" = [0.0, 2.0]))]
+    #[schemars(extend("source" = "Zhao, Zhang and Huang 2021, arXiv 2108.09522"))]
     pub spatial_weight: f64,
     /// Weight of the normal. Default 0.
+    #[schemars(range(min = 0.0), extend("slider" = [0.0, 2.0]))]
+    #[schemars(extend("source" = "Zhao, Zhang and Huang 2021, arXiv 2108.09522"))]
     pub normal_weight: f64,
 }
 
@@ -40,9 +50,7 @@ impl Method for Supervoxel {
         "supervoxel"
     }
 
-    fn parameters(&self) -> serde_json::Value {
-        serde_json::json!(self)
-    }
+    parameters_are_fields!();
 
     fn segment(&self, input: &MethodInput) -> Segmentation {
         per_class(input, |_, points| {

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::coarse_class::Body;
 
@@ -19,7 +19,7 @@ pub struct Class {
 }
 
 /// Usual size of a class's objects on the bird's-eye plane.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ClassSize {
     /// Length in metres.
     pub length: f64,

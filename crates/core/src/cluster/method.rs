@@ -1,6 +1,7 @@
 //! Clustering methods: one trait, behind which ours and those of others are peers.
 
 use std::fmt::Debug;
+use std::sync::Arc;
 use std::time::Instant;
 
 use super::divide_and_merge::assigner::Merge;
@@ -21,6 +22,16 @@ pub trait Method: Debug + Send + Sync {
 
     /// Its parameters, as in the metadata of the output.
     fn parameters(&self) -> serde_json::Value;
+
+    /// The JSON schema of its parameters, without references; by default none can be set.
+    fn schema(&self) -> serde_json::Value {
+        serde_json::Value::Null
+    }
+
+    /// The same method with other parameters; `None` if they do not fit it.
+    fn with_parameters(&self, _parameters: serde_json::Value) -> Option<Arc<dyn Method>> {
+        None
+    }
 
     /// The instances of a cloud. The same input gives the same segmentation.
     fn segment(&self, input: &MethodInput) -> Segmentation;

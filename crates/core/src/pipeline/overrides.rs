@@ -20,6 +20,11 @@ pub enum Preset {
 }
 
 impl Preset {
+    /// Its name, as at the command line.
+    pub fn name(self) -> &'static str {
+        self.config().preset
+    }
+
     /// The parameters.
     pub fn config(self) -> Config {
         match self {
@@ -104,8 +109,17 @@ impl Overrides {
     /// # Errors
     /// [`ParameterError`] if one is outside of its [`limits`], or does not fit the preset.
     pub fn config(&self) -> Result<Config, ParameterError> {
-        self.check()?;
         let mut config = self.preset.config();
+        self.change(&mut config)?;
+        Ok(config)
+    }
+
+    /// Changes what is not the preset's.
+    ///
+    /// # Errors
+    /// As [`Overrides::config`]; parameters may have changed then.
+    pub fn change(&self, config: &mut Config) -> Result<(), ParameterError> {
+        self.check()?;
         let params = &mut config.cluster;
         if let Some(degrees) = self.angle {
             params.condition.angle = degrees.to_radians();
@@ -119,7 +133,7 @@ impl Overrides {
         }
         refuse_regions_of_authors(params)?;
         self.set_projection(&mut config.projection);
-        Ok(config)
+        Ok(())
     }
 
     /// Sets what is asked for of the projection alone.

@@ -354,7 +354,7 @@ fn options(arguments: &Arguments, input: &Path) -> Result<AnnotateOptions> {
         from_ns,
         to_ns,
         compression: arguments.compression,
-        tracks: arguments.tracks.options(),
+        tracks: arguments.tracks.options(&arguments.method.parameters_over_time()?),
         assemble: arguments.assemble,
         slice: None,
         unchecked: arguments.unchecked,

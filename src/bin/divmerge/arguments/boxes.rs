@@ -1,16 +1,13 @@
 //! Arguments of `--method boxes`.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use anyhow::Result;
 use clap::Args;
 use clap::error::ErrorKind::{ArgumentConflict, MissingRequiredArgument};
 use divmerge::Taxonomy;
-use divmerge::cluster::Method;
-use divmerge::comparison::methods::Boxes;
 use divmerge::frames::{BoxSource, FrameBoxes};
-use divmerge::pipeline::Config;
+use divmerge::parameters::ParameterSet;
 
 use super::values::{not_negative, number};
 use crate::exit::WrongUsage;
@@ -93,15 +90,16 @@ impl BoxArguments {
         }
     }
 
-    /// Sets margin and minimum score, if the method is `boxes`.
-    pub fn set(&self, config: &mut Config) {
-        let usual = Boxes::default();
-        if config.method_name() == usual.name() {
-            config.other_method = Some(Arc::new(Boxes {
-                margin: self.boxes_margin.unwrap_or(usual.margin),
-                least_score: self.least_score.unwrap_or(usual.least_score),
-            }));
+    /// Sets margin and minimum score, if they were given. Only method `boxes` runs with them.
+    pub fn set(&self, parameters: &mut ParameterSet) -> Result<()> {
+        let given =
+            [("method.margin", self.boxes_margin), ("method.least_score", self.least_score)];
+        for (path, value) in given {
+            if let Some(value) = value {
+                parameters.set(path, &value.into()).map_err(divmerge::Error::from)?;
+            }
         }
+        Ok(())
     }
 
     /// Opens the boxes for a recording.

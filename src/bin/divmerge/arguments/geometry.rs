@@ -77,14 +77,17 @@ impl GeometryArguments {
     }
 
     /// The vehicles' own bodies in clouds that stand so, if they are to be found.
-    pub fn ego(&self, recording: &Path, frames: &CloudFrames) -> Result<EgoBodies> {
+    pub fn ego(
+        &self,
+        recording: &Path,
+        frames: &CloudFrames,
+        projection: &ProjectionParams,
+    ) -> Result<EgoBodies> {
         if !self.coordinates.finds_ego() {
             return Ok(EgoBodies::default());
         }
-        let mut projection = ProjectionParams::default();
-        self.set(&mut projection);
         let unit = self.coordinates.values().0.unwrap_or_default();
-        let found = EgoBodies::find(recording, unit, frames, &projection);
+        let found = EgoBodies::find(recording, unit, frames, projection);
         found.map_err(|error| match error {
             Error::Parameter(_) => anyhow!(
                 "a stream is read once, too late to find the vehicle in it: give --ego a block, or \

@@ -5,14 +5,17 @@ use std::path::Path;
 use anyhow::Result;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
+use divmerge::Taxonomy;
 use divmerge::annotate::{AnnotateConfig, sweeps_in_parts};
 use divmerge::cluster::params::Region;
 use divmerge::comparison::methods;
+use divmerge::parameters::ParameterSet;
 use divmerge::pipeline::{BirdsEyeMerge, Overrides, Preset};
 
 use super::boxes::BoxArguments;
 use super::geometry::GeometryArguments;
 use super::objects::ObjectArguments;
+use super::parameters::ParameterArguments;
 use super::values::{NamedValue, angle, at_least_one, one_of, positive};
 use crate::shell::option_words;
 
@@ -66,6 +69,9 @@ pub struct MethodArguments {
     /// box, of any class]
     #[arg(long, value_name = "REGION", value_parser = one_of(BIRDS_EYE_MERGES))]
     bev: Option<BirdsEyeMerge>,
+
+    #[command(flatten)]
+    parameters: ParameterArguments,
 }
 
 /// Presets.
@@ -127,21 +133,39 @@ const BIRDS_EYE_MERGES: &[NamedValue<BirdsEyeMerge>] = &[
 impl MethodArguments {
     /// The files and folders that are read.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
-        self.objects.files().chain(self.boxes.files())
+        self.objects.files().chain(self.boxes.files()).chain(self.parameters.files())
     }
 
     /// The method for the clouds of a recording.
     pub fn config(&self, recording: &Path) -> Result<AnnotateConfig> {
         let box_source = self.boxes.source(self.method == BOXES)?;
-        let mut pipeline = self.overrides().config()?;
-        let frames = self.geometry.frames(recording)?;
-        let ego = self.geometry.ego(recording, &frames)?;
         let config = self.objects.config(recording)?;
-        pipeline.other_method = methods::named(self.method, &config.taxonomy);
-        self.boxes.set(&mut pipeline);
+        let parameters = self.parameters(&config.taxonomy)?;
+        let frames = self.geometry.frames(recording)?;
+        let ego = self.geometry.ego(recording, &frames, &parameters.projection)?;
         let boxes = BoxArguments::open(box_source.as_ref(), recording, &config.taxonomy)?;
         let (unit, crop) = self.geometry.coordinates.values();
-        Ok(AnnotateConfig { pipeline, boxes, unit, crop, ego, frames, ..config })
+        let config = config.with_parameters(&parameters);
+        Ok(AnnotateConfig { boxes, unit, crop, ego, frames, ..config })
+    }
+
+    /// Every parameter: those of the preset and the file of `--config`, then of the options for
+    /// single ones, then of `--set`.
+    fn parameters(&self, taxonomy: &Taxonomy) -> Result<ParameterSet> {
+        let other_method = methods::named(self.method, taxonomy);
+        let mut parameters = self.parameters.start(self.preset, other_method)?;
+        let mut pipeline = parameters.config();
+        self.overrides().change(&mut pipeline)?;
+        parameters.projection = pipeline.projection;
+        parameters.cluster = pipeline.cluster;
+        self.boxes.set(&mut parameters)?;
+        self.parameters.set(&mut parameters)?;
+        Ok(parameters)
+    }
+
+    /// The parameters of objects over time; the others as for SemanticKITTI's classes.
+    pub fn parameters_over_time(&self) -> Result<ParameterSet> {
+        self.parameters(&Taxonomy::default())
     }
 
     /// The same for a command that does not print what is odd about clouds: it warns of topics in

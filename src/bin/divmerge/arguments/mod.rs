@@ -5,6 +5,7 @@ pub mod coordinates;
 pub mod geometry;
 pub mod method;
 pub mod objects;
+pub mod parameters;
 pub mod selection;
 pub mod tracks;
 pub mod truth;

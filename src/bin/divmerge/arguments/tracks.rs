@@ -2,7 +2,7 @@
 
 use clap::Args;
 use divmerge::annotate::{EgoMotionSource, TrackMode, TrackOptions};
-use divmerge::over_time::TrackParams;
+use divmerge::parameters::ParameterSet;
 
 use super::values::{NamedValue, lag, one_of};
 
@@ -24,10 +24,9 @@ pub struct TrackArguments {
 #[derive(Args)]
 pub struct FollowArguments {
     /// How far to look ahead before the tracks of a cloud are decided, seconds; what is written
-    /// waits for as long. 0 decides at once
+    /// waits for as long. 0 decides at once [default: 1]
     #[arg(long, help_heading = TIME, value_name = "SECONDS", value_parser = lag)]
-    #[arg(default_value = "1")]
-    lag: f64,
+    lag: Option<f64>,
 
     /// Where the motion of the sensor comes from: `auto` takes it from /tf, odometry or poses
     /// once these are seen to agree with the clouds, and until then from the clouds; `tf` from /tf
@@ -44,15 +43,19 @@ const MODES: &[NamedValue<TrackMode>] = &[
 ];
 
 impl TrackArguments {
-    pub fn options(&self) -> TrackOptions {
-        TrackOptions { mode: self.track, ..self.following.options() }
+    /// With the parameters of the run, of which `--lag` changes one.
+    pub fn options(&self, parameters: &ParameterSet) -> TrackOptions {
+        TrackOptions { mode: self.track, ..self.following.options(parameters) }
     }
 }
 
 impl FollowArguments {
-    pub fn options(&self) -> TrackOptions {
-        let params = TrackParams { lag_s: self.lag, ..TrackParams::default() };
+    /// With the parameters of the run, of which `--lag` changes one.
+    pub fn options(&self, parameters: &ParameterSet) -> TrackOptions {
         let ego_motion = self.ego_motion.clone();
-        TrackOptions { ego_motion, params, ..TrackOptions::default() }
+        let mut options = TrackOptions { ego_motion, ..TrackOptions::default() };
+        options = options.with_parameters(parameters);
+        options.params.lag_s = self.lag.unwrap_or(options.params.lag_s);
+        options
     }
 }

@@ -88,7 +88,7 @@ fn info(file: &Path, geometry: &GeometryArguments) -> Result<Info> {
     geometry.set(&mut options.projection);
     (options.unit, options.crop) = geometry.coordinates.values();
     options.frames = geometry.frames(file)?;
-    options.ego = geometry.ego(file, &options.frames)?;
+    options.ego = geometry.ego(file, &options.frames, &options.projection)?;
     let (clouds, mut problems) = first_clouds(&overview, &options)?;
     problems.extend(overview.problems.iter().cloned());
     Ok(Info {

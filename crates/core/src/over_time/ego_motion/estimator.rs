@@ -1,6 +1,8 @@
 //! The estimator: scan after scan, a pose each.
 
 use nalgebra::{Isometry3, Point3, Translation3, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::alignment::{Alignment, Fit, small_turn};
 use super::scan::RegistrationScan;
@@ -10,40 +12,61 @@ use super::surfels::SurfelMap;
 const SETTLED: usize = 5;
 
 /// How the motion is estimated.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EgoMotionParams {
     /// Sides of the voxels of the local map from fine to coarse, metres. 1.5 and 3: with 1 or with
     /// one size, 16 beams leave too few surfaces.
+    #[schemars(extend("unit" = "m", "slider" = [0.1, 20.0]))]
     pub voxels: Vec<f64>,
     /// How far the map reaches to each side, metres. 100: what kiss-icp keeps.
+    #[schemars(range(max = 1000.0))]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "m", "slider" = [20.0, 200.0]))]
     pub reach: f64,
     /// Width of the kernel that compares guesses where the motion is unknown, metres. 0.3: they lie
     /// 0.4 apart.
+    #[schemars(range(max = 100.0))]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "m", "slider" = [0.05, 2.0]))]
     pub first_width: f64,
     /// Width of the robust kernel at first where the motion is predicted, metres. 0.5: by so much a
     /// vehicle departs from constant velocity within a tenth of a second when it brakes hardest.
+    #[schemars(range(max = 100.0))]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "m", "slider" = [0.05, 2.0]))]
     pub width: f64,
     /// Width to which the kernel narrows, metres. 0.05: twice the noise of a range. With 0.1 the
     /// drift is twice as large.
+    #[schemars(range(max = 100.0))]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "m", "slider" = [0.01, 0.5]))]
     pub least_width: f64,
     /// By how many points the prediction counts. 0.01: it settles what no surface holds and no
     /// more. With 1 it outweighs the few surfaces that hold the motion along a street.
+    #[schemars(range(min = 0.0, max = 1000000.0))]
+    #[schemars(extend("unit" = "points", "slider" = [0.0, 10.0]))]
     pub prediction_weight: f64,
     /// Points that a scan needs. 100: fewer are a blocked sensor.
+    #[schemars(range(min = 1, max = 1000000), extend("unit" = "points", "slider" = [10, 1000]))]
     pub least_points: usize,
     /// Least share of the points that lie in a voxel with a surface. 0.05: the second scan of 16
     /// beams has 0.2, that of 64 beams among trees 0.08.
+    #[schemars(range(min = 0.0, max = 1.0), extend("slider" = [0.0, 1.0]))]
     pub least_matched: f64,
     /// Least share of those that lie on it. 0.5: on drives it is 0.6 or more, in another place
     /// chance gives 0.3.
+    #[schemars(range(min = 0.0, max = 1.0), extend("slider" = [0.0, 1.0]))]
     pub least_inliers: f64,
     /// Highest speed, metres a second. 60: 216 km/h.
+    #[schemars(range(max = 10000.0))]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "m/s", "slider" = [5.0, 100.0]))]
     pub highest_speed: f64,
     /// Highest change of velocity, metres a second squared. 50: five times the hardest braking.
+    #[schemars(range(max = 10000.0))]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "m/s^2", "slider" = [5.0, 100.0]))]
     pub highest_acceleration: f64,
     /// Highest turn rate, radians a second. 3: a robot that turns on the spot.
+    #[schemars(range(max = 1000.0))]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "rad/s", "slider" = [0.5, 6.0]))]
     pub highest_turn_rate: f64,
     /// Longest time that is bridged, seconds. 1: ten scans of most sensors.
+    #[schemars(range(min = 0.0, max = 600.0), extend("unit" = "s", "slider" = [0.1, 5.0]))]
     pub longest_gap: f64,
 }
 

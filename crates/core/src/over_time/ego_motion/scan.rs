@@ -1,5 +1,8 @@
 //! What registration keeps of a cloud.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::cloud::PointCloud;
 use crate::pipeline::Stages;
 
@@ -11,20 +14,25 @@ const PER_METRE: f32 = 400.0;
 const POINT_BYTES: usize = 6;
 
 /// How a cloud is thinned out for registration.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ScanParams {
     /// Side of the voxels of which each keeps one point, metres; they are half as high. 0.5: a
     /// third of the voxel of the map, so that it has several points after one scan. Flat voxels
     /// keep more of walls and posts, which hold the motion ahead, than of the ground.
-    pub voxel: f32,
+    #[schemars(range(min = 0.1, max = 10.0), extend("unit" = "m", "slider" = [0.1, 2.0]))]
+    pub voxel: f64,
     /// Points at most. 3000: with 4000 the drift is the same, the time a quarter longer.
+    #[schemars(range(min = 1, max = 1000000))]
+    #[schemars(extend("unit" = "points", "slider" = [500, 10000]))]
     pub max_points: usize,
     /// Points nearer than this are left out, metres. 2.5: the vehicle that carries the sensor moves
     /// along with it.
-    pub nearest: f32,
+    #[schemars(range(min = 0.0, max = 80.0), extend("unit" = "m", "slider" = [0.0, 10.0]))]
+    pub nearest: f64,
     /// Points farther than this along x or y are left out, metres; 80 at most, the greatest that is
     /// stored. 80: beyond, beams are metres apart.
-    pub farthest: f32,
+    #[schemars(range(min = 1.0, max = 80.0), extend("unit" = "m", "slider" = [20.0, 80.0]))]
+    pub farthest: f64,
 }
 
 impl Default for ScanParams {
@@ -65,7 +73,8 @@ impl RegistrationScan {
     ) -> Self {
         let mut voxels = VoxelSet::new(params);
         // The origin is no return.
-        let squared_nearest = (params.nearest * params.nearest).max(f32::MIN_POSITIVE);
+        let nearest = params.nearest as f32;
+        let squared_nearest = (nearest * nearest).max(f32::MIN_POSITIVE);
         let mut points = Vec::new();
         for point in 0..cloud.len() {
             let position @ [x, y, z] = cloud.position(point);
@@ -130,8 +139,8 @@ impl VoxelSet {
     const LIMIT: f32 = 80.0;
 
     fn new(params: &ScanParams) -> Self {
-        let farthest = params.farthest.clamp(1.0, Self::LIMIT);
-        let per_metre = 1.0 / params.voxel.clamp(0.1, 10.0);
+        let farthest = (params.farthest as f32).clamp(1.0, Self::LIMIT);
+        let per_metre = 1.0 / (params.voxel as f32).clamp(0.1, 10.0);
         let voxels = |metres: f32| (metres * per_metre) as usize + 1;
         let height = 2.0 * (Self::BELOW + Self::ABOVE);
         let (across, upright) = (voxels(2.0 * farthest), voxels(height));

@@ -9,7 +9,8 @@
 //! The classes of a family count as one here: which of them an object is, all of its points decide
 //! later, and points that flicker between car and truck say nothing against its borders.
 
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::object_mask::ObjectMask;
 use crate::cloud::Reason;
@@ -18,25 +19,35 @@ use crate::cloud::taxonomy::Taxonomy;
 use crate::range_image::RangeImage;
 
 /// How neighbours correct the class of a point.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Smoothing {
-    /// Rows of the image to look up and down for neighbours.
+    /// Rows of the image to look up and down for neighbours. Default 2.
+    #[schemars(range(min = 0, max = 64), extend("unit" = "pixels", "slider" = [0, 8]))]
     pub rows: usize,
-    /// Columns to look left and right.
+    /// Columns to look left and right. Default 6.
+    #[schemars(range(min = 0, max = 256), extend("unit" = "pixels", "slider" = [0, 32]))]
     pub columns: usize,
-    /// Neighbours are within so many metres, at the sensor ...
+    /// Neighbours are within so many metres, and farther away from the sensor by `steps` more.
+    /// Default 0.1.
+    #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m", "slider" = [0.0, 1.0]))]
     pub radius: f64,
-    /// ... and so many times the distance between returns of neighbouring columns farther out.
+    /// So many times the distance between returns of neighbouring columns is added to `radius`.
+    /// Default 6.
+    #[schemars(range(min = 0.0, max = 1000.0), extend("slider" = [0.0, 20.0]))]
     pub steps: f64,
-    /// Share of the votes that a class needs in order to replace a point's own.
+    /// Share of the votes that a class needs in order to replace a point's own. Default 0.6.
+    #[schemars(range(min = 0.0, max = 1.0), extend("slider" = [0.0, 1.0]))]
     pub agreement: f64,
     /// Share of the points near a border between classes that stand against their neighbours, up to
-    /// which classes are taken as they are.
+    /// which classes are taken as they are. Default 0.05.
+    #[schemars(range(min = 0.0, max = 1.0), extend("slider" = [0.0, 0.5]))]
     pub trusted: f64,
     /// Votes that a point's own class counts, times that share: the rarer errors are, the more it
-    /// counts.
+    /// counts. Default 0.05.
+    #[schemars(range(min = 0.0, max = 1000.0), extend("slider" = [0.0, 1.0]))]
     pub own_votes: f64,
-    /// How often the points are gone through.
+    /// How often the points are gone through. Default 2.
+    #[schemars(range(min = 0, max = 100), extend("slider" = [0, 5]))]
     pub rounds: usize,
 }
 
