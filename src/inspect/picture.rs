@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use super::pack::{Pack, Sums};
 use super::run::Run;
 use super::session::Session;
+use super::setting;
 use crate::error::Result;
 use crate::view::{VoteEdge, brightest, class_colours, far, vote_edges};
 use divmerge_core::cloud::Instance;
@@ -86,6 +87,8 @@ fn clustering(session: &Session, run: &Run, pack: &mut Pack) -> Result<()> {
         "run",
         json!({
             "setting": run.setting,
+            "values": setting::values(&run.config),
+            "method_parameters": setting::method_parameters(&run.config),
             "heading": scene.heading,
             "remark": scene.remark,
             "rows": image.rows(),

@@ -118,8 +118,7 @@ fn serve(shared: &Shared, mut connection: &TcpStream) -> io::Result<()> {
 
 /// The answer; a panic ends this one alone.
 fn answered(shared: &Shared, asked: &Asked) -> Reply {
-    let answered =
-        catch_unwind(AssertUnwindSafe(|| reply(&shared.session, &shared.gate, asked)));
+    let answered = catch_unwind(AssertUnwindSafe(|| reply(&shared.session, &shared.gate, asked)));
     answered.unwrap_or_else(|_| {
         Reply::problem(500, "this is a fault of divmerge: see what it printed in the terminal")
     })

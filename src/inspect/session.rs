@@ -16,7 +16,6 @@ use crate::error::Result;
 use crate::frames::topics::{message_count, topic_names};
 use crate::frames::{CloudAt, TruthSource, choose_topics, encoded_cloud_at};
 use crate::view::{ColourTables, ColourTracker};
-use divmerge_core::pipeline::Overrides;
 use divmerge_recording::Overview;
 
 /// Clouds that are kept, and runs: the two settings of a frame, those of the frame before, and what
@@ -35,8 +34,6 @@ pub struct SessionOptions {
     pub frame: u64,
     /// How clouds are clustered as long as the page changes nothing.
     pub config: AnnotateConfig,
-    /// The preset and what was said beside it, from which `config` was made.
-    pub overrides: Overrides,
     /// Where the truth is.
     pub truth: TruthSource,
     /// Whether somebody said so: then a cloud without truth is an error.
@@ -126,7 +123,7 @@ impl Session {
         if let Some(run) = kept {
             return Ok(run);
         }
-        let config = setting.config(&self.options)?;
+        let config = setting.config(&self.options.config)?;
         let cloud = self.cloud(topic, frame, &config)?;
         let run = Arc::new(Run::new(cloud, setting.clone(), config));
         self.kept().runs.push(Arc::clone(&run));
@@ -194,7 +191,7 @@ impl Session {
             "preset": self.options.config.pipeline.preset,
             "methods": setting::method_names(),
             "method": self.options.config.pipeline.method_name(),
-            "parameters": setting::parameters(&self.options),
+            "parameters": setting::parameters(),
         })
     }
 

@@ -121,7 +121,7 @@ impl Session {
     /// # Errors
     /// If the setting is wrong, or there are no such frames.
     pub(super) fn begin_survey(self: &Arc<Self>, asked: SurveyRequest) -> Outcome<()> {
-        let config = asked.setting.config(&self.options)?;
+        let config = asked.setting.config(&self.options.config)?;
         let known = self.topics.iter().find(|known| known.topic == asked.topic);
         let clouds = known.map_or(0, |known| known.clouds);
         let [first, end] = asked.frames;

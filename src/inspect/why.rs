@@ -9,8 +9,8 @@ use super::requests::{Outcome, Problem};
 use super::run::Run;
 use super::session::Session;
 use crate::diagnose::explain::{
-    Choice, ExplanationReport, ExplanationText, Flip, Number, Subject, WhatIf, distances, return_at,
-    what_if_while,
+    Choice, ExplanationReport, ExplanationText, Flip, Number, Subject, WhatIf, distances,
+    return_at, what_if_while,
 };
 use crate::view::explanation_report;
 use divmerge_core::cloud::PointCloud;

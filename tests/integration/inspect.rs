@@ -22,7 +22,6 @@ fn options(input: &Path) -> SessionOptions {
         topic: None,
         frame: 0,
         config: AnnotateConfig::default(),
-        overrides: divmerge::Overrides::default(),
         truth: TruthSource::default(),
         is_truth_said: false,
         words: Vec::new(),
@@ -249,7 +248,10 @@ fn a_survey_lists_cases_and_a_later_one_takes_its_place() {
         }
         std::thread::yield_now();
     };
-    assert_eq!((&over["done"], &over["of"], &over["problem"]), (&json!(2), &json!(2), &json!(null)));
+    assert_eq!(
+        (&over["done"], &over["of"], &over["problem"]),
+        (&json!(2), &json!(2), &json!(null))
+    );
     let cases = over["cases"].as_array().unwrap();
     assert!(!cases.is_empty() && over["is_followed"] == true);
     assert!(cases.iter().all(|case| (1..3).contains(&case["frame"].as_u64().unwrap())));
@@ -267,7 +269,8 @@ fn a_case_is_one_file_with_its_changes() {
     let of_one: Vec<usize> = (0..instance.len()).filter(|&point| instance[point] == 1).collect();
     let points = json!([of_one[0], of_one[of_one.len() - 1]]);
     let shown = json!({ "points": points, "layer": "instances", "note": "</script><b>" });
-    let case = desk.asked("api/case", Some(&desk.frame(json!({ "points": points, "shown": shown }))));
+    let case =
+        desk.asked("api/case", Some(&desk.frame(json!({ "points": points, "shown": shown }))));
     assert_eq!((case.status, case.content_type), (200, "text/html; charset=utf-8"));
     let page = String::from_utf8(case.body).unwrap();
     assert!(page.len() < 6_000_000, "{} bytes", page.len());

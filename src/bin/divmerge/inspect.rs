@@ -66,7 +66,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         topic: arguments.topic.clone(),
         frame: arguments.frame,
         config: method.config_with_warnings(&arguments.input, topics)?,
-        overrides: method.overrides(),
         truth: truth(&arguments.truth),
         is_truth_said: arguments.truth.is_said(),
         words: method.words().to_vec(),

@@ -9,13 +9,15 @@ export const latency = { ms: null };
 
 export function start() {
   build();
-  on("session slot setting", build);
+  on("slot setting frame", build);
   on("picture compare", figures);
 }
 
 const setting = () => state.settings[state.slot];
 const isChanged = (path) => path in setting().set;
-const valueOf = ({ path, default: usual }) => (isChanged(path) ? setting().set[path] : usual);
+// The value in the run that is shown; null of a part that is off.
+const valueOf = (path) => picture()?.run.values[path] ?? null;
+const all = () => [...state.session.parameters, ...(picture()?.run.method_parameters ?? [])];
 
 function build() {
   const { session } = state, panel = byId("parameters"), kept = panel.scrollTop, focused = document.activeElement?.dataset?.path;
@@ -23,7 +25,7 @@ function build() {
   panel.replaceChildren(
     h("div", { className: "sticky" }, slotRow(), presetRow(session), h("input", { type: "search", placeholder: "find a parameter", "aria-label": "find a parameter", value: filter, oninput: (event) => narrow(event.target.value) })),
     h("div", { id: "figures" }),
-    h("div", { id: "all-parameters" }, ...groups(session)),
+    h("div", { id: "all-parameters" }, ...groups()),
   );
   narrow(filter);
   figures();
@@ -43,71 +45,82 @@ function slotRow() {
 const isPlain = () => !setting().preset && !setting().method && Object.keys(setting().set).length === 0;
 
 function presetRow({ presets, preset, methods, method }) {
-  const choice = (label, all, usual, name) => {
+  const choice = (label, names, usual, name) => {
     const now = setting()[name] ?? usual;
     return h("label", { className: "field" }, label, h("select", { "data-path": name, onchange: (event) => change({ ...setting(), [name]: event.target.value === usual ? null : event.target.value }) },
-      all.map((one) => h("option", { value: one, selected: one === now }, one === usual ? `${one} (as started)` : one))));
+      names.map((one) => h("option", { value: one, selected: one === now }, one === usual ? `${one} (as started)` : one))));
   };
   return h("div", { className: "row" }, choice("preset", presets, preset, "preset"), choice("method", methods, method, "method"));
 }
 
-function groups({ parameters }) {
+function groups() {
   const byGroup = new Map();
-  for (const one of parameters) {
-    const group = one.group ?? (one.path.includes(".") ? one.path.split(".").slice(0, -1).join(".") : "clustering");
+  for (const one of all()) {
+    if (valueOf(one.path) === null && one.kind !== "switch") continue;
+    const parts = one.path.split("."), group = one.kind === "switch" ? one.path : parts.slice(0, -1).join(".") || parts[0];
     if (!byGroup.has(group)) byGroup.set(group, []);
     byGroup.get(group).push(one);
   }
-  return [...byGroup].map(([group, all]) => h("details", { className: "group", open: true }, h("summary", {}, group), all.map(row)));
+  return [...byGroup].map(([group, own]) => h("details", { className: "group", open: true }, h("summary", {}, group), own.map(row)));
 }
 
-const isNumber = ({ kind }) => kind === "number" || kind === "whole";
+const isDegrees = ({ unit }) => unit === "rad";
+const DEGREE = 180 / Math.PI;
+// A number as it is shown: angles in degrees.
+const toShown = (parameter, value) => (isDegrees(parameter) ? value * DEGREE : value);
+const fromShown = (parameter, number) => (isDegrees(parameter) ? `${number} deg` : number);
+const unitOf = (parameter) => (isDegrees(parameter) ? "°" : (parameter.unit ?? ""));
 
 function row(parameter) {
-  const { path, doc, unit, default: usual } = parameter, now = valueOf(parameter);
-  const set = (value) => change({ ...setting(), set: withValue(path, value, usual) });
-  return h("div", { className: `parameter${isChanged(path) ? " changed" : ""}`, "data-words": `${path} ${doc}`.toLowerCase() },
-    h("span", { className: "name", id: `name-${path}` }, path, h("span", { className: "faint" }, unit ? ` ${unit}` : "")),
+  const { path, doc, source: origin } = parameter, now = valueOf(path);
+  const set = (value) => change({ ...setting(), set: { ...setting().set, [path]: value } });
+  const reset = () => { const { [path]: _, ...rest } = setting().set; return change({ ...setting(), set: rest }); };
+  return h("div", { className: `parameter${isChanged(path) ? " changed" : ""}`, "data-words": `${path} ${doc}`.toLowerCase(), title: origin ?? "" },
+    h("span", { className: "name", id: `name-${path}` }, path.split(".").pop(), h("span", { className: "faint" }, ` ${unitOf(parameter)}`)),
     control(parameter, now, set),
-    h("button", { type: "button", disabled: !isChanged(path), title: `back to ${plain(usual ?? "none")}`, "aria-label": `reset ${path}`, onclick: () => set(usual) }, "↺"),
-    isNumber(parameter) && parameter.range ? slider(parameter, now, set) : null,
+    h("button", { type: "button", disabled: !isChanged(path), title: "back to its value before", "aria-label": `reset ${path}`, onclick: reset }, "↺"),
+    slider(parameter, now, set),
     h("p", { className: "doc" }, plain(doc)),
   );
 }
 
-function withValue(path, value, usual) {
-  const { [path]: _, ...rest } = setting().set;
-  return value === usual ? rest : { ...rest, [path]: value };
-}
-
-function control({ path, kind, choices, range, off }, now, set) {
+function control(parameter, now, set) {
+  const { path, kind, choices, word_for_none: none, is_unlimited: isUnlimited } = parameter;
   const named = { "data-path": path, "aria-labelledby": `name-${path}` };
-  if (kind === "bool") return h("input", { type: "checkbox", ...named, checked: now === true, onchange: (event) => set(event.target.checked) });
-  if (kind === "choice") return h("select", { ...named, onchange: (event) => set(event.target.value) }, choices.map((one) => h("option", { value: one, selected: one === now }, one)));
-  if (kind === "text") return h("input", { ...named, value: now ?? "", size: 9, onchange: (event) => set(event.target.value) });
-  const read = (event) => { if (event.target.value !== "" && Number.isFinite(event.target.valueAsNumber)) set(event.target.valueAsNumber); else if (off && event.target.value === "") set(null); };
-  return h("input", { type: "number", ...named, value: now === null || now === undefined ? "" : shown(now), placeholder: off ?? "", min: range?.[0], step: kind === "whole" ? 1 : "any", onchange: read });
+  if (kind === "switch" || kind === "flag") return h("input", { type: "checkbox", ...named, checked: now === true, onchange: (event) => set(event.target.checked) });
+  if (kind === "choice") return h("select", { ...named, onchange: (event) => set(event.target.value) }, [...(none ? [{ name: none }] : []), ...choices].map((one) => h("option", { value: one.name, title: one.doc ?? "", selected: one.name === now }, one.name)));
+  if (kind === "list") return h("input", { ...named, value: typeof now === "string" ? now : JSON.stringify(now), size: 10, onchange: (event) => set(event.target.value) });
+  const word = none ?? (isUnlimited ? "unlimited" : null);
+  const read = (event) => {
+    if (event.target.value === "") { if (word) set(word); return; }
+    if (Number.isFinite(event.target.valueAsNumber)) set(fromShown(parameter, event.target.valueAsNumber));
+  };
+  return h("input", { type: "number", ...named, value: text(parameter, now), placeholder: word ?? "", step: kind === "whole" ? 1 : "any", onchange: read });
 }
 
-const shown = (number) => (typeof number === "number" ? Number(number.toPrecision(6)) : number);
+// A number with as many digits as people write; nothing of a word or of no limit.
+function text(parameter, value) {
+  return typeof value === "number" && value < 1e15 ? String(Number(toShown(parameter, value).toPrecision(6))) : "";
+}
 
-// A slider over a range; where it spans more than two powers of ten, by powers.
-function slider({ path, kind, range: [low, high] }, now, set) {
-  const isWide = low > 0 && high / low > 100;
+// A slider over what is usual; where that spans more than two powers of ten, by powers.
+function slider(parameter, now, set) {
+  const { path, kind, slider: usual } = parameter;
+  if (!usual || (kind !== "number" && kind !== "whole")) return null;
+  const [low, high] = usual.map((end) => toShown(parameter, end)), isWide = low > 0 && high / low > 100;
+  const value = typeof now === "number" ? toShown(parameter, now) : low;
   const to = (x) => (isWide ? Math.log(x / low) / Math.log(high / low) : (x - low) / (high - low));
   const from = (part) => {
-    const value = isWide ? low * (high / low) ** part : low + (high - low) * part;
-    return kind === "whole" ? Math.round(value) : Number(value.toPrecision(3));
+    const x = isWide ? low * (high / low) ** part : low + (high - low) * part;
+    return kind === "whole" ? Math.round(x) : Number(x.toPrecision(3));
   };
-  const text = (value) => String(shown(value));
-  return h("input", { type: "range", min: 0, max: 1, step: kind === "whole" && !isWide ? 1 / (high - low) : 0.002, value: now === null ? 0 : to(now), "aria-label": `${path}, slider`, "aria-valuetext": text(now ?? low), "data-slider": path,
-    oninput: (event) => { const value = from(event.target.valueAsNumber); event.target.setAttribute("aria-valuetext", text(value)); set(value); } });
+  return h("input", { type: "range", min: 0, max: 1, step: kind === "whole" && !isWide ? 1 / (high - low) : 0.005, value: to(value), "aria-label": `${path}, slider`, "aria-valuetext": String(from(to(value))), "data-slider": path,
+    oninput: (event) => { const x = from(event.target.valueAsNumber); event.target.setAttribute("aria-valuetext", String(x)); set(fromShown(parameter, x)); } });
 }
 
 function narrow(words) {
   for (const one of document.querySelectorAll(".parameter")) one.hidden = !one.dataset.words.includes(words.toLowerCase());
   for (const group of document.querySelectorAll(".group")) group.hidden = [...group.querySelectorAll(".parameter")].every((one) => one.hidden);
-  for (const one of document.querySelectorAll(".parameter")) one.style.display = one.hidden ? "none" : "";
 }
 
 export function chooseSlot(name) {
@@ -166,10 +179,10 @@ const recluster = latest(async ({ slot, before, began }) => {
 
 // Of the rows what a change makes different, while a slider is held.
 function refresh() {
-  for (const one of state.session.parameters) {
-    const field = document.querySelector(`[data-path="${CSS.escape(one.path)}"]`), now = valueOf(one);
+  for (const one of all()) {
+    const field = document.querySelector(`[data-path="${CSS.escape(one.path)}"]`);
     if (!field) continue;
-    if (field.type === "number") field.value = now === null ? "" : shown(now);
+    if (field.type === "number") field.value = text(one, valueOf(one.path));
     const row = field.closest(".parameter");
     row.classList.toggle("changed", isChanged(one.path));
     row.querySelector("button").disabled = !isChanged(one.path);
@@ -198,8 +211,8 @@ export async function load(slot) {
 function figures() {
   const box = byId("figures");
   if (!box || !picture()) return;
-  const all = state.compare && state.pictures.B ? ["A", "B"] : [state.slot];
-  const row = (name, value) => h("tr", {}, h("th", { scope: "row" }, name), all.map((slot) => h("td", { className: "number" }, value(slot))));
+  const shown = state.compare && state.pictures.B ? ["A", "B"] : [state.slot];
+  const row = (name, value) => h("tr", {}, h("th", { scope: "row" }, name), shown.map((slot) => h("td", { className: "number" }, value(slot))));
   const run = (slot) => state.pictures[slot].run, scores = (slot) => state.scores[slot];
   const rows = [
     row("instances", (slot) => grouped(run(slot).instances.length)),
@@ -207,13 +220,13 @@ function figures() {
     row("components", (slot) => grouped(run(slot).components)),
     row("milliseconds", (slot) => fixed(run(slot).total_ms, 1)),
   ];
-  if (all.some(scores)) {
+  if (shown.some(scores)) {
     const percent = (value) => (value === null || value === undefined ? "–" : `${fixed(100 * value, 1)} %`);
     rows.push(row("found whole", (slot) => (scores(slot) ? `${scores(slot).found_whole} of ${scores(slot).objects}` : "…")));
     rows.push(row("failures", (slot) => scores(slot)?.verdicts.map(([name, count]) => `${count} ${name}`).join(", ") || (scores(slot) ? "none" : "…")));
-    if (all.some((slot) => scores(slot)?.pq !== null)) rows.push(row("PQ of things here", (slot) => percent(scores(slot)?.pq)));
+    if (shown.some((slot) => scores(slot)?.pq !== null)) rows.push(row("PQ of things here", (slot) => percent(scores(slot)?.pq)));
   }
-  const head = all.length > 1 ? h("thead", {}, h("tr", {}, h("td"), all.map((slot) => h("th", { scope: "col", className: "number" }, slot)))) : null;
+  const head = shown.length > 1 ? h("thead", {}, h("tr", {}, h("td"), shown.map((slot) => h("th", { scope: "col", className: "number" }, slot)))) : null;
   box.replaceChildren(h("table", {}, head, h("tbody", {}, rows)), ...differences());
 }
 

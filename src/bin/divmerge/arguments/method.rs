@@ -184,8 +184,7 @@ impl MethodArguments {
         Ok(config)
     }
 
-    /// The preset and what is said beside it.
-    pub fn overrides(&self) -> Overrides {
+    fn overrides(&self) -> Overrides {
         self.geometry.overriding(Overrides {
             preset: self.preset,
             voxel: self.voxel,
