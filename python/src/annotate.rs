@@ -29,7 +29,8 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
 #[pyo3(
     signature = (path, out, **parameters),
     text_signature = "(path, out, *, semantics='auto', taxonomy=None, preset='best', voxel=None, \
-        angle=None, gap_columns=None, gap_rows=None, min_points=None, bev=None, method=None, set=None, \
+        angle=None, gap_columns=None, gap_rows=None, min_points=None, bev=None, method=None, \
+        set=None, \
         rows=None, columns=None, fov=None, sensor_frame='auto', \
         units=None, sensor_origin=(), min_range=None, max_range=None, crop=None, ego=None, \
         topics=(), \
@@ -47,23 +48,22 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
 /// semantics, taxonomy, sensor_frame, sensor_origin, units, min_range, max_range, crop, ego,
 /// tolerance, model_config, model_image, remission_scale, runtime, onnxruntime, device: as for
 /// `frames`; batch: clouds that go through a network at once. preset, voxel, angle, gap_columns,
-/// gap_rows, min_points, bev, method, set, rows, columns, fov: as for `cluster`. topics: cloud topics to
-/// annotate, one or several; all if not said. from_, to: leave out messages before the one and from
-/// the other on: seconds from the start (12.5), or text as at the command line ("@1317384506.4",
-/// "2011-09-30T12:28:26Z", "frame:100"). objects: type of the boxes ("markers", "detection3d" or
-/// "autoware"), "all" for those of background too, or several of these words; flavor: "auto" or
-/// "foxglove". compression: "zstd", "lz4" or "none"; that of most chunks of the input if not said.
-/// unchecked: take over chunks without clouds unopened. assemble: cluster whole turns put together
-/// of several messages: "auto", "10" (messages) or "0.1s". track: follow objects over time ("auto",
-/// "on" or "off"); lag: how far to look ahead for that, seconds, 1 if
-/// not said; ego_motion: where the motion of
-/// the sensor comes from: "auto" (recorded where it agrees with the clouds), "tf", "topic:/odom",
-/// "estimate" (the clouds alone) or "none". only: write the added topics alone;
-/// in_place: put the fields into the clouds themselves. resume: go on where a run with resume=True
-/// was cut off, and leave what is done if this one is. force: replace an existing output. threads:
-/// that unpack, cluster and compress; one for each core up to eight if not said. progress: is
-/// called with the bytes read and the bytes in all (0 of a stream); what it
-/// raises ends the run.
+/// gap_rows, min_points, bev, method, set, rows, columns, fov: as for `cluster`. topics: cloud
+/// topics to annotate, one or several; all if not said. from_, to: leave out messages before the
+/// one and from the other on: seconds from the start (12.5), or text as at the command line
+/// ("@1317384506.4", "2011-09-30T12:28:26Z", "frame:100"). objects: type of the boxes ("markers",
+/// "detection3d" or "autoware"), "all" for those of background too, or several of these words;
+/// flavor: "auto" or "foxglove". compression: "zstd", "lz4" or "none"; that of most chunks of the
+/// input if not said. unchecked: take over chunks without clouds unopened. assemble: cluster whole
+/// turns put together of several messages: "auto", "10" (messages) or "0.1s". track: follow objects
+/// over time ("auto", "on" or "off"); lag: how far to look ahead for that, seconds, 1 if not said;
+/// ego_motion: where the motion of the sensor comes from: "auto" (recorded where it agrees with the
+/// clouds), "tf", "topic:/odom", "estimate" (the clouds alone) or "none". only: write the added
+/// topics alone; in_place: put the fields into the clouds themselves. resume: go on where a run
+/// with resume=True was cut off, and leave what is done if this one is. force: replace an existing
+/// output. threads: that unpack, cluster and compress; one for each core up to eight if not said.
+/// progress: is called with the bytes read and the bytes in all (0 of a stream); what it raises
+/// ends the run.
 ///
 /// Other threads of Python run meanwhile. KeyboardInterrupt ends the run, and nothing half written
 /// is left. What is odd in the recording is a UserWarning and stands in the report.

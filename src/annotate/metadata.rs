@@ -66,9 +66,9 @@ pub(super) fn method_metadata(method: &AnnotateConfig) -> BTreeMap<String, Strin
 /// The metadata record: version, parameters, the input's hash, counts per reason.
 pub(super) fn metadata(
     report: &AnnotationReport,
-    parameters: &BTreeMap<String, String>,
+    parameters: BTreeMap<String, String>,
 ) -> BTreeMap<String, String> {
-    let mut metadata = parameters.clone();
+    let mut metadata = parameters;
     let mut say = |key: &str, value: Option<String>| {
         metadata.extend(value.map(|value| (key.to_owned(), value)));
     };

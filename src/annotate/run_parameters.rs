@@ -23,6 +23,8 @@ pub(super) struct RunParameters {
     input_bytes: u64,
     /// Version and parameters, as in the output's metadata.
     pub(super) method: BTreeMap<String, String>,
+    /// Parameters and options as TOML, as in the output's metadata. All of it stands elsewhere, too.
+    config: String,
     semantics: String,
     /// Where the classes come from that others found.
     classes: Option<String>,
@@ -58,12 +60,12 @@ impl RunParameters {
         if follows {
             parameters.insert("tracks".to_owned(), serde_json::json!(options.tracks).to_string());
         }
-        parameters.insert(CONFIG_KEY.to_owned(), recorded_run(options));
         parameters.extend(options.assemble.map(|how| ("assemble".to_owned(), how.to_string())));
         RunParameters {
             input: name.into_owned(),
             input_bytes: overview.file_size,
             method: parameters,
+            config: recorded_run(options),
             semantics: match semantics {
                 Semantics::Auto if method.is_taxonomy_given => "auto by ids".to_owned(),
                 Semantics::Auto => "auto".to_owned(),
@@ -101,6 +103,13 @@ impl RunParameters {
         }
     }
 
+    /// The part of the output's metadata that is known beforehand.
+    pub(super) fn metadata(&self) -> BTreeMap<String, String> {
+        let mut metadata = self.method.clone();
+        metadata.insert(CONFIG_KEY.to_owned(), self.config.clone());
+        metadata
+    }
+
     /// In what it differs from another, by name.
     pub(super) fn differences(&self, other: &RunParameters) -> Vec<String> {
         let fields = |parameters: &RunParameters| match serde_json::json!(parameters) {
@@ -110,7 +119,7 @@ impl RunParameters {
         let others = fields(other);
         fields(self)
             .into_iter()
-            .filter(|(name, value)| others.get(name) != Some(value))
+            .filter(|(name, value)| name != CONFIG_KEY && others.get(name) != Some(value))
             .map(|(name, _)| name)
             .collect()
     }

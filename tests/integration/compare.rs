@@ -76,7 +76,7 @@ fn a_sweep_over_voxels_and_over_angles() {
     let without_classes = divmerge(&[&arguments[..], &["--semantics", "ground"]].concat());
     assert!(text(&without_classes.stdout).contains("| paper  |"), "{without_classes:?}");
     let wrong = divmerge(&["sweep", path(&input), "--over", "gap-rows", "--values", "1.5"]);
-    assert_eq!(wrong.status.code(), Some(1));
+    assert_eq!(wrong.status.code(), Some(2));
     assert!(text(&wrong.stderr).contains("whole number from 1 on"), "{}", text(&wrong.stderr));
 }
 

@@ -202,7 +202,7 @@ fn any_number_is_swept_over() {
         "--set",
         "cluster.voxel=0.4",
     ]);
-    assert!(table.contains("cluster.fragments.bridged") && table.contains("| 1.5"), "{table}");
+    assert!(table.contains("cluster.fragments.bridged") && table.contains(" 1.5 |"), "{table}");
     let said = refused(&["sweep", path(&input), "--over", "cluster.tree.gap"]);
     assert!(said.contains("--over cluster.tree.gap needs --values"), "{said}");
     let said = refused(&["sweep", path(&input), "--over", "cluster.seeding", "--values", "1"]);

@@ -128,7 +128,7 @@ impl Job<'_> {
         self.report.fetched = reader.fetched();
         if self.options.slice.is_none() {
             self.writer.write_declared()?;
-            let metadata = metadata(&self.report, &self.parameters.method);
+            let metadata = metadata(&self.report, self.parameters.metadata());
             self.writer.write_metadata(METADATA_NAME, &metadata)?;
             for (topic, report) in &self.report.topics {
                 if !report.tracks.is_empty() {

@@ -27,7 +27,8 @@ use divmerge_core::geometry::kd_tree::KdTree;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Alpine {
     /// Neighbours of a point. Default 32 (the paper's).
-    #[schemars(range(min = 1, max = 1000), extend("slider" = [4, 64], "source" = "Sautier et al. 2025"))]
+    #[schemars(range(min = 1, max = 1000))]
+    #[schemars(extend("slider" = [4, 64], "source" = "Sautier et al. 2025"))]
     pub neighbours: usize,
     /// How much longer and wider than its class's box a component may be. Default 1.3 (the
     /// paper's); infinite: nothing is split.

@@ -27,7 +27,8 @@ pub struct ScanLineRun {
     #[schemars(extend("source" = "Zermas et al. 2017"))]
     pub between: f64,
     /// Beams above that are looked at, the next only if nothing is near in those before. Default 1.
-    #[schemars(range(min = 1, max = 64), extend("slider" = [1, 8], "source" = "Zermas et al. 2017"))]
+    #[schemars(range(min = 1, max = 64))]
+    #[schemars(extend("slider" = [1, 8], "source" = "Zermas et al. 2017"))]
     pub beams: usize,
 }
 

@@ -29,16 +29,16 @@
 
 mod error;
 mod kind;
-mod registry;
+mod parameter;
 mod schema;
 mod set;
 mod tree;
 
 pub use error::SettingError;
 pub use kind::{Choice, Limits, ParameterKind};
-pub use registry::{Parameter, registry};
+pub use parameter::Parameter;
 pub use schema::schema_of;
-pub use set::ParameterSet;
+pub use set::{ParameterSet, registry};
 
 #[cfg(test)]
 mod tests;

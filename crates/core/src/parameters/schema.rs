@@ -5,7 +5,7 @@ use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value};
 
 use super::kind::{Choice, Limits, ParameterKind};
-use super::registry::Parameter;
+use super::parameter::Parameter;
 use super::tree::KeyOrder;
 
 /// The schema of a struct of parameters, without references.

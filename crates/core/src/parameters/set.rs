@@ -1,6 +1,6 @@
 //! The parameters of a run, read and set by path.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::error::SettingError;
 use super::kind::ParameterKind;
-use super::registry::{Parameter, nearest, registry};
+use super::parameter::{Parameter, nearest};
 use super::schema::{add_parameters, schema_of};
 use super::tree::{KeyOrder, find, find_mut};
 use crate::cluster::Method;
@@ -246,16 +246,14 @@ fn placed(parameter: &Parameter, value: &Value, place: &Value) -> Option<Value> 
     }
 }
 
-/// The parameters of the struct, for the registry.
-pub(super) fn all() -> Vec<Parameter> {
-    let mut found = Vec::new();
-    add_parameters(
-        &schema_of::<ParameterSet>(),
-        "",
-        &keys(&ParameterSet::with_all_parts()),
-        &mut found,
-    );
-    found
+/// All parameters but those of other methods, in the order of the steps.
+pub fn registry() -> &'static [Parameter] {
+    static REGISTRY: LazyLock<Vec<Parameter>> = LazyLock::new(|| {
+        let (schema, mut all) = (schema_of::<ParameterSet>(), Vec::new());
+        add_parameters(&schema, "", &keys(&ParameterSet::with_all_parts()), &mut all);
+        all
+    });
+    &REGISTRY
 }
 
 fn json(parameters: &impl Serialize) -> Value {

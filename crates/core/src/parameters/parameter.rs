@@ -1,6 +1,4 @@
-//! The list of all parameters.
-
-use std::sync::LazyLock;
+//! A parameter, and how its value is read.
 
 use serde::Serialize;
 use serde_json::Value;
@@ -112,12 +110,6 @@ impl Parameter {
             (_, value) => value.clone(),
         }
     }
-}
-
-/// All parameters but those of other methods, in the order of the steps.
-pub fn registry() -> &'static [Parameter] {
-    static REGISTRY: LazyLock<Vec<Parameter>> = LazyLock::new(super::set::all);
-    &REGISTRY
 }
 
 /// The names nearest to one that is not there: those that end in the same word, else the one that
