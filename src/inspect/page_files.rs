@@ -36,7 +36,7 @@ enum Loading<'a> {
     /// From the server, file by file.
     Served,
     /// From itself, with the data of a case.
-    Within(&'a Value),
+    Within(&'a str),
 }
 
 /// The page as the server gives it.
@@ -44,8 +44,8 @@ pub(super) fn document() -> String {
     filled(Loading::Served)
 }
 
-/// The page as one file that opens without a server, with the data of a case.
-pub(super) fn case_document(case: &Value) -> String {
+/// The page as one file that opens without a server, with the data of a case as JSON.
+pub(super) fn case_document(case: &str) -> String {
     filled(Loading::Within(case))
 }
 
@@ -90,7 +90,7 @@ fn filled(loading: Loading) -> String {
             ("<link rel=\"stylesheet\" href=\"./page/inspect.css\">".into(), "null".into())
         }
         Loading::Within(case) => {
-            (format!("<style>\n{}</style>", text("inspect.css", STYLE)), case.to_string())
+            (format!("<style>\n{}</style>", text("inspect.css", STYLE)), case.to_owned())
         }
     };
     let map = within_script(&map.to_string());
@@ -133,7 +133,7 @@ mod tests {
     #[test]
     fn nothing_is_loaded_from_elsewhere() {
         let case = json!({ "name": "</script><script>alert(1)</script>" });
-        for page in [document(), case_document(&case)] {
+        for page in [document(), case_document(&case.to_string())] {
             assert!(!page.contains("{{"), "a place was not filled");
             assert!(!page.contains("https://") && !page.contains("</script><script>alert"));
         }

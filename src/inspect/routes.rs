@@ -18,7 +18,7 @@ use super::run::Run;
 use super::saved_case::saved_case;
 use super::scores::scores;
 use super::session::Session;
-use super::why::{self, Question};
+use super::why::{self, ExplanationReply, Question};
 
 /// A request.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -120,12 +120,12 @@ fn of_points(session: &Session, path: &str, asked: PointsRequest) -> Outcome<Rep
     match path {
         "api/explain" => {
             let report = why::explained(session, &run, needed()?)?;
-            Ok(Reply::json(&why::reply(&report, needed()?)))
+            Ok(Reply::json(&ExplanationReply::new(report, needed()?)))
         }
         "api/changes" => {
             let changed = why::changed(session, &run, needed()?)?;
             let called_off = Problem { status: 409, words: "a later search goes on".into() };
-            Ok(Reply::json(&why::reply(&changed.ok_or(called_off)?, needed()?)))
+            Ok(Reply::json(&ExplanationReply::new(changed.ok_or(called_off)?, needed()?)))
         }
         "api/command" => command_reply(session, &run, question.as_ref(), &asked),
         "api/figure" => {

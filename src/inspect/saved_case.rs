@@ -7,6 +7,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::pack::Sums;
@@ -17,12 +18,33 @@ use super::run::Run;
 use super::scores::scores;
 use super::session::Session;
 use super::setting::Setting;
-use super::why::{self, Change, Question, changes};
+use super::why::{self, Change, ExplanationReply, Question};
 
 /// Most bytes of a case.
 const MOST_BYTES: usize = 6_000_000;
 /// Runs of changes that a case holds at most.
 const MOST_ALTERNATIVES: usize = 12;
+
+/// What stands in a case.
+#[derive(Serialize)]
+struct Case<'a> {
+    session: Value,
+    topic: &'a str,
+    frame: u64,
+    setting: &'a Setting,
+    /// What the page showed.
+    shown: &'a Value,
+    scores: Option<Value>,
+    explanation: Option<ExplanationReply>,
+    picture: String,
+    alternatives: Vec<Value>,
+}
+
+impl Case<'_> {
+    fn document(&self) -> String {
+        case_document(&serde_json::to_string(self).expect("a case has a form in JSON"))
+    }
+}
 
 /// The case of a run and a question, as a page shows it.
 ///
@@ -36,19 +58,18 @@ pub(super) fn saved_case(
 ) -> Outcome<Vec<u8>> {
     let whole = picture(session, run, true, Sums::new())?;
     let known = whole.sums();
-    let explanation = question.map(|question| explained(session, run, question)).transpose()?;
-    let mut case = json!({
-        "session": session.facts(),
-        "topic": &*run.cloud.message.topic,
-        "frame": run.cloud.message.number,
-        "setting": run.setting,
-        "shown": shown,
-        "scores": scores(run),
-        "explanation": explanation.as_ref().map(|(reply, _)| reply),
-        "picture": packed(&whole.finish()),
-        "alternatives": [],
-    });
-    let mut size = case_document(&case).len();
+    let mut case = Case {
+        session: session.facts(),
+        topic: &run.cloud.message.topic,
+        frame: run.cloud.message.number,
+        setting: &run.setting,
+        shown,
+        scores: scores(run),
+        explanation: question.map(|question| explained(session, run, question)).transpose()?,
+        picture: packed(&whole.finish()),
+        alternatives: Vec::new(),
+    };
+    let mut size = case.document().len();
     if size > MOST_BYTES {
         let problem = format!(
             "the frame alone would take {:.1} MB: a case holds {:.1} MB at most",
@@ -57,27 +78,25 @@ pub(super) fn saved_case(
         );
         return Err(Problem::wrong(problem));
     }
-    let mut alternatives = Vec::new();
-    for change in explanation.into_iter().flat_map(|(_, changes)| changes).take(MOST_ALTERNATIVES) {
+    let changes = case.explanation.iter().flat_map(|reply| reply.changes.clone());
+    for change in changes.take(MOST_ALTERNATIVES).collect::<Vec<_>>() {
         let Ok(alternative) = alternative(session, run, &change, known.clone()) else { continue };
         size += alternative.to_string().len();
         if size > MOST_BYTES {
             break;
         }
-        alternatives.push(alternative);
+        case.alternatives.push(alternative);
     }
-    case["alternatives"] = Value::Array(alternatives);
-    Ok(case_document(&case).into_bytes())
+    Ok(case.document().into_bytes())
 }
 
-/// The explanation with its changes, and these.
-fn explained(session: &Session, run: &Run, question: &Question) -> Outcome<(Value, Vec<Change>)> {
+/// The explanation with its changes, unless a later search calls these off.
+fn explained(session: &Session, run: &Run, question: &Question) -> Outcome<ExplanationReply> {
     let report = match why::changed(session, run, question)? {
         Some(report) => report,
         None => why::explained(session, run, question)?,
     };
-    let found = report.what_if.iter().flatten().flat_map(changes).collect();
-    Ok((why::reply(&report, question), found))
+    Ok(ExplanationReply::new(report, question))
 }
 
 /// What a change leads to: the run without the points of its cloud, and its scores.

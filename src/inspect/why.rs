@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::requests::{Outcome, Problem};
@@ -94,17 +95,32 @@ pub(super) fn explained(
     Ok(ExplanationReport { away, ..report })
 }
 
-/// A report as the page gets it: as JSON and in words, both as `explain` writes them, and what its
-/// buttons set.
-pub(super) fn reply(report: &ExplanationReport, question: &Question) -> Value {
-    let changes = report.what_if.iter().flatten().flat_map(changes);
-    json!({
-        "report": report,
-        "headline": report.explanation.headline(),
-        "text": ExplanationText { report, max_pairs: PAIRS }.to_string(),
-        "at": question.at,
-        "changes": changes.collect::<Vec<_>>(),
-    })
+/// A report as the page gets it: as JSON and in words, both as `explain` writes them.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct ExplanationReply {
+    /// The report.
+    pub report: ExplanationReport,
+    /// The answer in a sentence.
+    headline: String,
+    /// The report in words.
+    text: String,
+    /// The points by their positions, as on the command line.
+    at: Vec<String>,
+    /// What the buttons of the page set.
+    pub changes: Vec<Change>,
+}
+
+impl ExplanationReply {
+    /// The reply to a question.
+    pub fn new(report: ExplanationReport, question: &Question) -> Self {
+        ExplanationReply {
+            headline: report.explanation.headline(),
+            text: ExplanationText { report: &report, max_pairs: PAIRS }.to_string(),
+            at: question.at.clone(),
+            changes: report.what_if.iter().flatten().flat_map(changes).collect(),
+            report,
+        }
+    }
 }
 
 /// The report with the changes that would give the other answer; `None` if a later search called it
@@ -125,7 +141,7 @@ pub(super) fn changed(
 }
 
 /// A change of one parameter that gives the other answer.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct Change {
     /// The parameter in words.
     pub parameter: &'static str,
@@ -136,7 +152,7 @@ pub(super) struct Change {
 }
 
 /// The changes of one parameter that give the other answer: of a number the nearest on either side.
-pub(super) fn changes(what_if: &WhatIf) -> Vec<Change> {
+fn changes(what_if: &WhatIf) -> Vec<Change> {
     match what_if {
         WhatIf::Number(Number { parameter, unit, lower, higher, .. }) => {
             let change = |flip: Flip| {

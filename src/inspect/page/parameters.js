@@ -61,9 +61,14 @@ function groups() {
     if (!byGroup.has(group)) byGroup.set(group, []);
     byGroup.get(group).push(one);
   }
-  return [...byGroup].map(([group, own]) => h("details", { className: "group", open: true }, h("summary", {}, group), own.map(row)));
+  // What the clustering goes by comes first; what seldom helps is folded.
+  const place = (group) => ["cluster", "method", "smoothing", "ground", "projection"].indexOf(group.split(".")[0]);
+  const sorted = [...byGroup].sort(([a], [b]) => place(a) - place(b));
+  const isOpen = (group) => folded.get(group) ?? /^(cluster|method)/.test(group);
+  return sorted.map(([group, own]) => h("details", { className: "group", open: isOpen(group), ontoggle: (event) => folded.set(group, event.target.open) }, h("summary", {}, group), own.map(row)));
 }
 
+const folded = new Map();
 const isDegrees = ({ unit }) => unit === "rad";
 const DEGREE = 180 / Math.PI;
 // A number as it is shown: angles in degrees.

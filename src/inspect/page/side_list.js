@@ -30,8 +30,8 @@ function build() {
         h("select", { id: "survey-source", "aria-label": "where cases come from", onchange: choose("source") }, ["all", "triage", "failures"].map((one) => h("option", { value: one }, one))),
         h("select", { id: "survey-kind", "aria-label": "kind of case", onchange: choose("kind") }, h("option", { value: "all" }, "all kinds"))),
       h("input", { id: "search", type: "search", placeholder: "id, class, >points or <points  ( / )", "aria-label": "search instances by id, class or size", oninput: (event) => { filter.words = event.target.value; listCases(); listInstances(); } })),
-    h("h3", { className: "tools", id: "cases-head" }, "Cases"), h("ol", { className: "cases", id: "cases" }),
-    h("h3", { className: "tools" }, "Instances of this frame"), h("ol", { className: "cases", id: "instances" }));
+    h("h2", { className: "tools", id: "cases-head" }, "Cases"), h("ol", { className: "cases", id: "cases" }),
+    h("h2", { className: "tools" }, "Instances of this frame"), h("ol", { className: "cases", id: "instances" }));
   listCases();
 }
 
