@@ -104,6 +104,10 @@ fn answer(session: &Arc<Session>, path: &str, asked: &Asked) -> Outcome<Reply> {
             Ok(Reply::json(&session.survey.state()))
         }
         (true, "api/survey-state") => Ok(Reply::json(&session.survey.state())),
+        (true, "api/tracks") => {
+            let FrameRequest { topic, frame, setting, .. } = read(body)?;
+            Ok(Reply::json(&session.survey.tracks(&topic, frame, &setting)))
+        }
         (true, path) => of_points(session, path, read(body)?),
         _ => Err(Problem::nothing_here()),
     }

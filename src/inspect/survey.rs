@@ -1,7 +1,7 @@
 //! The worst of many clouds, looked for in the background: what triage suspects, what failures there
 //! are where there is truth, and which instances are one object over time.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -59,6 +59,9 @@ pub(super) struct SurveyState {
     pub problem: Option<String>,
     /// The cases, the worst first.
     pub cases: Vec<SurveyCase>,
+    /// The track of each instance, by frame and id, once objects were followed.
+    #[serde(skip)]
+    tracks: Arc<HashMap<(u64, u32), u32>>,
 }
 
 /// A case to look at.
@@ -98,6 +101,17 @@ impl Survey {
     /// How far it is, and what was found.
     pub fn state(&self) -> SurveyState {
         self.lock().clone()
+    }
+
+    /// The object over time that each instance of a frame is, by its id, as far as the survey
+    /// followed them with the same parameters.
+    pub fn tracks(&self, topic: &str, frame: u64, setting: &Setting) -> BTreeMap<u32, u32> {
+        let state = self.lock();
+        if state.topic != topic || state.setting != *setting {
+            return BTreeMap::new();
+        }
+        let of_frame = state.tracks.iter().filter(|((number, _), _)| *number == frame);
+        of_frame.map(|(&(_, id), &track)| (id, track)).collect()
     }
 
     fn lock(&self) -> MutexGuard<'_, SurveyState> {
@@ -233,6 +247,7 @@ impl Job<'_> {
                 let track = tracks.get(&(case.frame, case.instance));
                 case.track = track.copied().unwrap_or(0);
             }
+            state.tracks = Arc::new(tracks);
         });
         Ok(())
     }

@@ -255,6 +255,15 @@ fn a_survey_lists_cases_and_a_later_one_takes_its_place() {
     let cases = over["cases"].as_array().unwrap();
     assert!(!cases.is_empty() && over["is_followed"] == true);
     assert!(cases.iter().all(|case| (1..3).contains(&case["frame"].as_u64().unwrap())));
+    let tracks = |more: Value| {
+        let mut body = json!({ "topic": desk.topic(), "frame": 1 });
+        body.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        desk.answer("api/tracks", &body)
+    };
+    let followed = tracks(json!({}));
+    assert!(!followed.as_object().unwrap().is_empty());
+    assert!(followed.as_object().unwrap().values().all(|track| track.as_u64() > Some(0)));
+    assert_eq!(tracks(json!({ "setting": { "preset": "paper" } })), json!({}));
     let (status, words) =
         desk.problem("api/survey", &json!({ "topic": desk.topic(), "frames": [4, 9] }));
     assert!(status == 400 && words.contains("has 4 clouds"), "{words}");

@@ -258,6 +258,7 @@ def check_survey(page):
     page.locator("#survey").click()
     until(page, "inspector.state.survey?.is_over && inspector.state.survey.done === 4", 240)
     assert page.evaluate("inspector.state.survey.is_followed")
+    assert len(until(page, "inspector.state.tracks")) > 3
     cases = page.locator("#cases button")
     assert cases.count() > 3
     kinds = set(page.evaluate("inspector.state.survey.cases.map((one) => one.source)"))

@@ -32,6 +32,7 @@
 
 pub mod border;
 pub mod cut;
+mod dials;
 pub mod facts;
 mod places;
 pub mod post_merge;

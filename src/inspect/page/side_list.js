@@ -47,8 +47,10 @@ export async function look(first, last) {
 }
 
 function follow(survey) {
+  const isNews = survey.is_followed && !state.survey?.is_followed;
   state.survey = survey;
   tell("survey");
+  if (isNews) tell("followed");
   clearTimeout(timer);
   if (!survey.is_over) timer = setTimeout(async () => follow(await source.surveyState().catch(() => ({ ...survey, is_over: true }))), 400);
 }

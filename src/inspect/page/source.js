@@ -41,6 +41,7 @@ class Served {
   command = (asked) => this.json("command", asked);
   survey = (asked) => this.json("survey", asked);
   surveyState = () => this.json("survey-state");
+  tracks = (asked) => this.json("tracks", asked);
   file = async (name, asked) => (await this.ask(name, asked)).blob();
 }
 
@@ -91,6 +92,7 @@ class Saved {
   command = this.missing;
   survey = this.missing;
   surveyState = async () => ({ number: 0, cases: [], is_over: true, done: 0, of: 0 });
+  tracks = this.missing;
   file = this.missing;
 }
 

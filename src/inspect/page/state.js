@@ -22,6 +22,9 @@ export const state = {
   selected: [],
   instance: 0,
   explanation: null,
+  // The worst of many frames, and the object over time of each instance of this one.
+  survey: null,
+  tracks: null,
 };
 
 export function emptySetting() {

@@ -11,6 +11,7 @@ export function start() {
   on("selection changed", ask);
   on("explanation slot", build);
   on("frame", () => { state.explanation = null; build(); });
+  on("frame changed slot followed", askTracks);
   build();
 }
 
@@ -89,11 +90,17 @@ function ofInstance(one) {
   ]));
 }
 
-function trackOf(id) {
-  const { survey } = state;
-  if (!survey?.is_followed || JSON.stringify(survey.setting) !== JSON.stringify(state.settings[state.slot])) return null;
-  const one = survey.cases.find((found) => found.frame === state.frame && found.instance === id && found.track);
-  return one ? String(one.track) : null;
+// The object over time that an instance is, once frames were looked through.
+const trackOf = (id) => (state.tracks?.[id] ? String(state.tracks[id]) : null);
+
+async function askTracks() {
+  state.tracks = null;
+  if (!state.survey?.is_followed) return;
+  const { topic, frame } = state;
+  const tracks = await source.tracks(asked()).catch(() => ({}));
+  if (topic !== state.topic || frame !== state.frame) return;
+  state.tracks = tracks;
+  build();
 }
 
 const place = (one) => (one ? `row ${one.row}, column ${one.column}` : null);
