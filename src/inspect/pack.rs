@@ -3,8 +3,8 @@
 //! The first four bytes are the length of the header (little endian), which is padded with spaces
 //! so that the arrays begin at a multiple of eight bytes. `arrays` of the header names each with
 //! its type, its length and the byte at which it begins, counted from the first array. Numbers are
-//! little endian. Each array has a sum; of one that a page has already, by its sum, the bytes are left
-//! out, and `at` is null.
+//! little endian. Each array has a sum; of one that a page has already, by its sum, the bytes are
+//! left out, and `at` is null.
 
 use std::collections::HashMap;
 use std::hash::Hasher;

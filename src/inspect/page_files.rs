@@ -23,7 +23,9 @@ const MODULES: &[(&str, &str)] = &[
     ("scene", include_str!("page/scene.js")),
     ("overlay", include_str!("page/overlay.js")),
     ("views", include_str!("page/views.js")),
+    ("pointing", include_str!("page/pointing.js")),
     ("parameters", include_str!("page/parameters.js")),
+    ("figures", include_str!("page/figures.js")),
     ("why", include_str!("page/why.js")),
     ("side_list", include_str!("page/side_list.js")),
     ("take_along", include_str!("page/take_along.js")),
@@ -103,8 +105,8 @@ fn filled(loading: Loading) -> String {
         .replace("{{case}}", &within_script(&case))
 }
 
-/// What a page may load. One that is served runs its own modules, and within itself the map of their
-/// names alone; a case has everything within and may load nothing at all.
+/// What a page may load. One that is served runs its own modules, and within itself the map of
+/// their names alone; a case has everything within and may load nothing at all.
 fn policy(loading: &Loading, map: &str) -> String {
     let scripts = match loading {
         Loading::Served => {

@@ -10,8 +10,8 @@ use crate::evaluate::panoptic::MIN_POINTS;
 use crate::evaluate::verdict::{JudgedObject, Labelling, MatchRules, Verdict, verdicts};
 use divmerge_core::cloud::taxonomy::Taxonomy;
 
-/// The scores of a run; `None` without truth, or if the truth has classes that its taxonomy does not
-/// know.
+/// The scores of a run; `None` without truth, or if the truth has classes that its taxonomy does
+/// not know.
 pub(super) fn scores(run: &Run) -> Option<Value> {
     let truth = run.cloud.truth.as_ref()?;
     let taxonomy = run.cloud.taxonomy(&run.config);

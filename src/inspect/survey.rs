@@ -1,5 +1,5 @@
-//! The worst of many clouds, looked for in the background: what triage suspects, what failures there
-//! are where there is truth, and which instances are one object over time.
+//! The worst of many clouds, looked for in the background: what triage suspects, what failures
+//! there are where there is truth, and which instances are one object over time.
 
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;

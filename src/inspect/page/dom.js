@@ -16,7 +16,11 @@ export function h(tag, properties = {}, ...children) {
 export const byId = (id) => document.getElementById(id);
 
 // Text of the recording without what a reader cannot see.
-export const plain = (text) => String(text).replace(/[\u0000-\u0008\u000b-\u001f\u007f-\u009f\u202a-\u202e\u2066-\u2069]/g, "\ufffd");
+export const plain = (text) =>
+  String(text).replace(
+    /[\u0000-\u0008\u000b-\u001f\u007f-\u009f\u202a-\u202e\u2066-\u2069]/g,
+    "\ufffd",
+  );
 
 export function say(words, isProblem = false) {
   const status = byId("status");
@@ -32,7 +36,8 @@ export const css = ([r, g, b], alpha = 1) => `rgb(${r} ${g} ${b} / ${alpha})`;
 
 // Calls a function with the latest argument, one call at a time.
 export function latest(call) {
-  let waiting = null, busy = null;
+  let waiting = null,
+    busy = null;
   const go = async () => {
     while (waiting) {
       const { argument } = waiting;

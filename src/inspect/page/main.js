@@ -4,6 +4,7 @@ import { LAYERS } from "inspect/colours";
 import { byId, fixed, h, latest, plain, say } from "inspect/dom";
 import * as keys from "inspect/keys";
 import * as parameters from "inspect/parameters";
+import * as pointing from "inspect/pointing";
 import * as sideList from "inspect/side_list";
 import { savedCase, source } from "inspect/source";
 import { clearSelection, on, picture, selectPoints, state, tell } from "inspect/state";
@@ -16,7 +17,16 @@ const clouds = () => state.session.topics.find((one) => one.topic === state.topi
 // Shows a frame, in the settings that are there.
 const showFrame = latest(async ({ topic, frame, points, instance }) => {
   if (frame < 0 || frame >= clouds()) return say(`${topic} has ${clouds()} frames, from 0`, true);
-  Object.assign(state, { topic, frame, points: null, cloud: null, compared: null, selected: [], instance: 0, explanation: null });
+  Object.assign(state, {
+    topic,
+    frame,
+    points: null,
+    cloud: null,
+    compared: null,
+    selected: [],
+    instance: 0,
+    explanation: null,
+  });
   state.pictures = { A: null, B: null };
   try {
     await parameters.load("A");
@@ -26,20 +36,41 @@ const showFrame = latest(async ({ topic, frame, points, instance }) => {
     tell("frame");
     return;
   }
-  if (state.compare) await source.compare({ topic, frame, first: state.settings.A, second: state.settings.B }).then((found) => { state.compared = found; }, () => {});
-  if (!state.wasShown) { views.home(); state.wasShown = true; }
+  if (state.compare)
+    await source.compare({ topic, frame, first: state.settings.A, second: state.settings.B }).then(
+      (found) => {
+        state.compared = found;
+      },
+      () => {},
+    );
+  if (!state.wasShown) {
+    views.home();
+    state.wasShown = true;
+  }
   tell("picture");
   tell("frame");
   const { run } = picture();
   say(`${run.instances.length} instances, clustered in ${fixed(run.total_ms, 0)} ms`);
-  if (points || instance) { selectPoints(points ?? [], instance); views.showSelected(); }
+  if (points || instance) {
+    selectPoints(points ?? [], instance);
+    views.showSelected();
+  }
 });
 
 const step = (by) => showFrame({ topic: state.topic, frame: state.frame + by });
 // Goes to a case of the list.
 const goTo = (one) => {
-  if (one.frame === state.frame) { selectPoints(one.points, one.instance || undefined); views.showSelected(); return; }
-  showFrame({ topic: state.topic, frame: one.frame, points: one.points, instance: one.instance || undefined });
+  if (one.frame === state.frame) {
+    selectPoints(one.points, one.instance || undefined);
+    views.showSelected();
+    return;
+  }
+  showFrame({
+    topic: state.topic,
+    frame: one.frame,
+    points: one.points,
+    instance: one.instance || undefined,
+  });
 };
 
 function head() {
@@ -47,7 +78,11 @@ function head() {
   document.title = `${plain(session.name)} – divmerge inspect`;
   byId("name").textContent = plain(session.name);
   byId("name").title = plain(session.name);
-  byId("topic").replaceChildren(...session.topics.map((one) => h("option", { value: one.topic, selected: one.topic === state.topic }, plain(one.topic))));
+  byId("topic").replaceChildren(
+    ...session.topics.map((one) =>
+      h("option", { value: one.topic, selected: one.topic === state.topic }, plain(one.topic)),
+    ),
+  );
   byId("frame").value = state.frame;
   byId("frame").max = Math.max(clouds() - 1, 0);
   byId("of").textContent = `of ${clouds()}`;
@@ -62,14 +97,33 @@ function head() {
 function about() {
   const { cloud } = state;
   if (!cloud || !picture()) return;
-  const { run } = picture(), { colours } = state.session;
-  const rows = [["recording", state.session.name], ["topic", cloud.topic], ["frame", `${cloud.frame}, ${fixed(cloud.seconds, 3)} s`], ["coordinate frame", cloud.frame_id || "–"], ["points", cloud.points],
-    ["range image", `${run.rows} × ${run.columns}`], ["objects", cloud.semantics], ["method", run.method],
-    ...run.reasons.flatMap((count, n) => (n > 0 && count ? [[colours.reason_words[n], `${count} points`]] : [])),
-    ...Object.entries(run.times).map(([name, ms]) => [name.replace("_ms", ""), `${fixed(ms, 2)} ms`])];
+  const { run } = picture(),
+    { colours } = state.session;
+  const rows = [
+    ["recording", state.session.name],
+    ["topic", cloud.topic],
+    ["frame", `${cloud.frame}, ${fixed(cloud.seconds, 3)} s`],
+    ["coordinate frame", cloud.frame_id || "–"],
+    ["points", cloud.points],
+    ["range image", `${run.rows} × ${run.columns}`],
+    ["objects", cloud.semantics],
+    ["method", run.method],
+    ...run.reasons.flatMap((count, n) =>
+      n > 0 && count ? [[colours.reason_words[n], `${count} points`]] : [],
+    ),
+    ...Object.entries(run.times).map(([name, ms]) => [
+      name.replace("_ms", ""),
+      `${fixed(ms, 2)} ms`,
+    ]),
+  ];
   byId("about").replaceChildren(
     ...cloud.remarks.map((words) => h("p", {}, plain(words))),
-    h("dl", { className: "figures" }, rows.flatMap(([name, value]) => [h("dt", {}, name), h("dd", {}, plain(value))])));
+    h(
+      "dl",
+      { className: "figures" },
+      rows.flatMap(([name, value]) => [h("dt", {}, name), h("dd", {}, plain(value))]),
+    ),
+  );
 }
 
 function theme(next) {
@@ -77,20 +131,43 @@ function theme(next) {
   const isDark = matchMedia("(prefers-color-scheme: dark)").matches;
   root.dataset.theme = next ?? (isDark ? "dark" : "light");
 }
-const otherTheme = () => theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark");
+const otherTheme = () =>
+  theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark");
 
 const ACTIONS = {
-  j: () => step(1), k: () => step(-1), n: () => sideList.stepInstance(1), p: () => sideList.stepInstance(-1),
-  f: () => views.showSelected(), 0: () => views.home(), Escape: clearSelection,
-  o: () => views.toggle("boxes"), i: () => views.toggle("ids"), v: () => views.toggle("votes"),
-  a: () => parameters.chooseSlot("A"), b: () => parameters.chooseSlot("B"), c: () => parameters.toggleCompare(),
-  w: () => { why.openTab("why"); why.searchChanges(); },
-  "/": () => { if (document.body.classList.contains("no-list")) sideList.toggleList(); byId("search").focus(); },
-  l: () => sideList.toggleList(), r: () => byId("survey").click(), y: () => takeAlong.open(), t: otherTheme, "?": () => keys.help(),
+  j: () => step(1),
+  k: () => step(-1),
+  n: () => sideList.stepInstance(1),
+  p: () => sideList.stepInstance(-1),
+  f: () => views.showSelected(),
+  0: () => views.home(),
+  Escape: clearSelection,
+  o: () => views.toggle("boxes"),
+  i: () => views.toggle("ids"),
+  v: () => views.toggle("votes"),
+  a: () => parameters.chooseSlot("A"),
+  b: () => parameters.chooseSlot("B"),
+  c: () => parameters.toggleCompare(),
+  w: () => {
+    why.openTab("why");
+    why.searchChanges();
+  },
+  "/": () => {
+    if (document.body.classList.contains("no-list")) sideList.toggleList();
+    byId("search").focus();
+  },
+  l: () => sideList.toggleList(),
+  r: () => byId("survey").click(),
+  y: () => takeAlong.open(),
+  t: otherTheme,
+  "?": () => keys.help(),
 };
 
 function actions(key) {
-  if (/^[1-9]$/.test(key)) { views.setLayer(LAYERS[Number(key) - 1][0]); return true; }
+  if (/^[1-9]$/.test(key)) {
+    views.setLayer(LAYERS[Number(key) - 1][0]);
+    return true;
+  }
   ACTIONS[key]?.();
   return key in ACTIONS;
 }
@@ -101,9 +178,13 @@ async function start() {
   if (innerWidth <= 1150) document.body.classList.add("no-list");
   byId("list-button").setAttribute("aria-expanded", String(innerWidth > 1150));
   state.session = await source.session();
-  Object.assign(state, { topic: savedCase?.topic ?? state.session.topic, frame: savedCase?.frame ?? state.session.frame });
+  Object.assign(state, {
+    topic: savedCase?.topic ?? state.session.topic,
+    frame: savedCase?.frame ?? state.session.frame,
+  });
   if (savedCase) state.settings.A = savedCase.setting;
   views.start();
+  pointing.start();
   parameters.start();
   why.start();
   sideList.start(goTo);
@@ -112,12 +193,14 @@ async function start() {
   on("show", () => views.showSelected());
   byId("back").onclick = () => step(-1);
   byId("on").onclick = () => step(1);
-  byId("frame").onchange = (event) => showFrame({ topic: state.topic, frame: Number(event.target.value) });
+  byId("frame").onchange = (event) =>
+    showFrame({ topic: state.topic, frame: Number(event.target.value) });
   byId("topic").onchange = (event) => showFrame({ topic: event.target.value, frame: 0 });
   byId("theme").onclick = otherTheme;
   byId("list-button").onclick = () => sideList.toggleList();
   byId("take-button").onclick = () => takeAlong.open();
-  for (const tab of document.querySelectorAll("[role=tab]")) tab.onclick = () => why.openTab(tab.id.slice(4));
+  for (const tab of document.querySelectorAll("[role=tab]"))
+    tab.onclick = () => why.openTab(tab.id.slice(4));
   head();
   await showFrame({ topic: state.topic, frame: state.frame });
   if (savedCase) openCase();
@@ -137,4 +220,7 @@ function openCase() {
 
 // For people at the console, and for tests.
 window.inspector = { state, views, latency: parameters.latency, actions, measured: views.measured };
-start().catch((error) => { say(error.message, true); throw error; });
+start().catch((error) => {
+  say(error.message, true);
+  throw error;
+});

@@ -1,8 +1,9 @@
 // What if: parameters of two settings, A and B. A change clusters the frame again.
 
-import { byId, counted, fixed, grouped, h, latest, plain, say } from "inspect/dom";
+import { byId, fixed, h, latest, plain, say } from "inspect/dom";
+import { figures } from "inspect/figures";
 import { source } from "inspect/source";
-import { asked, emptySetting, instanceOf, on, picture, select, state, tell } from "inspect/state";
+import { asked, emptySetting, on, picture, state, tell } from "inspect/state";
 
 // Milliseconds from the last change of a parameter to the picture it made, for people and tests.
 export const latency = { ms: null };
@@ -20,10 +21,25 @@ const valueOf = (path) => picture()?.run.values[path] ?? null;
 const all = () => [...state.session.parameters, ...(picture()?.run.method_parameters ?? [])];
 
 function build() {
-  const { session } = state, panel = byId("parameters"), kept = panel.scrollTop, focused = document.activeElement?.dataset?.path;
+  const { session } = state,
+    panel = byId("parameters"),
+    kept = panel.scrollTop,
+    focused = document.activeElement?.dataset?.path;
   const filter = panel.querySelector("input[type=search]")?.value ?? "";
   panel.replaceChildren(
-    h("div", { className: "sticky" }, slotRow(), presetRow(session), h("input", { type: "search", placeholder: "find a parameter", "aria-label": "find a parameter", value: filter, oninput: (event) => narrow(event.target.value) })),
+    h(
+      "div",
+      { className: "sticky" },
+      slotRow(),
+      presetRow(session),
+      h("input", {
+        type: "search",
+        placeholder: "find a parameter",
+        "aria-label": "find a parameter",
+        value: filter,
+        oninput: (event) => narrow(event.target.value),
+      }),
+    ),
     h("div", { id: "figures" }),
     h("div", { id: "all-parameters" }, ...groups()),
   );
@@ -34,38 +50,110 @@ function build() {
 }
 
 function slotRow() {
-  const slot = (name) => h("button", { type: "button", role: "radio", "aria-checked": String(state.slot === name), title: `change setting ${name} (${name.toLowerCase()})`, onclick: () => chooseSlot(name) }, name);
-  return h("div", { className: "row" },
-    h("span", { role: "radiogroup", "aria-label": "setting that is changed", className: "row" }, slot("A"), slot("B")),
-    h("button", { type: "button", id: "compare", "aria-pressed": String(state.compare), title: "both side by side (c)", onclick: toggleCompare }, "A | B"),
-    h("button", { type: "button", disabled: isPlain(), onclick: () => change(emptySetting()) }, "Reset all"),
+  const slot = (name) =>
+    h(
+      "button",
+      {
+        type: "button",
+        role: "radio",
+        "aria-checked": String(state.slot === name),
+        title: `change setting ${name} (${name.toLowerCase()})`,
+        onclick: () => chooseSlot(name),
+      },
+      name,
+    );
+  return h(
+    "div",
+    { className: "row" },
+    h(
+      "span",
+      { role: "radiogroup", "aria-label": "setting that is changed", className: "row" },
+      slot("A"),
+      slot("B"),
+    ),
+    h(
+      "button",
+      {
+        type: "button",
+        id: "compare",
+        "aria-pressed": String(state.compare),
+        title: "both side by side (c)",
+        onclick: toggleCompare,
+      },
+      "A | B",
+    ),
+    h(
+      "button",
+      { type: "button", disabled: isPlain(), onclick: () => change(emptySetting()) },
+      "Reset all",
+    ),
   );
 }
 
-const isPlain = () => !setting().preset && !setting().method && Object.keys(setting().set).length === 0;
+const isPlain = () =>
+  !setting().preset && !setting().method && Object.keys(setting().set).length === 0;
 
 function presetRow({ presets, preset, methods, method }) {
   const choice = (label, names, usual, name) => {
     const now = setting()[name] ?? usual;
-    return h("label", { className: "field" }, label, h("select", { "data-path": name, onchange: (event) => change({ ...setting(), [name]: event.target.value === usual ? null : event.target.value }) },
-      names.map((one) => h("option", { value: one, selected: one === now }, one === usual ? `${one} (as started)` : one))));
+    return h(
+      "label",
+      { className: "field" },
+      label,
+      h(
+        "select",
+        {
+          "data-path": name,
+          onchange: (event) =>
+            change({
+              ...setting(),
+              [name]: event.target.value === usual ? null : event.target.value,
+            }),
+        },
+        names.map((one) =>
+          h(
+            "option",
+            { value: one, selected: one === now },
+            one === usual ? `${one} (as started)` : one,
+          ),
+        ),
+      ),
+    );
   };
-  return h("div", { className: "row" }, choice("preset", presets, preset, "preset"), choice("method", methods, method, "method"));
+  return h(
+    "div",
+    { className: "row" },
+    choice("preset", presets, preset, "preset"),
+    choice("method", methods, method, "method"),
+  );
 }
 
 function groups() {
   const byGroup = new Map();
   for (const one of all()) {
     if (valueOf(one.path) === null && one.kind !== "switch") continue;
-    const parts = one.path.split("."), group = one.kind === "switch" ? one.path : parts.slice(0, -1).join(".") || parts[0];
+    const parts = one.path.split("."),
+      group = one.kind === "switch" ? one.path : parts.slice(0, -1).join(".") || parts[0];
     if (!byGroup.has(group)) byGroup.set(group, []);
     byGroup.get(group).push(one);
   }
   // What the clustering goes by comes first; what seldom helps is folded.
-  const place = (group) => ["cluster", "method", "smoothing", "ground", "projection"].indexOf(group.split(".")[0]);
+  const place = (group) =>
+    ["cluster", "method", "smoothing", "ground", "projection"].indexOf(group.split(".")[0]);
   const sorted = [...byGroup].sort(([a], [b]) => place(a) - place(b));
   const isOpen = (group) => folded.get(group) ?? /^(cluster|method)/.test(group);
-  return sorted.map(([group, own]) => h("details", { className: "group", open: isOpen(group), ontoggle: (event) => folded.set(group, event.target.open) }, h("summary", {}, group), own.map(row)));
+  return sorted.map(([group, own]) =>
+    h(
+      "details",
+      {
+        className: "group",
+        open: isOpen(group),
+        ontoggle: (event) => folded.set(group, event.target.open),
+      },
+      h("summary", {}, group),
+      own.map(row),
+    ),
+  );
 }
 
 const folded = new Map();
@@ -77,13 +165,38 @@ const fromShown = (parameter, number) => (isDegrees(parameter) ? `${number} deg`
 const unitOf = (parameter) => (isDegrees(parameter) ? "°" : (parameter.unit ?? ""));
 
 function row(parameter) {
-  const { path, doc, source: origin } = parameter, now = valueOf(path);
+  const { path, doc, source: origin } = parameter,
+    now = valueOf(path);
   const set = (value) => change({ ...setting(), set: { ...setting().set, [path]: value } });
-  const reset = () => { const { [path]: _, ...rest } = setting().set; return change({ ...setting(), set: rest }); };
-  return h("div", { className: `parameter${isChanged(path) ? " changed" : ""}`, "data-words": `${path} ${doc}`.toLowerCase(), title: origin ?? "" },
-    h("span", { className: "name", id: `name-${path}` }, path.split(".").pop(), h("span", { className: "faint" }, ` ${unitOf(parameter)}`)),
+  const reset = () => {
+    const { [path]: _, ...rest } = setting().set;
+    return change({ ...setting(), set: rest });
+  };
+  return h(
+    "div",
+    {
+      className: `parameter${isChanged(path) ? " changed" : ""}`,
+      "data-words": `${path} ${doc}`.toLowerCase(),
+      title: origin ?? "",
+    },
+    h(
+      "span",
+      { className: "name", id: `name-${path}` },
+      path.split(".").pop(),
+      h("span", { className: "faint" }, ` ${unitOf(parameter)}`),
+    ),
     control(parameter, now, set),
-    h("button", { type: "button", disabled: !isChanged(path), title: "back to its value before", "aria-label": `reset ${path}`, onclick: reset }, "↺"),
+    h(
+      "button",
+      {
+        type: "button",
+        disabled: !isChanged(path),
+        title: "back to its value before",
+        "aria-label": `reset ${path}`,
+        onclick: reset,
+      },
+      "↺",
+    ),
     slider(parameter, now, set),
     h("p", { className: "doc" }, plain(doc)),
   );
@@ -92,40 +205,92 @@ function row(parameter) {
 function control(parameter, now, set) {
   const { path, kind, choices, word_for_none: none, is_unlimited: isUnlimited } = parameter;
   const named = { "data-path": path, "aria-labelledby": `name-${path}` };
-  if (kind === "switch" || kind === "flag") return h("input", { type: "checkbox", ...named, checked: now === true, onchange: (event) => set(event.target.checked) });
-  if (kind === "choice") return h("select", { ...named, onchange: (event) => set(event.target.value) }, [...(none ? [{ name: none }] : []), ...choices].map((one) => h("option", { value: one.name, title: one.doc ?? "", selected: one.name === now }, one.name)));
-  if (kind === "list") return h("input", { ...named, value: typeof now === "string" ? now : JSON.stringify(now), size: 10, onchange: (event) => set(event.target.value) });
+  if (kind === "switch" || kind === "flag")
+    return h("input", {
+      type: "checkbox",
+      ...named,
+      checked: now === true,
+      onchange: (event) => set(event.target.checked),
+    });
+  if (kind === "choice")
+    return h(
+      "select",
+      { ...named, onchange: (event) => set(event.target.value) },
+      [...(none ? [{ name: none }] : []), ...choices].map((one) =>
+        h(
+          "option",
+          { value: one.name, title: one.doc ?? "", selected: one.name === now },
+          one.name,
+        ),
+      ),
+    );
+  if (kind === "list")
+    return h("input", {
+      ...named,
+      value: typeof now === "string" ? now : JSON.stringify(now),
+      size: 10,
+      onchange: (event) => set(event.target.value),
+    });
   const word = none ?? (isUnlimited ? "unlimited" : null);
   const read = (event) => {
-    if (event.target.value === "") { if (word) set(word); return; }
-    if (Number.isFinite(event.target.valueAsNumber)) set(fromShown(parameter, event.target.valueAsNumber));
+    if (event.target.value === "") {
+      if (word) set(word);
+      return;
+    }
+    if (Number.isFinite(event.target.valueAsNumber))
+      set(fromShown(parameter, event.target.valueAsNumber));
   };
-  return h("input", { type: "number", ...named, value: text(parameter, now), placeholder: word ?? "", step: kind === "whole" ? 1 : "any", onchange: read });
+  return h("input", {
+    type: "number",
+    ...named,
+    value: text(parameter, now),
+    placeholder: word ?? "",
+    step: kind === "whole" ? 1 : "any",
+    onchange: read,
+  });
 }
 
 // A number with as many digits as people write; nothing of a word or of no limit.
 function text(parameter, value) {
-  return typeof value === "number" && value < 1e15 ? String(Number(toShown(parameter, value).toPrecision(6))) : "";
+  return typeof value === "number" && value < 1e15
+    ? String(Number(toShown(parameter, value).toPrecision(6)))
+    : "";
 }
 
 // A slider over what is usual; where that spans more than two powers of ten, by powers.
 function slider(parameter, now, set) {
   const { path, kind, slider: usual } = parameter;
   if (!usual || (kind !== "number" && kind !== "whole")) return null;
-  const [low, high] = usual.map((end) => toShown(parameter, end)), isWide = low > 0 && high / low > 100;
+  const [low, high] = usual.map((end) => toShown(parameter, end)),
+    isWide = low > 0 && high / low > 100;
   const value = typeof now === "number" ? toShown(parameter, now) : low;
   const to = (x) => (isWide ? Math.log(x / low) / Math.log(high / low) : (x - low) / (high - low));
   const from = (part) => {
     const x = isWide ? low * (high / low) ** part : low + (high - low) * part;
     return kind === "whole" ? Math.round(x) : Number(x.toPrecision(3));
   };
-  return h("input", { type: "range", min: 0, max: 1, step: kind === "whole" && !isWide ? 1 / (high - low) : 0.005, value: to(value), "aria-label": `${path}, slider`, "aria-valuetext": String(from(to(value))), "data-slider": path,
-    oninput: (event) => { const x = from(event.target.valueAsNumber); event.target.setAttribute("aria-valuetext", String(x)); set(fromShown(parameter, x)); } });
+  return h("input", {
+    type: "range",
+    min: 0,
+    max: 1,
+    step: kind === "whole" && !isWide ? 1 / (high - low) : 0.005,
+    value: to(value),
+    "aria-label": `${path}, slider`,
+    "aria-valuetext": String(from(to(value))),
+    "data-slider": path,
+    oninput: (event) => {
+      const x = from(event.target.valueAsNumber);
+      event.target.setAttribute("aria-valuetext", String(x));
+      set(fromShown(parameter, x));
+    },
+  });
 }
 
 function narrow(words) {
-  for (const one of document.querySelectorAll(".parameter")) one.hidden = !one.dataset.words.includes(words.toLowerCase());
-  for (const group of document.querySelectorAll(".group")) group.hidden = [...group.querySelectorAll(".parameter")].every((one) => one.hidden);
+  for (const one of document.querySelectorAll(".parameter"))
+    one.hidden = !one.dataset.words.includes(words.toLowerCase());
+  for (const group of document.querySelectorAll(".group"))
+    group.hidden = [...group.querySelectorAll(".parameter")].every((one) => one.hidden);
 }
 
 export function chooseSlot(name) {
@@ -137,7 +302,8 @@ export function chooseSlot(name) {
 
 export async function toggleCompare() {
   state.compare = !state.compare;
-  if (state.compare) await Promise.all(["A", "B"].filter((slot) => !state.pictures[slot]).map(load));
+  if (state.compare)
+    await Promise.all(["A", "B"].filter((slot) => !state.pictures[slot]).map(load));
   await compared();
   if (!state.compare && state.layer === "difference") state.layer = "instances";
   tell("slot");
@@ -148,8 +314,15 @@ async function compared() {
   state.compared = null;
   if (!state.compare) return;
   try {
-    state.compared = await source.compare({ topic: state.topic, frame: state.frame, first: state.settings.A, second: state.settings.B });
-  } catch (error) { say(error.message, true); }
+    state.compared = await source.compare({
+      topic: state.topic,
+      frame: state.frame,
+      first: state.settings.A,
+      second: state.settings.B,
+    });
+  } catch (error) {
+    say(error.message, true);
+  }
 }
 
 // Changes the setting of a slot, clusters again and draws; while that goes on, only the last change
@@ -172,7 +345,9 @@ const recluster = latest(async ({ slot, before, began }) => {
     state.explanation = null;
     tell("picture");
     latency.ms = performance.now() - began;
-    say(`clustered in ${fixed(state.pictures[slot].run.total_ms, 0)} ms, drawn after ${fixed(latency.ms, 0)} ms`);
+    say(
+      `clustered in ${fixed(state.pictures[slot].run.total_ms, 0)} ms, drawn after ${fixed(latency.ms, 0)} ms`,
+    );
     tell("changed");
   } catch (error) {
     state.settings[slot] = before;
@@ -208,39 +383,12 @@ export async function load(slot) {
   state.pictures[slot] = { run, arrays, sums };
   state.scores[slot] = null;
   if (state.cloud.has_truth) {
-    source.scores(asked(slot)).then((scores) => { state.scores[slot] = scores; figures(); }, () => {});
+    source.scores(asked(slot)).then(
+      (scores) => {
+        state.scores[slot] = scores;
+        figures();
+      },
+      () => {},
+    );
   }
-}
-
-// What was found, in figures; with a second setting what it makes different.
-function figures() {
-  const box = byId("figures");
-  if (!box || !picture()) return;
-  const shown = state.compare && state.pictures.B ? ["A", "B"] : [state.slot];
-  const row = (name, value) => h("tr", {}, h("th", { scope: "row" }, name), shown.map((slot) => h("td", { className: "number" }, value(slot))));
-  const run = (slot) => state.pictures[slot].run, scores = (slot) => state.scores[slot];
-  const rows = [
-    row("instances", (slot) => grouped(run(slot).instances.length)),
-    row("objects", (slot) => grouped(run(slot).instances.filter((one) => one.is_object).length)),
-    row("components", (slot) => grouped(run(slot).components)),
-    row("milliseconds", (slot) => fixed(run(slot).total_ms, 1)),
-  ];
-  if (shown.some(scores)) {
-    const percent = (value) => (value === null || value === undefined ? "–" : `${fixed(100 * value, 1)} %`);
-    rows.push(row("found whole", (slot) => (scores(slot) ? `${scores(slot).found_whole} of ${scores(slot).objects}` : "…")));
-    rows.push(row("failures", (slot) => scores(slot)?.verdicts.map(([name, count]) => `${count} ${name}`).join(", ") || (scores(slot) ? "none" : "…")));
-    if (shown.some((slot) => scores(slot)?.pq !== null)) rows.push(row("PQ of things here", (slot) => percent(scores(slot)?.pq)));
-  }
-  const head = shown.length > 1 ? h("thead", {}, h("tr", {}, h("td"), shown.map((slot) => h("th", { scope: "col", className: "number" }, slot)))) : null;
-  box.replaceChildren(h("table", {}, head, h("tbody", {}, rows)), ...differences());
-}
-
-function differences() {
-  const { compared: found } = state;
-  if (!state.compare || !found) return [];
-  if (!found.differences.length) return [h("p", {}, "A and B are the same.")];
-  const words = found.counts.map(([name, count]) => `${count} ${name}`).join(", ");
-  const title = (one, side, slot) => one[side].map((id) => instanceOf(id, slot)?.title ?? id).join(" + ") || "–";
-  return [h("h3", {}, `What differs: ${words}`), h("div", { className: "changes" }, found.differences.slice(0, 40).map((one) => h("button", { type: "button", onclick: () => { select(one.example); tell("show"); } },
-    `${one.change}: ${title(one, "first", "A")} → ${title(one, "second", "B")} (${counted(one.points, "point")})`)))];
 }

@@ -42,14 +42,22 @@ void main() { colour = texture(image, place); }`;
 export class Scene {
   constructor(canvas, panel) {
     this.canvas = canvas;
-    this.gl = canvas.getContext("webgl2", { alpha: true, antialias: false, premultipliedAlpha: true, preserveDrawingBuffer: true });
+    this.gl = canvas.getContext("webgl2", {
+      alpha: true,
+      antialias: false,
+      premultipliedAlpha: true,
+      preserveDrawingBuffer: true,
+    });
     if (!this.gl) throw new Error("this browser has no WebGL 2, which the views are drawn with");
     this.panel = panel.map((x) => x / 255);
     this.slots = {};
     this.positions = null;
     this.build();
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
-    canvas.addEventListener("webglcontextrestored", () => { this.build(); this.onRestored?.(); });
+    canvas.addEventListener("webglcontextrestored", () => {
+      this.build();
+      this.onRestored?.();
+    });
   }
 
   build() {
@@ -65,22 +73,39 @@ export class Scene {
   }
 
   program(vertex, fragment, uniforms) {
-    const { gl } = this, program = gl.createProgram();
-    for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+    const { gl } = this,
+      program = gl.createProgram();
+    for (const [kind, text] of [
+      [gl.VERTEX_SHADER, vertex],
+      [gl.FRAGMENT_SHADER, fragment],
+    ]) {
       const shader = gl.createShader(kind);
       gl.shaderSource(shader, text);
       gl.compileShader(shader);
       gl.attachShader(program, shader);
     }
     gl.linkProgram(program);
-    if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
-    return { program, ...Object.fromEntries(uniforms.map((name) => [name, gl.getUniformLocation(program, name)])) };
+    if (!gl.getProgramParameter(program, gl.LINK_STATUS))
+      throw new Error(gl.getProgramInfoLog(program));
+    return {
+      program,
+      ...Object.fromEntries(uniforms.map((name) => [name, gl.getUniformLocation(program, name)])),
+    };
   }
 
   slot(name) {
     const { gl } = this;
     if (!this.slots[name]) {
-      const own = { colour: gl.createBuffer(), array: gl.createVertexArray(), texture: gl.createTexture(), line: gl.createBuffer(), lineColour: gl.createBuffer(), lineArray: gl.createVertexArray(), lineCount: 0, size: [0, 0] };
+      const own = {
+        colour: gl.createBuffer(),
+        array: gl.createVertexArray(),
+        texture: gl.createTexture(),
+        line: gl.createBuffer(),
+        lineColour: gl.createBuffer(),
+        lineArray: gl.createVertexArray(),
+        lineCount: 0,
+        size: [0, 0],
+      };
       gl.bindVertexArray(own.array);
       this.attribute(0, this.position, 3, gl.FLOAT);
       this.attribute(1, own.colour, 4, gl.UNSIGNED_BYTE);
@@ -101,8 +126,10 @@ export class Scene {
 
   // The points of a cloud; what is not finite lies at the origin and is never drawn.
   setPoints(positions) {
-    const { gl } = this, clean = new Float32Array(positions.length);
-    for (let n = 0; n < clean.length; n++) clean[n] = Number.isFinite(positions[n]) ? positions[n] : 0;
+    const { gl } = this,
+      clean = new Float32Array(positions.length);
+    for (let n = 0; n < clean.length; n++)
+      clean[n] = Number.isFinite(positions[n]) ? positions[n] : 0;
     this.count = clean.length / 3;
     gl.bindBuffer(gl.ARRAY_BUFFER, this.position);
     gl.bufferData(gl.ARRAY_BUFFER, clean, gl.STATIC_DRAW);
@@ -110,15 +137,18 @@ export class Scene {
 
   // The colours of all points in a slot, and the range image that they make.
   setColours(name, colours, { rows, columns, top_row_first: topFirst }, pointOfPixel) {
-    const { gl } = this, own = this.slot(name);
+    const { gl } = this,
+      own = this.slot(name);
     gl.bindBuffer(gl.ARRAY_BUFFER, own.colour);
     gl.bufferData(gl.ARRAY_BUFFER, colours, gl.DYNAMIC_DRAW);
     // Of more columns than a texture has room for, each second or third.
-    const stride = Math.ceil(columns / this.most), width = Math.ceil(columns / stride);
+    const stride = Math.ceil(columns / this.most),
+      width = Math.ceil(columns / stride);
     const size = width * rows;
     if (own.pixels?.length !== size) own.pixels = new Uint32Array(size);
     const source = new Uint32Array(colours.buffer, colours.byteOffset, colours.length / 4);
-    const [r, g, b] = this.panel.map((x) => Math.round(x * 255)), empty = (0xff000000 | (b << 16) | (g << 8) | r) >>> 0;
+    const [r, g, b] = this.panel.map((x) => Math.round(x * 255)),
+      empty = (0xff000000 | (b << 16) | (g << 8) | r) >>> 0;
     for (let row = 0, at = 0; row < rows; row++) {
       const from = (topFirst ? row : rows - 1 - row) * columns;
       for (let column = 0; column < columns; column += stride, at++) {
@@ -127,13 +157,30 @@ export class Scene {
       }
     }
     gl.bindTexture(gl.TEXTURE_2D, own.texture);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, width, rows, 0, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(own.pixels.buffer));
-    for (const [name, value] of [[gl.TEXTURE_MIN_FILTER, gl.NEAREST], [gl.TEXTURE_MAG_FILTER, gl.NEAREST], [gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE], [gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE]]) gl.texParameteri(gl.TEXTURE_2D, name, value);
+    gl.texImage2D(
+      gl.TEXTURE_2D,
+      0,
+      gl.RGBA,
+      width,
+      rows,
+      0,
+      gl.RGBA,
+      gl.UNSIGNED_BYTE,
+      new Uint8Array(own.pixels.buffer),
+    );
+    for (const [name, value] of [
+      [gl.TEXTURE_MIN_FILTER, gl.NEAREST],
+      [gl.TEXTURE_MAG_FILTER, gl.NEAREST],
+      [gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE],
+      [gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE],
+    ])
+      gl.texParameteri(gl.TEXTURE_2D, name, value);
   }
 
   // Lines of a slot: pairs of ends with a colour each.
   setLines(name, ends, colours) {
-    const { gl } = this, own = this.slot(name);
+    const { gl } = this,
+      own = this.slot(name);
     own.lineCount = ends.length / 3;
     gl.bindBuffer(gl.ARRAY_BUFFER, own.line);
     gl.bufferData(gl.ARRAY_BUFFER, ends, gl.DYNAMIC_DRAW);
@@ -143,7 +190,8 @@ export class Scene {
 
   // Begins a picture of that size; what is not drawn again stays, unless all is.
   begin(width, height, isAll) {
-    const { gl, canvas } = this, isOther = canvas.width !== width || canvas.height !== height;
+    const { gl, canvas } = this,
+      isOther = canvas.width !== width || canvas.height !== height;
     if (isOther) Object.assign(canvas, { width, height });
     if (!isOther && !isAll) return;
     gl.scissor(0, 0, width, height);
@@ -153,7 +201,8 @@ export class Scene {
   }
 
   area({ x, y, width, height }) {
-    const { gl, canvas } = this, bottom = canvas.height - y - height;
+    const { gl, canvas } = this,
+      bottom = canvas.height - y - height;
     gl.viewport(x, bottom, width, height);
     gl.scissor(x, bottom, width, height);
     gl.clearColor(...this.panel, 1);
@@ -161,7 +210,8 @@ export class Scene {
   }
 
   drawPoints(name, area, matrix, scale, withLines) {
-    const { gl } = this, own = this.slots[name];
+    const { gl } = this,
+      own = this.slots[name];
     this.area(area);
     if (!own || !this.count) return;
     gl.enable(gl.DEPTH_TEST);
@@ -179,7 +229,8 @@ export class Scene {
   }
 
   drawImage(name, area, { x, y, zoom }) {
-    const { gl } = this, own = this.slots[name];
+    const { gl } = this,
+      own = this.slots[name];
     this.area(area);
     if (!own?.pixels) return;
     gl.disable(gl.DEPTH_TEST);

@@ -7,9 +7,11 @@ const TYPES = { f32: Float32Array, u32: Uint32Array, u16: Uint16Array, u8: Uint8
 export function unpack(buffer, before) {
   const length = new DataView(buffer).getUint32(0, true);
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
-  const arrays = {}, sums = {};
+  const arrays = {},
+    sums = {};
   for (const { name, type, at, length: count, sum } of header.arrays) {
-    arrays[name] = at === null ? before.arrays[name] : new TYPES[type](buffer, 4 + length + at, count);
+    arrays[name] =
+      at === null ? before.arrays[name] : new TYPES[type](buffer, 4 + length + at, count);
     sums[name] = sum;
   }
   return { cloud: header.cloud, run: header.run, arrays, sums };
@@ -33,7 +35,11 @@ class Served {
   }
   json = async (name, body) => (await this.ask(name, body)).json();
   session = () => this.json("session");
-  frame = async (asked, before) => unpack(await (await this.ask("frame", { ...asked, known: before?.sums ?? {} })).arrayBuffer(), before);
+  frame = async (asked, before) =>
+    unpack(
+      await (await this.ask("frame", { ...asked, known: before?.sums ?? {} })).arrayBuffer(),
+      before,
+    );
   scores = (asked) => this.json("scores", asked);
   compare = (asked) => this.json("compare", asked);
   explain = (asked) => this.json("explain", asked);
@@ -56,7 +62,8 @@ class Saved {
     this.saved = saved;
     this.first = null;
   }
-  missing = () => Promise.reject(new Error("a saved case holds only what was run before it was saved"));
+  missing = () =>
+    Promise.reject(new Error("a saved case holds only what was run before it was saved"));
   session = async () => this.saved.session;
 
   static async bytes(text) {
@@ -73,19 +80,28 @@ class Saved {
     if (!other) return this.missing();
     other.unpacked ??= unpack(await Saved.bytes(other.picture), this.first);
     if (!with_points) return other.unpacked;
-    return { ...other.unpacked, cloud: this.first.cloud, arrays: { ...this.first.arrays, ...other.unpacked.arrays } };
+    return {
+      ...other.unpacked,
+      cloud: this.first.cloud,
+      arrays: { ...this.first.arrays, ...other.unpacked.arrays },
+    };
   }
   async scores({ setting }) {
-    return same(setting, this.saved.setting) ? this.saved.scores : (this.alternative(setting)?.scores ?? null);
+    return same(setting, this.saved.setting)
+      ? this.saved.scores
+      : (this.alternative(setting)?.scores ?? null);
   }
   async compare({ first, second }) {
-    if (same(first, this.saved.setting) && this.alternative(second)) return this.alternative(second).compared;
+    if (same(first, this.saved.setting) && this.alternative(second))
+      return this.alternative(second).compared;
     return this.missing();
   }
   async explain({ points, setting }) {
     const { explanation, shown } = this.saved;
-    const isIt = explanation && same(setting, this.saved.setting)
-      && JSON.stringify(points) === JSON.stringify(shown.points);
+    const isIt =
+      explanation &&
+      same(setting, this.saved.setting) &&
+      JSON.stringify(points) === JSON.stringify(shown.points);
     return isIt ? explanation : this.missing();
   }
   changes = (asked) => this.explain(asked);

@@ -21,6 +21,8 @@ export const state = {
   // Points that are selected, at most two, and the instance that is lit up.
   selected: [],
   instance: 0,
+  // Row and column of the cursor in the range image.
+  cursor: null,
   explanation: null,
   // The worst of many frames, and the object over time of each instance of this one.
   survey: null,
@@ -44,12 +46,19 @@ export function tell(name, detail) {
 
 export const picture = (slot = state.slot) => state.pictures[slot];
 export const slots = () => (state.compare && state.pictures.B ? ["A", "B"] : [state.slot]);
-export const asked = (slot = state.slot) => ({ topic: state.topic, frame: state.frame, setting: state.settings[slot] });
-export const instanceOf = (id, slot = state.slot) => picture(slot)?.run.instances.find((one) => one.id === id);
+export const asked = (slot = state.slot) => ({
+  topic: state.topic,
+  frame: state.frame,
+  setting: state.settings[slot],
+});
+export const instanceOf = (id, slot = state.slot) =>
+  picture(slot)?.run.instances.find((one) => one.id === id);
 
 export function position(point) {
   const at = state.points?.position;
-  return at && point * 3 + 2 < at.length ? [at[3 * point], at[3 * point + 1], at[3 * point + 2]] : [NaN, NaN, NaN];
+  return at && point * 3 + 2 < at.length
+    ? [at[3 * point], at[3 * point + 1], at[3 * point + 2]]
+    : [NaN, NaN, NaN];
 }
 
 // Selects a point; a second one beside the first if `more`.
