@@ -1,22 +1,9 @@
 //! Command lines that repeat what is seen.
 
+use super::requests::CommandKind;
 use super::run::Run;
 use super::session::Session;
 use crate::text::{option_words, path_word};
-
-/// What a command does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum CommandKind {
-    /// Draws the frame.
-    Figure,
-    /// Explains one or two points.
-    Explain,
-    /// Annotates the recording.
-    Annotate,
-    /// Looks at the frame in the inspector.
-    Inspect,
-}
 
 /// The command of a kind on a run, with the positions of the points that are selected.
 pub(super) fn command(session: &Session, run: &Run, kind: CommandKind, at: &[String]) -> String {

@@ -1,6 +1,6 @@
 //! Figures of what is seen.
 
-use super::requests::{Outcome, Problem};
+use super::requests::{FigureForm, Outcome, Problem};
 use super::run::Run;
 use super::session::Session;
 use super::why::{Question, explained};
@@ -8,22 +8,6 @@ use crate::view::{self, FigureOptions, Panel, PlaneRegion};
 
 /// Dots per inch of a picture.
 const DPI: f64 = 192.0;
-
-/// What a figure looks like.
-#[derive(Debug, Clone, PartialEq, serde::Deserialize)]
-pub(super) struct FigureForm {
-    /// `svg` or `png`.
-    pub format: String,
-    /// Whether its page is dark.
-    #[serde(default)]
-    pub dark: bool,
-    /// The panels, by the names of the command line; none means those of `figure`.
-    #[serde(default)]
-    pub panels: Vec<String>,
-    /// The part of the plane that is shown: least and greatest x, and y, metres.
-    #[serde(default)]
-    pub view: Option<[[f64; 2]; 2]>,
-}
 
 /// A figure of a run, or of the explanation of a question: its type and its bytes.
 ///

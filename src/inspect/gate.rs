@@ -7,7 +7,7 @@
 
 use std::net::SocketAddr;
 
-use super::routes::Asked;
+use super::exchange::Asked;
 
 /// Bytes of a token.
 const TOKEN_BYTES: usize = 16;

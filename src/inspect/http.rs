@@ -3,7 +3,7 @@
 
 use std::io::{self, BufRead, Read, Write};
 
-use super::routes::{Asked, Reply};
+use super::exchange::{Asked, Reply};
 
 /// Most bytes of the head of a request.
 const MOST_OF_HEAD: u64 = 16 << 10;

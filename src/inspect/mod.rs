@@ -11,11 +11,11 @@
 //! | why two points are one instance or not, and what would change it | `why` |
 //! | what a second setting makes different | `compared` |
 //! | scores of a cloud with truth | `scores` |
-//! | the worst of many clouds, looked for in the background | `survey` |
+//! | the worst of many clouds, looked for in the background | `survey`, `survey_state` |
 //! | command lines that repeat what is seen | `commands` |
 //! | figures of it | `figures` |
 //! | the page itself, and a case as one file | `page_files`, `saved_case` |
-//! | what is asked for and what is answered | `requests`, `routes` |
+//! | what is asked for and what is answered | `exchange`, `requests`, `routes` |
 //! | who may ask | `gate` |
 //! | requests and replies as bytes | `http` |
 //! | sockets | `server` |
@@ -26,6 +26,7 @@
 mod cloud;
 mod commands;
 mod compared;
+mod exchange;
 mod figures;
 mod gate;
 mod http;
@@ -41,10 +42,12 @@ mod server;
 mod session;
 mod setting;
 mod survey;
+mod survey_state;
 mod why;
 
+pub use exchange::{Asked, Reply};
 pub use gate::{Access, Gate};
-pub use routes::{Asked, Reply, reply};
+pub use routes::reply;
 pub use server::Server;
 pub use session::{Session, SessionOptions};
 pub use setting::Setting;

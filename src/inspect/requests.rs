@@ -3,8 +3,6 @@
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
-use super::commands::CommandKind;
-use super::figures::FigureForm;
 use super::pack::Sums;
 use super::setting::Setting;
 use crate::error::Error;
@@ -53,6 +51,36 @@ pub(super) struct FrameRequest {
     /// The sums of the arrays that the page has.
     #[serde(default)]
     pub known: Sums,
+}
+
+/// What a command does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum CommandKind {
+    /// Draws the frame.
+    Figure,
+    /// Explains one or two points.
+    Explain,
+    /// Annotates the recording.
+    Annotate,
+    /// Looks at the frame in the inspector.
+    Inspect,
+}
+
+/// What a figure looks like.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub(super) struct FigureForm {
+    /// `svg` or `png`.
+    pub format: String,
+    /// Whether its page is dark.
+    #[serde(default)]
+    pub dark: bool,
+    /// The panels, by the names of the command line; none means those of `figure`.
+    #[serde(default)]
+    pub panels: Vec<String>,
+    /// The part of the plane that is shown: least and greatest x, and y, metres.
+    #[serde(default)]
+    pub view: Option<[[f64; 2]; 2]>,
 }
 
 /// One or two points of a frame.

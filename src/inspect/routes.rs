@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use serde::Serialize;
 use serde_json::json;
 
 use super::commands::command;
 use super::compared::compared;
+use super::exchange::{Asked, Reply};
 use super::figures::figure;
 use super::gate::{Access, Gate};
 use super::page_files::{asset, document};
@@ -19,50 +19,6 @@ use super::saved_case::saved_case;
 use super::scores::scores;
 use super::session::Session;
 use super::why::{self, ExplanationReply, Question};
-
-/// A request.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Asked {
-    /// Whether something is sent along (POST).
-    pub is_post: bool,
-    /// The path with the token.
-    pub path: String,
-    /// The header `Host`.
-    pub host: Option<String>,
-    /// The header `Origin`.
-    pub origin: Option<String>,
-    /// The header `Sec-Fetch-Site`.
-    pub fetch_site: Option<String>,
-    /// What is sent along.
-    pub body: Vec<u8>,
-}
-
-/// A reply.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Reply {
-    /// Its status.
-    pub status: u16,
-    /// The type of its body.
-    pub content_type: &'static str,
-    /// Its body.
-    pub body: Vec<u8>,
-}
-
-impl Reply {
-    fn new(content_type: &'static str, body: impl Into<Vec<u8>>) -> Self {
-        Reply { status: 200, content_type, body: body.into() }
-    }
-
-    fn json(value: &impl Serialize) -> Self {
-        let body = serde_json::to_vec(value).expect("values of replies have a form in JSON");
-        Reply::new("application/json", body)
-    }
-
-    /// A reply that says what is wrong.
-    pub(super) fn problem(status: u16, words: &str) -> Self {
-        Reply { status, ..Reply::json(&json!({ "problem": words })) }
-    }
-}
 
 /// Answers a request.
 pub fn reply(session: &Arc<Session>, gate: &Gate, asked: &Asked) -> Reply {

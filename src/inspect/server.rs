@@ -8,9 +8,10 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use super::exchange::{Asked, Reply};
 use super::gate::Gate;
 use super::http::{read_request, write_reply};
-use super::routes::{Asked, Reply, reply};
+use super::routes::reply;
 use super::session::Session;
 
 /// Connections at a time; a browser has six.

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::cloud::{DecodedBy, InspectedCloud};
 use super::run::Run;
 use super::setting::{self, Setting};
-use super::survey::Survey;
+use super::survey_state::Survey;
 use crate::annotate::AnnotateConfig;
 use crate::error::Result;
 use crate::frames::topics::{message_count, topic_names};

@@ -1,13 +1,12 @@
 //! The worst of many clouds, looked for in the background: what triage suspects, what failures
 //! there are where there is truth, and which instances are one object over time.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::ops::Range;
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::Arc;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
-use serde::Serialize;
 
 use super::cloud::InspectedCloud;
 use super::requests::{Outcome, Problem, SurveyRequest};
@@ -15,6 +14,7 @@ use super::run::Run;
 use super::scores::{FoundFailure, found_failures};
 use super::session::Session;
 use super::setting::Setting;
+use super::survey_state::{SurveyCase, SurveyState, worst_first};
 use crate::annotate::{AnnotateConfig, FollowedDrive, TrackOptions, follow_drive};
 use crate::diagnose::failures::ObjectOrigin;
 use crate::diagnose::triage::ranking::recorded_positions;
@@ -26,108 +26,10 @@ use divmerge_core::over_time::InstanceTrack;
 
 /// Most frames of a survey.
 const MOST_FRAMES: u64 = 2000;
-/// Most cases of a frame that are listed, and of all.
+/// Most cases of a frame that are listed.
 const MOST_OF_FRAME: usize = 24;
-const MOST_CASES: usize = 600;
 /// Height over width of the whole range image in thumbnails, and their width over height.
 const THUMBNAIL: (f64, f64) = (1.0 / 8.0, 3.0);
-
-/// A survey in the background; a new one takes the place of the one before.
-#[derive(Default)]
-pub(super) struct Survey {
-    state: Mutex<SurveyState>,
-}
-
-/// How far a survey has come, and what it found.
-#[derive(Debug, Clone, Default, Serialize)]
-pub(super) struct SurveyState {
-    /// Number of the survey, from 1; 0 is none.
-    pub number: u64,
-    /// The topic that is looked through.
-    pub topic: String,
-    /// The parameters.
-    pub setting: Setting,
-    /// Frames that were looked at.
-    pub done: u64,
-    /// Frames to look at.
-    pub of: u64,
-    /// Whether it is over.
-    pub is_over: bool,
-    /// Whether objects were followed over time.
-    pub is_followed: bool,
-    /// What kept it from going on.
-    pub problem: Option<String>,
-    /// The cases, the worst first.
-    pub cases: Vec<SurveyCase>,
-    /// The track of each instance, by frame and id, once objects were followed.
-    #[serde(skip)]
-    tracks: Arc<HashMap<(u64, u32), u32>>,
-}
-
-/// A case to look at.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub(super) struct SurveyCase {
-    /// `triage` or `failures`.
-    pub source: &'static str,
-    /// Number of the cloud on its topic.
-    pub frame: u64,
-    /// How likely it is a failure, 0 to 1; 1 of a failure that is known.
-    pub score: f64,
-    /// What is wrong, in a word or two.
-    pub kind: String,
-    /// What of the method did it, of a failure.
-    pub cause: Option<&'static str>,
-    /// A sentence.
-    pub sentence: String,
-    /// The instance; 0 is none.
-    pub instance: u32,
-    /// The instance or the true object in words.
-    pub title: String,
-    /// Class of the instance, or of the true object.
-    pub class: String,
-    /// Points of the object.
-    pub size: u64,
-    /// One or two points to look at, by index.
-    pub points: Vec<usize>,
-    /// Their positions, metres, the recording's frame.
-    pub at: Vec<[f64; 3]>,
-    /// The object over time, once it is followed; 0 is none.
-    pub track: u32,
-    /// A picture of the range image around it, PNG in base64.
-    pub thumbnail: Option<String>,
-}
-
-impl Survey {
-    /// How far it is, and what was found.
-    pub fn state(&self) -> SurveyState {
-        self.lock().clone()
-    }
-
-    /// The object over time that each instance of a frame is, by its id, as far as the survey
-    /// followed them with the same parameters.
-    pub fn tracks(&self, topic: &str, frame: u64, setting: &Setting) -> BTreeMap<u32, u32> {
-        let state = self.lock();
-        if state.topic != topic || state.setting != *setting {
-            return BTreeMap::new();
-        }
-        let of_frame = state.tracks.iter().filter(|((number, _), _)| *number == frame);
-        of_frame.map(|(&(_, id), &track)| (id, track)).collect()
-    }
-
-    fn lock(&self) -> MutexGuard<'_, SurveyState> {
-        self.state.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
-    }
-
-    /// Changes the state of a survey unless another has taken its place; whether it has not.
-    fn update(&self, number: u64, change: impl FnOnce(&mut SurveyState)) -> bool {
-        let mut state = self.lock();
-        let is_current = state.number == number;
-        if is_current {
-            change(&mut state);
-        }
-        is_current
-    }
-}
 
 impl Session {
     /// Begins to look through some frames of a topic, in a thread of its own.
@@ -267,15 +169,6 @@ fn track_of(track: &InstanceTrack) -> u32 {
         InstanceTrack::Whole(track) => *track,
         InstanceTrack::Parts(of_cell) => of_cell.first().copied().unwrap_or(0),
     }
-}
-
-/// The failures, and then the suspects, the worst first; not more than can be listed.
-fn worst_first(cases: &mut Vec<SurveyCase>) {
-    cases.sort_by(|a, b| {
-        let by_score = b.score.total_cmp(&a.score).then(b.size.cmp(&a.size));
-        by_score.then((a.frame, a.instance).cmp(&(b.frame, b.instance)))
-    });
-    cases.truncate(MOST_CASES);
 }
 
 /// What triage suspects in a run.
