@@ -23,7 +23,8 @@ pub(super) struct RunParameters {
     input_bytes: u64,
     /// Version and parameters, as in the output's metadata.
     pub(super) method: BTreeMap<String, String>,
-    /// Parameters and options as TOML, as in the output's metadata. All of it stands elsewhere, too.
+    /// Parameters and options as TOML, as in the output's metadata. All of it stands elsewhere,
+    /// too.
     config: String,
     semantics: String,
     /// Where the classes come from that others found.

@@ -59,7 +59,7 @@ def main():
             until(page, "inspector.state.compared?.differences.length")
             page.locator("#tab-parameters").click()
             still(page, folder / "inspect-compare.png")
-        with opened(browser, address, (1000, 640), "dark") as page:
+        with opened(browser, address, (1200, 750), "dark") as page:
             worst(page)
             page.keyboard.press("0")
             frames = []
@@ -75,7 +75,8 @@ def main():
                     page.evaluate("document.activeElement.blur()")
                     page.keyboard.press("f")
                 page.wait_for_timeout(120)
-                frames.append(Image.open(io.BytesIO(page.screenshot())).convert("RGB"))
+                shot = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+                frames.append(shot.resize((900, 562), Image.Resampling.LANCZOS))
             palette = frames[0].quantize(160, dither=Image.Dither.NONE)
             frames = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
             frames[0].save(folder / "inspect.gif", save_all=True, append_images=frames[1:], duration=MILLISECONDS,
