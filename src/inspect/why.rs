@@ -43,9 +43,9 @@ impl Question {
             let problem = format!("there is no point {point}: the cloud has {}", cloud.len());
             return Err(Problem::wrong(problem));
         }
-        let subject = match points {
-            &[a] => Subject::Point(a),
-            &[a, b] if a != b => Subject::Pair(a, b),
+        let subject = match *points {
+            [a] => Subject::Point(a),
+            [a, b] if a != b => Subject::Pair(a, b),
             _ => return Err(Problem::wrong("choose one point, or two different ones")),
         };
         let spelt = points.iter().map(|&point| spelt(cloud, point).ok_or(point));
