@@ -63,6 +63,8 @@ pub mod evaluate;
 #[doc(hidden)]
 pub mod frames;
 #[doc(hidden)]
+pub mod inspect;
+#[doc(hidden)]
 pub mod messages;
 #[doc(hidden)]
 pub mod network;

@@ -1,4 +1,6 @@
-//! Numbers in sentences.
+//! Numbers in sentences, and words of command lines.
+
+use std::path::Path;
 
 /// A number with its thousands apart, as in `1,234,567`.
 pub fn grouped(number: u64) -> String {
@@ -38,6 +40,20 @@ pub(crate) fn seconds(ns: i64) -> String {
     format!("{sign}{}.{:09}", ns / 1_000_000_000, ns % 1_000_000_000)
 }
 
+/// The path of an input as a word that no command takes for an option.
+pub fn path_word(path: &Path) -> String {
+    let path = path.display().to_string();
+    if path.starts_with('-') && path != "-" { format!("./{path}") } else { path }
+}
+
+/// An option and its value: in one word where the value would be taken for an option itself.
+pub fn option_words(option: &str, value: &str) -> Vec<String> {
+    match value.starts_with('-') && value.parse::<f64>().is_err() {
+        true => vec![format!("{option}={value}")],
+        false => vec![option.to_owned(), value.to_owned()],
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -59,5 +75,14 @@ mod tests {
     fn nouns_agree_with_their_number() {
         let counts = [0, 1, 2000].map(|count| counted(count, "pixel"));
         assert_eq!(counts, ["0 pixels", "1 pixel", "2,000 pixels"]);
+    }
+
+    #[test]
+    fn names_that_begin_with_a_dash_are_no_options() {
+        assert_eq!(path_word(Path::new("-x.mcap")), "./-x.mcap");
+        assert_eq!(path_word(Path::new("x-.mcap")), "x-.mcap");
+        assert_eq!(option_words("--topic", "-x"), ["--topic=-x"]);
+        assert_eq!(option_words("--topic", "/x"), ["--topic", "/x"]);
+        assert_eq!(option_words("--sensor-height", "-2.5"), ["--sensor-height", "-2.5"]);
     }
 }

@@ -92,7 +92,10 @@ pub(super) fn cluster_decoded(
 
 /// Boxes are in the cloud's coordinate frame; they are not taken to points that have a pose of
 /// their own in it.
-fn refuse_moved_boxes(wire: &CloudMessage, method: &AnnotateConfig) -> frame::Result<()> {
+pub(crate) fn refuse_moved_boxes(
+    wire: &CloudMessage,
+    method: &AnnotateConfig,
+) -> frame::Result<()> {
     if method.boxes.describe().is_none() || wire.isometry() == Isometry3::identity() {
         return Ok(());
     }

@@ -34,6 +34,7 @@ mod warnings;
 mod writing;
 
 pub(crate) use added_topics::{added_metadata, refuse_topic};
+pub(crate) use clustered::refuse_moved_boxes;
 pub use clustered::{Clustered, cluster, remarks};
 pub use config::{AnnotateConfig, Decoded, Semantics};
 pub use each_frame::{FrameVisitor, VisitedFrames, for_each_frame};

@@ -14,6 +14,7 @@ use crate::datasets::semantic_kitti::{
 };
 use crate::error::{Error, FrameError, NoCloud, Result};
 use crate::evaluate::evaluation::segments;
+use crate::messages::clouds::CloudMessage;
 use divmerge_core::cloud::PointCloud;
 use divmerge_recording::MessageRange;
 
@@ -79,6 +80,24 @@ pub enum TruthSource {
     },
     /// In a folder of `NNNNNN.label` files, by the number of the cloud.
     Files(PathBuf),
+}
+
+impl TruthSource {
+    /// The truth of a cloud.
+    ///
+    /// # Errors
+    /// Those of the two fields, or of the label file, which must have a word a point.
+    pub fn of(&self, message: &EncodedCloud, cloud: &CloudMessage) -> Result<Truth> {
+        match self {
+            TruthSource::Fields { class, instance } => {
+                Ok(Truth::of_columns(&cloud.column_u32(class)?, &cloud.column_u32(instance)?))
+            }
+            TruthSource::Files(folder) => {
+                let path = folder.join(format!("{:06}.label", message.number));
+                words(&path, cloud.point_count())
+            }
+        }
+    }
 }
 
 impl Default for TruthSource {
@@ -186,15 +205,7 @@ impl LabelledFrames {
             let remission = wire.remission()?;
             cloud = cloud.with(|columns| columns.remission = remission)?;
         }
-        let truth = match &self.options.truth {
-            TruthSource::Fields { class, instance } => {
-                Truth::of_columns(&wire.column_u32(class)?, &wire.column_u32(instance)?)
-            }
-            TruthSource::Files(folder) => {
-                let path = folder.join(format!("{:06}.label", message.number));
-                words(&path, cloud.len())?
-            }
-        };
+        let truth = self.options.truth.of(message, &wire)?;
         Ok(LabelledFrame {
             stamp_ns: wire.stamp_ns(),
             frame_id: wire.frame_id.clone(),

@@ -261,12 +261,12 @@ fn vote_keys(scene: &FrameScene) -> Vec<Key> {
 }
 
 /// Upper end of the intensity's ramp.
-fn brightest(intensity: &[f32]) -> f64 {
+pub fn brightest(intensity: &[f32]) -> f64 {
     quantile(intensity.iter().map(|&value| f64::from(value)), 0.99).max(1e-6)
 }
 
 /// Far end of the range's ramp in metres.
-fn far(scene: &FrameScene) -> f64 {
+pub fn far(scene: &FrameScene) -> f64 {
     let far = quantile(scene.seen_points().map(|point| scene.range(point)), 0.99);
     (far / 5.0).ceil().max(1.0) * 5.0
 }

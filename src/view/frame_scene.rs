@@ -8,6 +8,7 @@ use crate::annotate::{AnnotateConfig, Clustered, cluster};
 use crate::diagnose::explain::{ClusteredCloud, ExplanationReport, Subject, explain};
 use crate::error::Result;
 use crate::frames::EncodedCloud;
+use crate::messages::clouds::CloudMessage;
 
 /// A clustered cloud message and its intensities.
 #[derive(Debug, Clone)]
@@ -27,11 +28,7 @@ impl<'a> ClusteredMessage<'a> {
     pub fn new(message: &'a EncodedCloud, method: &AnnotateConfig) -> Result<Self> {
         let wire = message.decode()?;
         let clustered = cluster(&wire, &message.key(&wire), method)?;
-        let intensity = ["intensity", "reflectivity"].into_iter().find_map(|name| {
-            let values = wire.column_f64(name).ok()?;
-            Some(values.into_iter().map(|value| value as f32).collect())
-        });
-        Ok(ClusteredMessage { message, clustered, intensity })
+        Ok(ClusteredMessage { message, clustered, intensity: intensity(&wire) })
     }
 
     /// The scene of a figure. The recording starts at `start_ns`; `colours` keeps the colours of
@@ -63,6 +60,14 @@ impl<'a> ClusteredMessage<'a> {
             ),
         }
     }
+}
+
+/// N: intensity of the points of a message, if it has a field for it.
+pub fn intensity(wire: &CloudMessage) -> Option<Vec<f32>> {
+    ["intensity", "reflectivity"].into_iter().find_map(|name| {
+        let values = wire.column_f64(name).ok()?;
+        Some(values.into_iter().map(|value| value as f32).collect())
+    })
 }
 
 /// Explains one or two points of a cloud of `file`, without a search for parameter changes.

@@ -5,12 +5,14 @@ use super::plane::Plane;
 use super::scene::{FrameScene, component_centroids, instance_of_component};
 use super::theme;
 use divmerge_core::cluster::Vote;
+use serde::Serialize;
 
 /// Share of votes about the threshold within which a decision counts as thin.
 const THIN: f64 = 0.1;
 
 /// The outcome for a pair of components that touch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Decision {
     /// One instance by the votes.
     Merged,
@@ -43,6 +45,37 @@ pub fn decisions<'a>(scene: &FrameScene<'a>) -> Vec<(&'a Vote, Decision)> {
     let last = instance_of_component(scene.stages);
     let pairs = scene.stages.votes.pairs.iter();
     pairs.map(|vote| (vote, decision(scene, &last, vote))).collect()
+}
+
+/// A pair of components that touch, as an edge between their centres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VoteEdge {
+    /// The components, the lower label first.
+    pub components: [u32; 2],
+    /// Their centres, metres.
+    pub ends: [[f64; 3]; 2],
+    /// V+ on their border.
+    pub positive: u32,
+    /// V- on their border.
+    pub negative: u32,
+    /// What became of the pair.
+    pub decision: Decision,
+    /// Whether the pair's own votes were close to the threshold.
+    pub is_thin: bool,
+}
+
+/// The edges of the vote graph.
+pub fn vote_edges(scene: &FrameScene) -> Vec<VoteEdge> {
+    let centres = component_centroids(scene.stages);
+    let of_pair = |(vote, decision): (&Vote, Decision)| VoteEdge {
+        components: [vote.a, vote.b],
+        ends: [vote.a, vote.b].map(|label| centres[label as usize - 1].0),
+        positive: vote.positive,
+        negative: vote.negative,
+        decision,
+        is_thin: is_thin(scene, vote),
+    };
+    decisions(scene).into_iter().map(of_pair).collect()
 }
 
 /// Centre on the plane of each component, component k at k - 1, and the number of its pixels.

@@ -171,7 +171,11 @@ fn reported_changes_flip_the_answer_and_smaller_ones_do_not() {
                 for (value, changes) in [(value, true), (unchanged_at, false)] {
                     let mut config = config.clone();
                     let params = &mut config.cluster;
+                    let fragments = params.fragments.as_mut();
                     match number.parameter {
+                        "touching gap" => fragments.expect("in force").touching = value,
+                        "touching share" => fragments.expect("in force").touching_share = value,
+                        "slack in size" => fragments.expect("in force").slack = value,
                         "angle" => params.condition.angle = value.to_radians(),
                         "nearness" => {
                             let nearness = params.condition.nearness.as_mut().expect("in force");

@@ -41,7 +41,7 @@ fn instances_may_have_shadowed_points_alone() {
 }
 
 /// A recording of one cloud of some points.
-fn recording(topic: &str, frame_id: &str, points: &[[f32; 3]]) -> (TempDir, PathBuf) {
+pub fn recording(topic: &str, frame_id: &str, points: &[[f32; 3]]) -> (TempDir, PathBuf) {
     let field = |(name, offset): (&str, u32)| PointField {
         name: name.into(),
         offset,

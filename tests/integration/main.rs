@@ -21,6 +21,7 @@ mod forms;
 mod hostile;
 mod house;
 mod inputs;
+mod inspect;
 mod lookup;
 mod networks;
 mod odd_clouds;

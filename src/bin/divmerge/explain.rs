@@ -8,7 +8,7 @@ use clap::Args;
 use clap::error::ErrorKind;
 use divmerge::annotate::AnnotateConfig;
 use divmerge::diagnose::explain::{
-    ClusteredCloud, ExplanationReport, ExplanationText, PointFacts, Subject, nearest_points,
+    ClusteredCloud, ExplanationReport, ExplanationText, Subject, distances, nearest_points,
     return_at, what_if,
 };
 use divmerge::diagnose::track::{TrackExplanation, TrackText};
@@ -219,7 +219,7 @@ fn requested(
     let subject = subject(arguments, &positions, frame)?;
     let report = explanation_report(&arguments.input, message, semantics, frame, subject);
     Ok(ExplanationReport {
-        away: report.explanation.points.iter().zip(&positions).map(away).collect(),
+        away: distances(&report.explanation.points, &positions),
         what_if: (!arguments.no_what_if).then(|| what_if(frame, subject)),
         ..report
     })
@@ -265,10 +265,4 @@ fn subject(
         [a, b] => Ok(Subject::Pair(a, b)),
         _ => unreachable!("checked before"),
     }
-}
-
-/// Distance of a point from the requested position in metres.
-fn away((point, requested): (&PointFacts, &[f64; 3])) -> f64 {
-    let along = |axis: usize| f64::from(point.position[axis]) - requested[axis];
-    (0..3).map(|axis| along(axis).powi(2)).sum::<f64>().sqrt()
 }

@@ -35,6 +35,11 @@ pub fn listen() {
     });
 }
 
+/// Ends the process at Ctrl-C without a word: what is served until then has done all it should.
+pub fn end_quietly() {
+    let _ = ctrlc::set_handler(|| std::process::exit(0));
+}
+
 /// Notes an output whose run can be resumed, so that its partial files are kept and named.
 pub fn is_writing(output: &Path) {
     OUTPUTS.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(output.to_owned());

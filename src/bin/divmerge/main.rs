@@ -22,6 +22,7 @@ mod figure;
 mod followed;
 mod help;
 mod info;
+mod inspect;
 mod interrupt;
 mod join;
 mod layout;
@@ -99,6 +100,7 @@ enum Command {
     Plan(plan::Arguments),
     Join(join::Arguments),
     View(view::Arguments),
+    Inspect(inspect::Arguments),
     Figure(figure::Arguments),
     Explain(explain::Arguments),
     Triage(triage::Arguments),
@@ -157,6 +159,7 @@ fn run(command: Command) -> Result<Outcome> {
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Join(arguments) => join::run(&arguments),
         Command::View(arguments) => view::run(&arguments),
+        Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Figure(arguments) => figure::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Triage(arguments) => triage::run(&arguments),

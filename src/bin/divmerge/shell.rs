@@ -1,7 +1,8 @@
 //! Command lines that a shell reads back.
 
 use std::fmt::Write;
-use std::path::Path;
+
+pub use divmerge::text::{option_words, path_word};
 
 use crate::terminal::is_hidden;
 
@@ -41,20 +42,6 @@ fn with_escapes(word: &str) -> String {
     text
 }
 
-/// The path of an input as a word that no command takes for an option.
-pub fn path_word(path: &Path) -> String {
-    let path = path.display().to_string();
-    if path.starts_with('-') && path != "-" { format!("./{path}") } else { path }
-}
-
-/// An option and its value: in one word where the value would be taken for an option itself.
-pub fn option_words(option: &str, value: &str) -> Vec<String> {
-    match value.starts_with('-') && value.parse::<f64>().is_err() {
-        true => vec![format!("{option}={value}")],
-        false => vec![option.to_owned(), value.to_owned()],
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -70,14 +57,5 @@ mod tests {
         assert_eq!(quoted("/p\u{1b}[2J'\\\n"), r"$'/p\033[2J\'\\\012'");
         assert_eq!(quoted("\u{7}12"), r"$'\00712'");
         assert_eq!(quoted("\u{202e}"), r"$'\342\200\256'");
-    }
-
-    #[test]
-    fn names_that_begin_with_a_dash_are_no_options() {
-        assert_eq!(path_word(Path::new("-x.mcap")), "./-x.mcap");
-        assert_eq!(path_word(Path::new("x-.mcap")), "x-.mcap");
-        assert_eq!(option_words("--topic", "-x"), ["--topic=-x"]);
-        assert_eq!(option_words("--topic", "/x"), ["--topic", "/x"]);
-        assert_eq!(option_words("--sensor-height", "-2.5"), ["--sensor-height", "-2.5"]);
     }
 }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::border::{BorderPair, pair};
-use super::places::{Place, place_of_object};
+use super::places::{Place, distance, place_of_object};
 use super::subject::ClusteredCloud;
 use divmerge_core::cloud::Reason;
 use divmerge_core::cluster::back_projection::label_source;
@@ -100,6 +100,12 @@ impl PointFacts {
             object,
         }
     }
+}
+
+/// Distance of each point from the position that was asked for, both in the cloud's frame, metres.
+pub fn distances(points: &[PointFacts], positions: &[[f64; 3]]) -> Vec<f64> {
+    let pairs = points.iter().zip(positions);
+    pairs.map(|(point, &at)| distance(point.position.map(f64::from), at)).collect()
 }
 
 fn place(frame: &ClusteredCloud, pixel: usize) -> Place {

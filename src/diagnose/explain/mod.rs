@@ -32,6 +32,7 @@
 
 pub mod border;
 pub mod cut;
+mod dials;
 pub mod facts;
 mod places;
 pub mod post_merge;
@@ -50,13 +51,13 @@ use divmerge_core::cloud::Reason;
 pub use border::{BorderPair, Rule};
 pub use cut::{CutEvidence, ScoreFlip};
 pub use divmerge_core::cluster::SizeTest;
-pub use facts::{ComponentFacts, GroupFacts, PointFacts};
+pub use facts::{ComponentFacts, GroupFacts, PointFacts, distances};
 pub use places::{Place, nearest_points, return_at};
 pub use post_merge::PostMergeStage;
 pub use subject::{Answer, ClusteredCloud, Subject, answer};
 pub use text::{ExplanationReport, ExplanationText};
 pub use votes::{Donor, Link, VoteEvidence};
-pub use what_if::{Choice, Flip, Number, WhatIf, what_if};
+pub use what_if::{Choice, Flip, Number, WhatIf, what_if, what_if_while};
 
 /// What brought the answer about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

@@ -10,8 +10,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde::Serialize;
 
+use super::dials::{DIALS, Dial, TREE_DIALS};
 use super::subject::{Answer, ClusteredCloud, Subject, answer};
-use divmerge_core::cluster::params::{BirdsEye, ClusterParams, Region, TreeMerge};
+use divmerge_core::cluster::params::{BirdsEye, ClusterParams, Region};
 use divmerge_core::pipeline;
 use divmerge_core::pipeline::Config;
 
@@ -73,137 +74,6 @@ pub struct Choice {
     pub flips: Vec<&'static str>,
 }
 
-/// How a numeric parameter is searched: whole multiples of 1 / `per_unit`.
-struct Dial {
-    parameter: &'static str,
-    unit: &'static str,
-    per_unit: f64,
-    /// The coarse scan, ascending.
-    scan: &'static [f64],
-    /// In its unit; none where the parameter is not in force.
-    get: fn(&ClusterParams) -> Option<f64>,
-    set: fn(&mut ClusterParams, f64),
-}
-
-const MINIMUM_SIZE: Dial = Dial {
-    parameter: "minimum size",
-    unit: "pixels",
-    per_unit: 1.0,
-    scan: &[0.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10000.0],
-    get: |params| Some(params.min_pixels as f64),
-    set: |params, pixels| params.min_pixels = pixels as usize,
-};
-
-const DIALS: [Dial; 7] = [
-    Dial {
-        parameter: "angle",
-        unit: "degrees",
-        per_unit: 20.0,
-        scan: &[
-            0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0,
-            16.0, 18.0, 20.0, 22.0, 25.0, 30.0, 35.0, 40.0, 50.0, 60.0,
-        ],
-        get: |params| Some((params.condition.angle.to_degrees() * 1e6).round() / 1e6),
-        set: |params, degrees| params.condition.angle = degrees.to_radians(),
-    },
-    Dial {
-        parameter: "nearness",
-        unit: "widths of the class",
-        per_unit: 100.0,
-        scan: &[0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0],
-        get: |params| params.condition.nearness.map(|nearness| nearness.share_of_width),
-        set: |params, share| {
-            if let Some(nearness) = &mut params.condition.nearness {
-                nearness.share_of_width = share;
-            }
-        },
-    },
-    Dial {
-        parameter: "voxel",
-        unit: "m",
-        per_unit: 100.0,
-        scan: &[
-            0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.7, 0.8, 0.9, 1.0,
-            1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0,
-        ],
-        get: |params| Some(params.voxel),
-        set: |params, metres| params.voxel = metres,
-    },
-    Dial {
-        parameter: "gap columns",
-        unit: "pixels",
-        per_unit: 1.0,
-        scan: &[
-            1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0, 16.0,
-        ],
-        get: |params| Some(params.gap_columns as f64),
-        set: |params, pixels| params.gap_columns = pixels as usize,
-    },
-    Dial {
-        parameter: "gap rows",
-        unit: "pixels",
-        per_unit: 1.0,
-        scan: &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0],
-        get: |params| Some(params.gap_rows as f64),
-        set: |params, pixels| params.gap_rows = pixels as usize,
-    },
-    Dial {
-        parameter: "merge ratio",
-        unit: "",
-        per_unit: 100.0,
-        scan: &[
-            0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75,
-            0.8, 0.85, 0.9, 0.95,
-        ],
-        get: |params| Some(params.merge_ratio),
-        set: |params, ratio| params.merge_ratio = ratio,
-    },
-    MINIMUM_SIZE,
-];
-
-/// Those of a run that cuts a tree of merges; all others are not in force there.
-const TREE_DIALS: [Dial; 5] = [
-    Dial {
-        parameter: "gap between things",
-        unit: "degrees",
-        per_unit: 100.0,
-        scan: &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0, 3.0, 5.0],
-        get: |params| params.tree.map(|tree| tree.gap.to_degrees()),
-        set: |params, degrees| set_tree(params, |tree| tree.gap = degrees.to_radians()),
-    },
-    Dial {
-        parameter: "gap between things nearby",
-        unit: "m",
-        per_unit: 100.0,
-        scan: &[0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0],
-        get: |params| params.tree.map(|tree| tree.nearest_gap),
-        set: |params, metres| set_tree(params, |tree| tree.nearest_gap = metres),
-    },
-    Dial {
-        parameter: "least score",
-        unit: "",
-        per_unit: 100.0,
-        scan: &[0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0],
-        get: |params| params.tree.map(|tree| tree.least_score),
-        set: |params, score| set_tree(params, |tree| tree.least_score = score),
-    },
-    Dial {
-        parameter: "gaps of the background",
-        unit: "m",
-        per_unit: 100.0,
-        scan: &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0],
-        get: |params| params.tree.map(|tree| tree.background),
-        set: |params, metres| set_tree(params, |tree| tree.background = metres),
-    },
-    MINIMUM_SIZE,
-];
-
-fn set_tree(params: &mut ClusterParams, set: impl FnOnce(&mut TreeMerge)) {
-    if let Some(tree) = &mut params.tree {
-        set(tree);
-    }
-}
-
 /// For each parameter of the clustering the smallest change, all others as they are, that gives the
 /// other answer. Points that are no objects have no instance whatever the parameters: nothing is
 /// run then.
@@ -213,11 +83,24 @@ fn set_tree(params: &mut ClusterParams, set: impl FnOnce(&mut TreeMerge)) {
 /// # Panics
 /// If a point is not in the cloud.
 pub fn what_if(frame: &ClusteredCloud, subject: Subject) -> Vec<WhatIf> {
+    what_if_while(frame, subject, &|| true)
+}
+
+/// The same for as long as `goes_on` says so, which is asked before each run; what is returned of a
+/// search that was called off means nothing.
+///
+/// # Panics
+/// If a point is not in the cloud.
+pub fn what_if_while(
+    frame: &ClusteredCloud,
+    subject: Subject,
+    goes_on: &(dyn Fn() -> bool + Sync),
+) -> Vec<WhatIf> {
     let is_object = |point: usize| frame.stages.mask.is_object[point];
     if !subject.points().into_iter().all(is_object) {
         return Vec::new();
     }
-    let search = Search { frame, subject, now: answer(frame.stages, subject) };
+    let search = Search { frame, subject, goes_on, now: answer(frame.stages, subject) };
     // The two choices after the dials are not in force where a tree is cut.
     let count = match search.is_cut() {
         true => TREE_DIALS.len(),
@@ -249,6 +132,7 @@ pub fn what_if(frame: &ClusteredCloud, subject: Subject) -> Vec<WhatIf> {
 struct Search<'a> {
     frame: &'a ClusteredCloud<'a>,
     subject: Subject,
+    goes_on: &'a (dyn Fn() -> bool + Sync),
     now: Answer,
 }
 
@@ -269,6 +153,9 @@ impl Search<'_> {
 
     /// Whether a change of the parameters changes the answer.
     fn flips(&self, change: impl FnOnce(&mut ClusterParams)) -> bool {
+        if !(self.goes_on)() {
+            return false;
+        }
         let mut config: Config = self.frame.config.clone();
         change(&mut config.cluster);
         let stages = pipeline::run(self.frame.cloud, self.frame.mask, &config);

@@ -93,15 +93,19 @@ impl CloudArguments {
 pub const TRUTH_HINT: &str = "\n  name the fields with --true-class-field and \
                               --true-instance-field, or a folder of label files with --labels";
 
+/// The usual fields of the truth.
+const CLASS_FIELD: &str = "label";
+const INSTANCE_FIELD: &str = "true_instance";
+
 /// Where the truth of a recording is.
 #[derive(Args)]
 pub struct SourceArguments {
     /// Field of the true class in a recording
-    #[arg(long, value_name = "NAME", default_value = "label")]
+    #[arg(long, value_name = "NAME", default_value = CLASS_FIELD)]
     pub true_class_field: String,
 
     /// Field of the true instance in a recording
-    #[arg(long, value_name = "NAME", default_value = "true_instance")]
+    #[arg(long, value_name = "NAME", default_value = INSTANCE_FIELD)]
     pub true_instance_field: String,
 
     /// Folder of a recording's truth: NNNNNN.label, numbered as the clouds
@@ -111,6 +115,12 @@ pub struct SourceArguments {
 }
 
 impl SourceArguments {
+    /// Whether somebody said where the truth is.
+    pub fn is_said(&self) -> bool {
+        let usual = [CLASS_FIELD, INSTANCE_FIELD];
+        self.labels.is_some() || [&*self.true_class_field, &*self.true_instance_field] != usual
+    }
+
     /// Whether a field is one of the truth.
     pub fn names(&self, field: &str) -> bool {
         field == self.true_class_field || field == self.true_instance_field

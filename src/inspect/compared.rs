@@ -1,0 +1,36 @@
+//! What a second setting makes different.
+
+use serde_json::{Value, json};
+
+use super::run::Run;
+use crate::evaluate::difference::{Difference, differences};
+
+/// The differences between two runs of one cloud, those of the most points first, with their number
+/// by kind.
+pub(super) fn compared(first: &Run, second: &Run) -> Value {
+    let [a, b] = [first, second].map(|run| &run.stages.labels.instance);
+    let found = differences(a, b);
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for name in found.iter().map(|one| one.change.name()) {
+        match counts.iter_mut().find(|(other, _)| *other == name) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((name, 1)),
+        }
+    }
+    let row = |one: &Difference| {
+        json!({
+            "change": one.change.name(),
+            "first": one.first,
+            "second": one.second,
+            "points": one.points,
+            "example": one.example,
+        })
+    };
+    let points = a.iter().zip(b).filter(|(a, b)| (**a == 0) != (**b == 0)).count();
+    json!({
+        "differences": found.iter().map(row).collect::<Vec<_>>(),
+        "counts": counts,
+        "instances": [first.stages.instances.len(), second.stages.instances.len()],
+        "points_with_and_without": points,
+    })
+}
