@@ -89,7 +89,7 @@ learning_ignore: {0: true, 1: false, 2: false}
         assert_eq!(taxonomy.class_of(252), Some(1));
         assert!(taxonomy.classes()[1].is_thing && !taxonomy.classes()[2].is_thing);
         assert_eq!(taxonomy.classes()[2].name, "road");
-        let other_way = text.replace("1: 10, 2: 40}", "1: 252, 2: 40}");
+        let other_way = text.replace("1: 10, 2: 40}", "1: 252, 2: 40}") + "thing_class: {1: true}";
         assert_eq!(taxonomy.id_of(1), Some(10));
         assert_eq!(parse("mine", &other_way).unwrap().id_of(1), Some(252));
         let with_things = format!("{text}thing_class: {{2: true}}\n");

@@ -106,10 +106,16 @@ fn run(
     )
 }
 
-fn instances(annotated: &Path) -> Vec<Vec<u8>> {
+/// What was found of each point. Whether the ground was looked for besides is another matter.
+fn instances(annotated: &Path) -> Vec<[Vec<u32>; 4]> {
     let topic = format!("{CLOUD_TOPIC}/instances");
     let messages = EncodedClouds::open(annotated, Some(&topic), 0..=u64::MAX).unwrap();
-    messages.map(|message| message.unwrap().data.to_vec()).collect()
+    let columns = |message: EncodedCloud| {
+        let cloud = message.decode().unwrap();
+        let names = ["instance", "track", "semantic", "reason"];
+        names.map(|name| cloud.column_u32(name).unwrap())
+    };
+    messages.map(|message| columns(message.unwrap())).collect()
 }
 
 fn of_topic() -> Option<ClassSource> {

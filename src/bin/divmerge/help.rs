@@ -23,7 +23,8 @@ const HEADINGS: &[(&str, &str)] = &[
         "Output",
         "output objects flavor compression no-layout only in-place-fields resume force rerun json \
          pairs no-what-if limit csv report panels aspect dpi window view steps steps-by video \
-         tracks save connect spawn out entropy small weigh-points root encoding dry-run \
+         tracks save connect spawn out entropy small weigh-points root encoding dry-run listen \
+         no-open \
          evaluate/min-points compare/min-points sweep/min-points export/labels",
     ),
     ("Performance", "threads unchecked profile"),
@@ -40,6 +41,7 @@ const COMMON: &[(&str, &str)] = &[
     ("failures", "topic frames labels semantics preset set config limit csv force"),
     ("figure", "output frame topic panels window tracks semantics preset set force"),
     ("info", "sensor-frame sensor-origin units crop ego json"),
+    ("inspect", "topic frame labels semantics taxonomy preset set config listen no-open"),
     ("sweep", "topic frames semantics over values presets set output force"),
     ("triage", "topic frames semantics preset set config limit report output force"),
     ("view", "save connect topic frames semantics preset set config force"),
@@ -177,6 +179,14 @@ const EXAMPLES: &[(&str, [&str; 3])] = &[
             "divmerge info drive.mcap",
             "divmerge info bag_folder",
             "divmerge info drive.mcap --sensor-frame rfu --json",
+        ],
+    ),
+    (
+        "inspect",
+        [
+            "divmerge inspect drive.mcap",
+            "divmerge inspect drive.mcap --frame 120 --semantics ground",
+            "divmerge inspect drive.mcap --no-open --listen 127.0.0.1:8080",
         ],
     ),
     (

@@ -51,8 +51,8 @@ const JUDGES: usize = 128;
 const BAND: f32 = 0.3;
 /// A plane above the sensor is the ground only with this many times the support of the one below:
 /// from a sensor that hangs upside down there is sky below, and hardly a flat return. In simulated
-/// streets, car parks and yards the ratio is at most 0.3 upright, and 6.6 or more upside down, where
-/// the roofs of parked cars lie below.
+/// streets, car parks and yards the ratio is at most 0.3 upright, and 6.6 or more upside down,
+/// where the roofs of parked cars lie below.
 const UPSIDE_DOWN_SUPPORT: f32 = 4.0;
 /// Share of the flat cells above the sensor that then lie on the plane: the rest are the tops of
 /// what stands on the ground. In simulated car parks it is 0.47 or more.
