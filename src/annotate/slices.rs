@@ -1,5 +1,5 @@
 //! Recordings cut into slices that are annotated by themselves, on any machine, and joined again
-//! ([`super::join`]).
+//! (`join`).
 //!
 //! A slice is a stretch of a recording's bytes that begins and ends where chunks do. Its clouds
 //! have the numbers that they have in the recording, since the index counts those before it; so
