@@ -20,6 +20,10 @@ use divmerge_core::semantics::evidence::{self, Belief};
 use divmerge_core::semantics::{GroundParams, MaskSource};
 use divmerge_recording::stopwatch::ms_since;
 
+/// The field that converters and simulators keep the truth in. Classes of another field that is
+/// named are a network's.
+const TRUE_FIELD: &str = "label";
+
 /// Where the object mask of a recording's clouds comes from.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum Semantics {
@@ -116,10 +120,12 @@ impl AnnotateConfig {
                 Belief::Classes(taxonomy) => MaskSource::Classes(taxonomy),
                 Belief::Doubt(_) => MaskSource::NotGround(&self.ground),
             },
-            (Semantics::Network(_) | Semantics::Given(_), _) => {
+            (Semantics::Field(name), _) if name == TRUE_FIELD => {
+                MaskSource::Classes(&self.taxonomy)
+            }
+            (Semantics::Network(_) | Semantics::Given(_) | Semantics::Field(_), _) => {
                 MaskSource::NetworkClasses(&self.taxonomy, &self.ground)
             }
-            (Semantics::Field(_), _) => MaskSource::Classes(&self.taxonomy),
         }
     }
 
