@@ -379,3 +379,11 @@ fn a_recording_without_clouds_is_refused() {
     assert_eq!(printed.status.code(), Some(2));
     assert!(text(&printed.stderr).contains("this machine alone"));
 }
+
+#[test]
+fn a_frame_that_is_not_there_is_refused() {
+    let (_folder, input) = drive(2);
+    let done = divmerge(&["inspect", path(&input), "--frame", "2", "--no-open"]);
+    assert_eq!(done.status.code(), Some(2));
+    assert!(text(&done.stderr).contains("numbered 0 to 1"), "{}", text(&done.stderr));
+}

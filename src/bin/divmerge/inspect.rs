@@ -7,7 +7,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use clap::Args;
 use clap::error::ErrorKind;
-use divmerge::frames::TruthSource;
+use divmerge::frames::{Selection, TruthSource};
 use divmerge::inspect::{Server, Session, SessionOptions};
 
 use crate::arguments::method::MethodArguments;
@@ -61,6 +61,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     interrupt::end_quietly();
     let topics = arguments.topic.as_slice();
     let method = &arguments.method;
+    if arguments.frame > 0 {
+        let frames = Selection::of_frames(arguments.frame..=arguments.frame);
+        Selection { topics: topics.to_vec(), ..frames }.check(&arguments.input)?;
+    }
     let session = Arc::new(Session::open(SessionOptions {
         input: arguments.input.clone(),
         topic: arguments.topic.clone(),
