@@ -94,6 +94,11 @@ impl EncodedCloud {
         self.parts.first().map_or(self.number, |first| first.number)
     }
 
+    /// Whether a message of that number of its topic is it, or is put together in it.
+    pub(crate) fn holds(&self, number: u64) -> bool {
+        (self.first_number()..=self.number).contains(&number)
+    }
+
     /// How many messages it is.
     pub(crate) fn messages(&self) -> u64 {
         self.parts.len().max(1) as u64

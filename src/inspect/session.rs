@@ -14,7 +14,7 @@ use super::survey_state::Survey;
 use crate::annotate::AnnotateConfig;
 use crate::error::Result;
 use crate::frames::topics::{message_count, topic_names};
-use crate::frames::{CloudAt, TruthSource, choose_topics, encoded_cloud_at};
+use crate::frames::{CloudAt, Selection, TruthSource, choose_topics, encoded_cloud_at};
 use crate::view::{ColourTables, ColourTracker};
 use divmerge_recording::Overview;
 
@@ -81,11 +81,15 @@ impl Session {
     ///
     /// # Errors
     /// Those of [`Overview::read`], and [`Error::NoCloud`](crate::Error::NoCloud) if there is no
-    /// topic with clouds or not the one that is named.
+    /// topic with clouds or not the one that is named, or no topic has the frame.
     pub fn open(options: SessionOptions) -> Result<Self> {
         let overview = Overview::read(&options.input)?;
         let named: Vec<String> = options.topic.iter().cloned().collect();
         let chosen = choose_topics(&overview, &named, options.config.class_topic())?;
+        if options.frame > 0 {
+            let first = Selection::of_frames(options.frame..=options.frame);
+            first.refuse_missing(&overview, &chosen)?;
+        }
         let all = choose_topics(&overview, &[], options.config.class_topic()).unwrap_or_default();
         let is_cloud =
             |name: &str| chosen.values().chain(all.values()).any(|have| &*have.topic == name);
@@ -117,7 +121,7 @@ impl Session {
     pub(super) fn run(&self, topic: &str, frame: u64, setting: &Setting) -> Result<Arc<Run>> {
         let is_it = |run: &Run| {
             let message = &run.cloud.message;
-            &*message.topic == topic && message.number == frame && run.setting == *setting
+            &*message.topic == topic && message.holds(frame) && run.setting == *setting
         };
         let kept = take(&mut self.kept().runs, |run| is_it(run), RUNS_KEPT);
         if let Some(run) = kept {
@@ -140,8 +144,7 @@ impl Session {
         let by = DecodedBy::of(config);
         let is_it = |cloud: &InspectedCloud| {
             let message = &cloud.message;
-            let numbers = message.first_number()..=message.number;
-            &*message.topic == topic && numbers.contains(&frame) && cloud.decoded_by == by
+            &*message.topic == topic && message.holds(frame) && cloud.decoded_by == by
         };
         let kept = take(&mut self.kept().clouds, |cloud| is_it(cloud), CLOUDS_KEPT);
         if let Some(cloud) = kept {
