@@ -37,7 +37,12 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
 /// Nanoseconds as seconds with nine decimals.
 pub(crate) fn seconds(ns: i64) -> String {
     let (sign, ns) = (if ns < 0 { "-" } else { "" }, ns.unsigned_abs());
-    format!("{sign}{}.{:09}", ns / 1_000_000_000, ns % 1_000_000_000)
+    format!("{sign}{}", log_seconds(ns))
+}
+
+/// A log time in nanoseconds as seconds, without rounding.
+pub fn log_seconds(ns: u64) -> String {
+    format!("{}.{:09}", ns / 1_000_000_000, ns % 1_000_000_000)
 }
 
 /// The path of an input as a word that no command takes for an option.

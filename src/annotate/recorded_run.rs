@@ -14,6 +14,7 @@ use crate::error::{Error, Result};
 use crate::frames::{Assemble, FrameBoxes, TOLERANCE_NS, find_metadata};
 use crate::messages::objects::ObjectKind;
 use crate::parameter_file::{ParameterFile, RunOptions, plain_toml};
+use crate::text::log_seconds;
 use divmerge_core::cloud::SensorOrigin;
 use divmerge_core::cloud::sensor_frame::SensorFrame;
 use divmerge_core::cloud::taxonomy::Taxonomy;
@@ -150,8 +151,7 @@ impl Recorder {
     fn output(&mut self, options: &AnnotateOptions) {
         options.topics.iter().for_each(|topic| self.give("topic", topic));
         for (name, ns) in [("from", options.from_ns), ("to", options.to_ns)] {
-            let seconds = |ns: u64| format!("@{}.{:09}", ns / 1_000_000_000, ns % 1_000_000_000);
-            ns.into_iter().for_each(|ns| self.give(name, seconds(ns)));
+            ns.into_iter().for_each(|ns| self.give(name, format!("@{}", log_seconds(ns))));
         }
         match options.tracks.mode {
             TrackMode::Auto => {}

@@ -10,13 +10,7 @@ use crate::evaluate::difference::{Difference, differences};
 pub(super) fn compared(first: &Run, second: &Run) -> Value {
     let [a, b] = [first, second].map(|run| &run.stages.labels.instance);
     let found = differences(a, b);
-    let mut counts: Vec<(&str, usize)> = Vec::new();
-    for name in found.iter().map(|one| one.change.name()) {
-        match counts.iter_mut().find(|(other, _)| *other == name) {
-            Some((_, count)) => *count += 1,
-            None => counts.push((name, 1)),
-        }
-    }
+    let counts = counts_by_name(found.iter().map(|one| one.change.name()));
     let row = |one: &Difference| {
         json!({
             "change": one.change.name(),
@@ -33,4 +27,16 @@ pub(super) fn compared(first: &Run, second: &Run) -> Value {
         "instances": [first.stages.instances.len(), second.stages.instances.len()],
         "points_with_and_without": points,
     })
+}
+
+/// How often each name comes, in the order in which they first come.
+pub(super) fn counts_by_name<'a>(names: impl Iterator<Item = &'a str>) -> Vec<(&'a str, usize)> {
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for name in names {
+        match counts.iter_mut().find(|(other, _)| *other == name) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((name, 1)),
+        }
+    }
+    counts
 }

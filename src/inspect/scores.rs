@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 
+use super::compared::counts_by_name;
 use super::run::Run;
 use crate::diagnose::failures::{Failure, LabelledRun, failures};
 use crate::diagnose::triage::ranking::recorded_positions;
@@ -32,13 +33,8 @@ pub(super) fn scores(run: &Run) -> Option<Value> {
         (whole, failed)
     };
     let (whole, failed) = counted(&found.truth);
-    let mut kinds: Vec<(&str, usize)> = Vec::new();
-    for name in found.truth.iter().filter(|one| one.is_failure()).map(|one| one.verdict.name()) {
-        match kinds.iter_mut().find(|(other, _)| *other == name) {
-            Some((_, count)) => *count += 1,
-            None => kinds.push((name, 1)),
-        }
-    }
+    let failures = found.truth.iter().filter(|one| one.is_failure());
+    let kinds = counts_by_name(failures.map(|one| one.verdict.name()));
     let (_, spurious) = counted(&found.found);
     Some(json!({
         "found_whole": whole,

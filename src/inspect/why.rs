@@ -154,7 +154,7 @@ pub(super) struct Change {
 /// The changes of one parameter that give the other answer: of a number the nearest on either side.
 fn changes(what_if: &WhatIf) -> Vec<Change> {
     match what_if {
-        WhatIf::Number(Number { parameter, unit, lower, higher, .. }) => {
+        WhatIf::Number(Number { parameter, path, unit, lower, higher, .. }) => {
             let change = |flip: Flip| {
                 let words = format!("{} {unit}", flip.value).trim_end().to_owned();
                 let value = match *unit {
@@ -162,10 +162,10 @@ fn changes(what_if: &WhatIf) -> Vec<Change> {
                     "degrees" => json!(format!("{} deg", flip.value)),
                     _ => json!(flip.value),
                 };
-                let set = BTreeMap::from([(path_of(parameter)?.to_owned(), value)]);
-                Some(Change { parameter, words, set })
+                let set = BTreeMap::from([((*path).to_owned(), value)]);
+                Change { parameter, words, set }
             };
-            [lower, higher].into_iter().copied().flatten().filter_map(change).collect()
+            [lower, higher].into_iter().copied().flatten().map(change).collect()
         }
         WhatIf::Choice(Choice { parameter, flips, .. }) => {
             let change = |value: &&'static str| {
@@ -176,27 +176,6 @@ fn changes(what_if: &WhatIf) -> Vec<Change> {
             flips.iter().map(change).collect()
         }
     }
-}
-
-/// The path of a parameter that is a number.
-fn path_of(parameter: &str) -> Option<&'static str> {
-    Some(match parameter {
-        "angle" => "cluster.condition.angle",
-        "nearness" => "cluster.condition.nearness.share_of_width",
-        "voxel" => "cluster.voxel",
-        "gap columns" => "cluster.gap_columns",
-        "gap rows" => "cluster.gap_rows",
-        "touching gap" => "cluster.fragments.touching",
-        "touching share" => "cluster.fragments.touching_share",
-        "slack in size" => "cluster.fragments.slack",
-        "merge ratio" => "cluster.merge_ratio",
-        "minimum size" => "cluster.min_pixels",
-        "gap between things" => "cluster.tree.gap",
-        "gap between things nearby" => "cluster.tree.nearest_gap",
-        "least score" => "cluster.tree.least_score",
-        "gaps of the background" => "cluster.tree.background",
-        _ => return None,
-    })
 }
 
 /// What sets a parameter that is one of a few.

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::scene::thing_places;
 use super::{ramp, theme};
 use crate::messages::palette::{INSTANCE_COLOURS, instance_colour, reason_colour};
 use divmerge_core::cloud::Reason;
@@ -70,14 +71,9 @@ impl Default for ColourTables {
 
 /// The colour of each class on a panel, by its number; none of a class that is no thing.
 pub fn class_colours(classes: &[Class]) -> Vec<Option<[u8; 3]>> {
-    let mut place = 0;
-    let colour = |class: &Class| {
-        class.is_thing.then(|| {
-            place += 1;
-            theme::class_colour(place - 1)
-        })
-    };
-    classes.iter().map(colour).collect()
+    let colour =
+        |(class, place): (&Class, usize)| class.is_thing.then(|| theme::class_colour(place));
+    classes.iter().zip(thing_places(classes)).map(colour).collect()
 }
 
 #[cfg(test)]

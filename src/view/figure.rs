@@ -6,7 +6,7 @@ use super::legend::Key;
 use super::numbers::quantile;
 use super::options::{FigureOptions, Panel};
 use super::plane::{Plane, PlaneRegion};
-use super::scene::{FrameScene, Window};
+use super::scene::{FrameScene, Window, thing_places};
 use super::vote_graph::{self, Decision};
 use super::{plane_panel, ramp, range_panel, theme};
 use crate::error::{FigureError, Result};
@@ -214,7 +214,7 @@ fn mask_keys(scene: &FrameScene) -> Vec<Key> {
     for &class in &scene.stages.objects.class {
         counts[usize::from(class)] += 1;
     }
-    let places = scene.thing_places();
+    let places = thing_places(scene.classes);
     let mut seen: Vec<usize> = (0..counts.len()).filter(|&class| counts[class] > 0).collect();
     seen.sort_by_key(|&class| std::cmp::Reverse(counts[class]));
     let square = |&class: &usize| {

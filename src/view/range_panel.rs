@@ -1,7 +1,7 @@
 //! Panels of the range image: a pixel of the panel for each row and column.
 
 use super::canvas::{Raster, between};
-use super::scene::{FrameScene, Window, row_from_top};
+use super::scene::{FrameScene, Window, row_from_top, thing_places};
 use super::{ramp, theme};
 use crate::messages::palette::{instance_colour, reason_colour};
 use divmerge_core::cloud::Reason;
@@ -36,7 +36,7 @@ pub fn backdrop(scene: &FrameScene, point: usize) -> [u8; 3] {
 
 /// The object mask, coloured by class where there are classes.
 pub fn mask(scene: &FrameScene, window: &Window) -> Raster {
-    let (mask, places) = (&scene.stages.mask, scene.thing_places());
+    let (mask, places) = (&scene.stages.mask, thing_places(scene.classes));
     raster(scene, window, |_, point| {
         if !mask.is_object[point] {
             return backdrop(scene, point);

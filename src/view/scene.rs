@@ -48,16 +48,6 @@ impl FrameScene<'_> {
         component
     }
 
-    /// Place of each class among the things.
-    pub(super) fn thing_places(&self) -> Vec<usize> {
-        let mut next = 0;
-        let place = |class: &Class| {
-            next += usize::from(class.is_thing);
-            next.saturating_sub(1)
-        };
-        self.classes.iter().map(place).collect()
-    }
-
     /// Distance of a point from the sensor in metres.
     pub(super) fn range(&self, point: usize) -> f64 {
         let [x, y, z] = self.cloud.position(point).map(f64::from);
@@ -202,6 +192,16 @@ impl PixelCrop {
     pub fn is_all(&self) -> bool {
         self.columns.is_none() && self.rows.is_none()
     }
+}
+
+/// Place of each class among the things.
+pub(super) fn thing_places(classes: &[Class]) -> Vec<usize> {
+    let mut next = 0;
+    let place = |class: &Class| {
+        next += usize::from(class.is_thing);
+        next.saturating_sub(1)
+    };
+    classes.iter().map(place).collect()
 }
 
 #[cfg(test)]

@@ -7,7 +7,6 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use clap::Args;
 use clap::error::ErrorKind;
-use divmerge::frames::{Selection, TruthSource};
 use divmerge::inspect::{Server, Session, SessionOptions};
 
 use crate::arguments::method::MethodArguments;
@@ -61,16 +60,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     interrupt::end_quietly();
     let topics = arguments.topic.as_slice();
     let method = &arguments.method;
-    if arguments.frame > 0 {
-        let frames = Selection::of_frames(arguments.frame..=arguments.frame);
-        Selection { topics: topics.to_vec(), ..frames }.check(&arguments.input)?;
-    }
     let session = Arc::new(Session::open(SessionOptions {
         input: arguments.input.clone(),
         topic: arguments.topic.clone(),
         frame: arguments.frame,
         config: method.config_with_warnings(&arguments.input, topics)?,
-        truth: truth(&arguments.truth),
+        truth: arguments.truth.source(),
         is_truth_said: arguments.truth.is_said(),
         words: method.words().to_vec(),
         command_line,
@@ -87,15 +82,4 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     server.wait();
     Ok(Outcome::Done)
-}
-
-/// Where the truth is.
-fn truth(source: &SourceArguments) -> TruthSource {
-    match &source.labels {
-        Some(folder) => TruthSource::Files(folder.clone()),
-        None => TruthSource::Fields {
-            class: source.true_class_field.clone(),
-            instance: source.true_instance_field.clone(),
-        },
-    }
 }

@@ -1,6 +1,6 @@
 //! Numbers and lists in words.
 
-pub use divmerge::text::grouped;
+pub use divmerge::text::{grouped, log_seconds as seconds};
 
 /// A number and its noun: `1 frame`, `2,000 frames`.
 pub fn counted(count: u64, noun: &str) -> String {
@@ -14,11 +14,6 @@ pub fn listed(names: &[impl AsRef<str>], most: usize) -> String {
         0 => first.join(", "),
         more => format!("{} and {more} more", first.join(", ")),
     }
-}
-
-/// A log time in nanoseconds as seconds, without rounding.
-pub fn seconds(log_time_ns: u64) -> String {
-    format!("{}.{:09}", log_time_ns / 1_000_000_000, log_time_ns % 1_000_000_000)
 }
 
 /// The peak memory of this process in bytes, where the system reports it (Linux).

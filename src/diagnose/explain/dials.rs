@@ -7,6 +7,8 @@ use divmerge_core::cluster::params::{ClusterParams, FragmentMerge, TreeMerge};
 pub(super) struct Dial {
     /// Its name.
     pub parameter: &'static str,
+    /// Its path among all parameters.
+    pub path: &'static str,
     /// Its unit; empty for a bare number.
     pub unit: &'static str,
     /// Steps of a unit.
@@ -21,6 +23,7 @@ pub(super) struct Dial {
 
 const MINIMUM_SIZE: Dial = Dial {
     parameter: "minimum size",
+    path: "cluster.min_pixels",
     unit: "pixels",
     per_unit: 1.0,
     scan: &[0.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10000.0],
@@ -31,6 +34,7 @@ const MINIMUM_SIZE: Dial = Dial {
 pub(super) const DIALS: [Dial; 10] = [
     Dial {
         parameter: "angle",
+        path: "cluster.condition.angle",
         unit: "degrees",
         per_unit: 20.0,
         scan: &[
@@ -42,6 +46,7 @@ pub(super) const DIALS: [Dial; 10] = [
     },
     Dial {
         parameter: "nearness",
+        path: "cluster.condition.nearness.share_of_width",
         unit: "widths of the class",
         per_unit: 100.0,
         scan: &[0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0],
@@ -54,6 +59,7 @@ pub(super) const DIALS: [Dial; 10] = [
     },
     Dial {
         parameter: "voxel",
+        path: "cluster.voxel",
         unit: "m",
         per_unit: 100.0,
         scan: &[
@@ -65,6 +71,7 @@ pub(super) const DIALS: [Dial; 10] = [
     },
     Dial {
         parameter: "gap columns",
+        path: "cluster.gap_columns",
         unit: "pixels",
         per_unit: 1.0,
         scan: &[
@@ -75,6 +82,7 @@ pub(super) const DIALS: [Dial; 10] = [
     },
     Dial {
         parameter: "gap rows",
+        path: "cluster.gap_rows",
         unit: "pixels",
         per_unit: 1.0,
         scan: &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0],
@@ -83,6 +91,7 @@ pub(super) const DIALS: [Dial; 10] = [
     },
     Dial {
         parameter: "merge ratio",
+        path: "cluster.merge_ratio",
         unit: "",
         per_unit: 100.0,
         scan: &[
@@ -94,6 +103,7 @@ pub(super) const DIALS: [Dial; 10] = [
     },
     Dial {
         parameter: "touching gap",
+        path: "cluster.fragments.touching",
         unit: "m",
         per_unit: 100.0,
         scan: &[0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.5, 2.0],
@@ -102,6 +112,7 @@ pub(super) const DIALS: [Dial; 10] = [
     },
     Dial {
         parameter: "touching share",
+        path: "cluster.fragments.touching_share",
         unit: "widths of the class",
         per_unit: 100.0,
         scan: &[0.02, 0.05, 0.08, 0.1, 0.12, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0],
@@ -110,6 +121,7 @@ pub(super) const DIALS: [Dial; 10] = [
     },
     Dial {
         parameter: "slack in size",
+        path: "cluster.fragments.slack",
         unit: "",
         per_unit: 100.0,
         scan: &[0.6, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.8, 2.0, 2.5, 3.0],
@@ -123,6 +135,7 @@ pub(super) const DIALS: [Dial; 10] = [
 pub(super) const TREE_DIALS: [Dial; 5] = [
     Dial {
         parameter: "gap between things",
+        path: "cluster.tree.gap",
         unit: "degrees",
         per_unit: 100.0,
         scan: &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0, 3.0, 5.0],
@@ -131,6 +144,7 @@ pub(super) const TREE_DIALS: [Dial; 5] = [
     },
     Dial {
         parameter: "gap between things nearby",
+        path: "cluster.tree.nearest_gap",
         unit: "m",
         per_unit: 100.0,
         scan: &[0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0],
@@ -139,6 +153,7 @@ pub(super) const TREE_DIALS: [Dial; 5] = [
     },
     Dial {
         parameter: "least score",
+        path: "cluster.tree.least_score",
         unit: "",
         per_unit: 100.0,
         scan: &[0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0],
@@ -147,6 +162,7 @@ pub(super) const TREE_DIALS: [Dial; 5] = [
     },
     Dial {
         parameter: "gaps of the background",
+        path: "cluster.tree.background",
         unit: "m",
         per_unit: 100.0,
         scan: &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0],

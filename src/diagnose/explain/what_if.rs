@@ -31,6 +31,9 @@ pub enum WhatIf {
 pub struct Number {
     /// Its name, as in `angle`.
     pub parameter: &'static str,
+    /// Its path among all parameters ([`ParameterSet`](divmerge_core::parameters::ParameterSet)).
+    #[serde(skip)]
+    pub path: &'static str,
     /// Its unit; empty for a bare number.
     pub unit: &'static str,
     /// Its value in this run, in that unit; a gap that may be of any size is the image's size.
@@ -172,6 +175,7 @@ impl Search<'_> {
         let above: Vec<f64> = dial.scan.iter().copied().filter(|&value| value > now).collect();
         Some(Number {
             parameter: dial.parameter,
+            path: dial.path,
             unit: dial.unit,
             now,
             searched: [dial.scan[0], dial.scan[dial.scan.len() - 1]],

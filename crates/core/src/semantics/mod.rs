@@ -58,21 +58,13 @@ fn mask_of_returns(
                 let found = ground_of(cloud, image, ground);
                 let taken = bleed::take_out((cloud, image), raw, &found, params, &mut mask);
                 mask.corrected = merged(&mask.corrected, taken);
-                mask.ground = Some(found.confidence);
-                mask.ground_is_overhead = found.is_overhead;
-                mask.ground_is_missing = found.is_missing;
+                mask = mask.with_ground(found);
             }
             mask
         }
         MaskSource::NotGround(params) => {
             let found = ground_of(cloud, image, params);
-            let mask = without_classes(cloud, |point| found.is_ground[point]);
-            ObjectMask {
-                ground: Some(found.confidence),
-                ground_is_overhead: found.is_overhead,
-                ground_is_missing: found.is_missing,
-                ..mask
-            }
+            without_classes(cloud, |point| found.is_ground[point]).with_ground(found)
         }
         MaskSource::All => without_classes(cloud, |_| false),
         MaskSource::Marked(is_object) => without_classes(cloud, |point| !is_object[point]),

@@ -1,6 +1,6 @@
 //! Which points belong to objects.
 
-use super::ground::GroundParams;
+use super::ground::{Ground, GroundParams};
 use crate::cloud::Reason;
 use crate::cloud::taxonomy::{ClassSize, Taxonomy};
 
@@ -69,6 +69,16 @@ pub struct ObjectMask {
 }
 
 impl ObjectMask {
+    /// The same with the ground that was found beside it.
+    pub(super) fn with_ground(self, found: Ground) -> Self {
+        ObjectMask {
+            ground: Some(found.confidence),
+            ground_is_overhead: found.is_overhead,
+            ground_is_missing: found.is_missing,
+            ..self
+        }
+    }
+
     /// The points of objects, ascending.
     pub fn object_points(&self) -> Vec<u32> {
         const BLOCK: usize = 64;

@@ -70,13 +70,7 @@ impl CloudArguments {
             topic: self.topic.clone(),
             sequences: self.sequences.clone(),
             frames: self.frames,
-            truth: match &self.truth.labels {
-                Some(folder) => TruthSource::Files(folder.clone()),
-                None => TruthSource::Fields {
-                    class: self.truth.true_class_field.clone(),
-                    instance: self.truth.true_instance_field.clone(),
-                },
-            },
+            truth: self.truth.source(),
             classes: match &method.semantics {
                 Semantics::Auto => SeenClasses::Auto,
                 Semantics::Field(name) => SeenClasses::Field(name.clone()),
@@ -115,6 +109,17 @@ pub struct SourceArguments {
 }
 
 impl SourceArguments {
+    /// Where the truth is.
+    pub fn source(&self) -> TruthSource {
+        match &self.labels {
+            Some(folder) => TruthSource::Files(folder.clone()),
+            None => TruthSource::Fields {
+                class: self.true_class_field.clone(),
+                instance: self.true_instance_field.clone(),
+            },
+        }
+    }
+
     /// Whether somebody said where the truth is.
     pub fn is_said(&self) -> bool {
         let usual = [CLASS_FIELD, INSTANCE_FIELD];
