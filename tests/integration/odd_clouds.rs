@@ -171,7 +171,8 @@ impl Trial {
         let found = clustered(&altered, frame_id, given);
         let scores = Scores::of(&altered, &found);
         let remarks: Vec<&str> = remarks_of(&found).into_iter().map(|(kind, _)| kind).collect();
-        let what = format!("{self}: {scores:?} for {control:?}; {remarks:?}");
+        let place = pose.translation.vector.as_slice();
+        let what = format!("{self} at {place:?}: {scores:?} for {control:?}; {remarks:?}");
         match (scores.are_as_good_as(&control), remarks.is_empty()) {
             (true, _) => Outcome::Good,
             (false, false) => Outcome::Said(what),

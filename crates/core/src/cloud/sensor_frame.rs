@@ -86,11 +86,23 @@ fn optical_up(frame_id: &str, cloud: &PointCloud) -> Option<Vector3<f64>> {
     (usual <= TIMES * optical.max(1.0)).then(|| Axis::MinusY.direction())
 }
 
-/// The least turn that brings a direction to z; half a turn about x of the one that points down.
+/// The least turn that brings a direction to z; half a turn about x of the one that points down. A
+/// frame with y down is taken for a camera's, whose z looks ahead.
 fn upright(up: &Vector3<f64>) -> UnitQuaternion<f64> {
+    const CAMERA: f64 = std::f64::consts::FRAC_PI_4;
+    if up.angle(&-Vector3::y()) < CAMERA {
+        let level = UnitQuaternion::rotation_between(up, &-Vector3::y());
+        return camera() * level.unwrap_or_default();
+    }
     UnitQuaternion::rotation_between(up, &Vector3::z()).unwrap_or_else(|| {
         UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
     })
+}
+
+/// From x to the right, y down, z ahead to x ahead, y to the left, z up.
+fn camera() -> UnitQuaternion<f64> {
+    let axes = Matrix3::new(0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0);
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
 }
 
 /// Which way a frame's x, y and z look, as in `flu`, `right-forward-up` or
@@ -227,6 +239,16 @@ mod tests {
         assert_eq!(turned("0,90,0", [1.0, 0.0, 0.0]), [0.0, 0.0, -1.0], "the front looks down");
         assert_eq!(turned("0,0,90", [1.0, 0.0, 0.0]), [0.0, 1.0, 0.0]);
         assert_eq!("180,0,-90".parse::<SensorFrame>().unwrap().to_string(), "180,0,-90");
+    }
+
+    #[test]
+    fn a_camera_looks_ahead_along_its_z() {
+        let turned = |up: Vector3<f64>, v: Vector3<f64>| (upright(&up) * v).map(|x| x + 0.0);
+        let ahead = turned(-Vector3::y(), Vector3::new(1.0, 2.0, 3.0));
+        assert!((ahead - Vector3::new(3.0, -1.0, -2.0)).norm() < 1e-12, "{ahead}");
+        let lowered = Vector3::new(0.0, -1.0, -0.4).normalize();
+        assert!((turned(lowered, lowered) - Vector3::z()).norm() < 1e-12);
+        assert!(turned(lowered, Vector3::z()).x > 0.9, "still about ahead");
     }
 
     #[test]

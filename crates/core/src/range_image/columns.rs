@@ -33,9 +33,17 @@ impl Columns {
         given: Option<usize>,
         default: usize,
     ) -> Self {
-        let count = given.or_else(|| count(sweep, row, rows)).unwrap_or(default);
-        let mut columns = Columns::new(count);
-        columns.shift = shifts(sweep, row, rows, &columns);
+        let found = count(sweep, row, rows);
+        let mut columns = Columns::new(given.or(found).unwrap_or(default));
+        let mut directions = directions(sweep, &columns);
+        if given.is_none() && found.is_some() {
+            let count = count_of_fixed_shots(sweep, row, rows, &columns, &directions);
+            if let Some(count) = count.filter(|&count| count != columns.count) {
+                columns.count = count;
+                directions = self::directions(sweep, &columns);
+            }
+        }
+        columns.shift = shifts(sweep, row, rows, &directions);
         columns
     }
 
@@ -138,13 +146,62 @@ fn sampled_beams(sweep: &Sweep, row: &[u16], rows: usize) -> Vec<Vec<f32>> {
     samples
 }
 
+/// Mean resultant length from which the places of returns within their columns agree.
+const AGREEMENT: f64 = 0.5;
+
+/// Columns of the full circle of a sensor that fires at fixed azimuths, near those that its steps
+/// tell: so many that the places of a beam's returns within their columns agree best. Steps tell the
+/// count to one in a hundred; one column too many or too few already puts each place within a
+/// column into the sweep once, and where shots fall on the borders, noise throws two of them into
+/// one pixel. `None` where no count makes the places agree.
+fn count_of_fixed_shots(
+    sweep: &Sweep,
+    row: &[u16],
+    rows: usize,
+    columns: &Columns,
+    directions: &[[f64; 2]],
+) -> Option<usize> {
+    /// Sectors of the circle within which a few columns more or less make no difference.
+    const SECTORS: usize = 128;
+    const FARTHEST: i32 = 24;
+    const SAMPLED_BEAMS: usize = 8;
+    let stride = rows.div_ceil(SAMPLED_BEAMS);
+    let mut sums = vec![[[0.0; 2]; SECTORS]; rows.div_ceil(stride)];
+    let mut all = 0.0;
+    for (&point, &[sin, cos]) in sweep.sample.iter().zip(directions) {
+        let [point, row] = [point as usize, usize::from(row[point as usize])];
+        if row.is_multiple_of(stride) {
+            let turn = columns.coordinate(sweep.azimuth[point]) / columns.count as f64;
+            let sector = ((turn * SECTORS as f64) as usize).min(SECTORS - 1);
+            let sum = &mut sums[row / stride][sector];
+            *sum = [sum[0] + sin, sum[1] + cos];
+            all += 1.0;
+        }
+    }
+    let agreement = |more: i32| -> f64 {
+        let turned = |sector: usize| {
+            let turn = f64::from(more) * (sector as f64 + 0.5) / SECTORS as f64;
+            sin_cos_of_turns(turn + f64::from(FARTHEST))
+        };
+        let turns: [[f64; 2]; SECTORS] = std::array::from_fn(turned);
+        let resultant = |sums: &[[f64; 2]; SECTORS]| {
+            let parts = sums.iter().zip(&turns);
+            let cos = parts.clone().map(|([s, c], [sin, cos])| c * cos - s * sin).sum::<f64>();
+            let sin = parts.map(|([s, c], [sin, cos])| s * cos + c * sin).sum::<f64>();
+            cos.hypot(sin)
+        };
+        sums.iter().map(resultant).sum::<f64>() / all
+    };
+    let agreements = (-FARTHEST..=FARTHEST).map(|more| (more, agreement(more)));
+    let (more, best) = agreements.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (best > AGREEMENT).then(|| columns.count.saturating_add_signed(more as isize))
+}
+
 /// The shift of each row, from a sample of its points: what brings the circular mean of their
-/// places within a column to the middle, where those places agree (mean resultant length above one
-/// half).
-fn shifts(sweep: &Sweep, row: &[u16], rows: usize, columns: &Columns) -> Vec<f64> {
-    const AGREEMENT: f64 = 0.5;
+/// places within a column to the middle, where those places agree.
+fn shifts(sweep: &Sweep, row: &[u16], rows: usize, directions: &[[f64; 2]]) -> Vec<f64> {
     let mut sums = vec![[0.0; 3]; rows];
-    for (point, [sin, cos]) in sweep.sample.iter().zip(directions(sweep, columns)) {
+    for (point, [sin, cos]) in sweep.sample.iter().zip(directions) {
         let sum = &mut sums[usize::from(row[*point as usize])];
         *sum = [sum[0] + cos, sum[1] + sin, sum[2] + 1.0];
     }
