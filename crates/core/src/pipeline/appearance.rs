@@ -23,7 +23,7 @@ impl Appearance {
         for (object, &own) in instance.iter().enumerate().filter(|&(_, &own)| own != 0) {
             departures[own as usize - 1].extend(departure(image, objects, instance, object));
         }
-        Appearance { ground: GroundHeights::new(cloud, reason), departures }
+        Appearance { ground: GroundHeights::new(cloud, reason, image.sensor_place()), departures }
     }
 
     /// The measures of an instance, given its points and its box.

@@ -116,6 +116,11 @@ impl RangeImage {
         self.bands.iter().position(|band| band.rows.contains(&row)).unwrap_or(0)
     }
 
+    /// Where the sensor stands in the cloud's frame, metres; the first of several.
+    pub fn sensor_place(&self) -> [f64; 3] {
+        self.bands.first().map_or([0.0; 3], |band| band.sensor.translation.vector.into())
+    }
+
     /// The band that a pixel belongs to.
     pub fn band_of(&self, pixel: usize) -> &Band {
         match &self.bands[..] {

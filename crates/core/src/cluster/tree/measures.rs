@@ -37,7 +37,9 @@ struct Sums {
     /// Heights of the lowest and of the highest point, metres, upwards.
     bottom: f32,
     top: f32,
+    /// Distance of the nearest point from its sensor, metres, and where on the plane that stands.
     range: f32,
+    sensor: [f64; 2],
     /// Area that the pixels stand for, square metres across the ray.
     seen: f32,
 }
@@ -49,6 +51,7 @@ impl Sums {
         bottom: f32::INFINITY,
         top: f32::NEG_INFINITY,
         range: f32::INFINITY,
+        sensor: [0.0; 2],
         seen: 0.0,
     };
 
@@ -59,7 +62,9 @@ impl Sums {
         }
         self.bottom = self.bottom.min(other.bottom);
         self.top = self.top.max(other.top);
-        self.range = self.range.min(other.range);
+        if other.range < self.range {
+            (self.range, self.sensor) = (other.range, other.sensor);
+        }
         self.seen += other.seen;
     }
 
@@ -78,7 +83,7 @@ impl Sums {
         let height = f64::from(self.top - self.bottom);
         let [x, y] = [0, QUARTER].map(|i| f64::from(self.low[i] + self.high[i]) / 2.0);
         let above = |height: f64| [self.bottom, self.top].map(|z| f64::from(z) - up * height);
-        let across = (y.atan2(x) + FRAC_PI_2) / PI * DIRECTIONS as f64;
+        let across = ((y - self.sensor[1]).atan2(x - self.sensor[0]) + FRAC_PI_2) / PI * DIRECTIONS as f64;
         let across = (across.round() as i64).rem_euclid(DIRECTIONS as i64) as usize;
         let face = self.side(across).max(LEAST) * height.max(LEAST);
         NodeMeasures {
@@ -122,6 +127,7 @@ pub fn measures(
                 bottom: up as f32 * position[2],
                 top: up as f32 * position[2],
                 range: squared.sqrt() as f32,
+                sensor: [band.sensor.translation.x, band.sensor.translation.y],
                 seen: match is_assumed {
                     true => f32::INFINITY,
                     false => (squared * band.column_step * row_steps[pixel / columns]) as f32,

@@ -77,7 +77,8 @@ impl Method for CutTree<'_> {
         };
         let divided_at = Some(Instant::now());
         let tree = Tree::new(input.objects.len(), &links, self.tree);
-        let ground = GroundHeights::new(input.cloud, &input.mask.reason);
+        let sensor = input.image.sensor_place();
+        let ground = GroundHeights::new(input.cloud, &input.mask.reason, sensor);
         let up = if input.mask.ground_is_overhead { -1.0 } else { 1.0 };
         let of = (input.objects, input.image);
         let measures = measures(&tree, of, &row_steps, (&ground, up));

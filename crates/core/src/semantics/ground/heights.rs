@@ -10,6 +10,9 @@ use crate::cloud::point_cloud::{PointCloud, wide};
 pub struct GroundHeights {
     /// Sum of heights and number of points.
     cells: FxHashMap<[i32; 2], (f64, u32)>,
+    /// Where cell (0, 0) begins on the plane: where the sensor stands, so that the same sweep has
+    /// the same cells in any frame.
+    origin: [f64; 2],
 }
 
 /// Side of a cell of ground, metres.
@@ -18,20 +21,21 @@ const CELL: f64 = 2.0;
 const FARTHEST: i32 = 3;
 
 impl GroundHeights {
-    /// Of a cloud of N points with a reason each.
-    pub fn new(cloud: &PointCloud, reason: &[Reason]) -> Self {
+    /// Of a cloud of N points with a reason each, in cells around a sensor's place, metres.
+    pub fn new(cloud: &PointCloud, reason: &[Reason], sensor: [f64; 3]) -> Self {
+        let origin = [sensor[0], sensor[1]];
         let mut cells: FxHashMap<[i32; 2], (f64, u32)> = FxHashMap::default();
         for point in (0..cloud.len()).filter(|&point| reason[point] == Reason::Ground) {
             let [x, y, z] = wide(cloud.position(point));
-            let cell = cells.entry(place(x, y)).or_default();
+            let cell = cells.entry(place([x, y], origin)).or_default();
             *cell = (cell.0 + z, cell.1 + 1);
         }
-        GroundHeights { cells }
+        GroundHeights { cells, origin }
     }
 
     /// The mean height of the nearest ground, metres in the sensor's frame.
     pub fn at(&self, [x, y, _]: [f64; 3]) -> Option<f64> {
-        let [column, row] = place(x, y);
+        let [column, row] = place([x, y], self.origin);
         (0..=FARTHEST).find_map(|ring| {
             let step = |from: i32, by: i32| from.saturating_add(by);
             let steps = move |i: i32| (-ring..=ring).map(move |j| [step(column, i), step(row, j)]);
@@ -42,8 +46,8 @@ impl GroundHeights {
     }
 }
 
-fn place(x: f64, y: f64) -> [i32; 2] {
-    [x, y].map(|x| (x / CELL).floor() as i32)
+fn place(at: [f64; 2], origin: [f64; 2]) -> [i32; 2] {
+    [0, 1].map(|axis| ((at[axis] - origin[axis]) / CELL).floor() as i32)
 }
 
 #[cfg(test)]
@@ -53,7 +57,7 @@ mod tests {
     #[test]
     fn no_ground_is_beyond_the_last_cell() {
         let cloud = PointCloud::new(vec![1.0], vec![1.0], vec![-2.0]).unwrap();
-        let heights = GroundHeights::new(&cloud, &[Reason::Ground]);
+        let heights = GroundHeights::new(&cloud, &[Reason::Ground], [0.0; 3]);
         for far in [1e30, 4_294_967_296.0, -1e30] {
             assert_eq!(heights.at([far, far, 0.0]), None);
         }
@@ -64,7 +68,7 @@ mod tests {
         let cloud =
             PointCloud::new(vec![1.0, 1.5, 9.0, 1.0], vec![1.0; 4], vec![-2.0, -1.0, 4.0, 9.0]);
         let reason = [Reason::Ground, Reason::Ground, Reason::Ground, Reason::None];
-        let heights = GroundHeights::new(&cloud.unwrap(), &reason);
+        let heights = GroundHeights::new(&cloud.unwrap(), &reason, [0.0; 3]);
         assert_eq!(heights.at([0.5, 0.5, 0.0]), Some(-1.5));
         assert_eq!(heights.at([7.0, 1.0, 0.0]), Some(4.0));
         assert_eq!(heights.at([30.0, 1.0, 0.0]), None);
