@@ -1,6 +1,6 @@
 //! What several methods have in common.
 
-use divmerge_core::cluster::back_projection::label_source;
+use divmerge_core::cluster::back_projection::BackProjector;
 use divmerge_core::cluster::{ClusterParams, MethodInput, ObjectPixels, Segmentation};
 
 /// Clusters the object points class by class. `cluster` gets a class number and n positions in
@@ -59,9 +59,7 @@ pub(super) fn to_points(
     instance: &[u32],
 ) -> Segmentation {
     let input_of_pixels = MethodInput { objects, ..*input };
-    let of_point = |point| {
-        let source = label_source(&input_of_pixels, point);
-        source.map_or(0, |object| instance[object])
-    };
+    let pixels = BackProjector::new(&input_of_pixels);
+    let of_point = |point| pixels.source(point).map_or(0, |object| instance[object]);
     Segmentation::of_points((0..input.cloud.len()).map(of_point).collect(), input)
 }

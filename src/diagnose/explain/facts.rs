@@ -6,7 +6,7 @@ use super::border::{BorderPair, pair};
 use super::places::{Place, distance, place_of_object};
 use super::subject::ClusteredCloud;
 use divmerge_core::cloud::Reason;
-use divmerge_core::cluster::back_projection::label_source;
+use divmerge_core::cluster::back_projection::BackProjector;
 use divmerge_core::pipeline::Stages;
 use divmerge_core::range_image::{NEIGHBOURS, NO_NEIGHBOUR};
 
@@ -76,7 +76,8 @@ impl PointFacts {
         let image = &stages.image;
         let pixel = image.pixel_of(point);
         let is_shadowed = image.is_shadowed(point);
-        let object = label_source(&stages.method_input(cloud, frame.config), point);
+        let input = stages.method_input(cloud, frame.config);
+        let object = BackProjector::new(&input).source(point);
         let label = object.map_or(0, |object| stages.components.label[object]);
         let instance = labels.instance[point];
         let of_instance = stages.instances.iter().find(|found| found.id == instance);

@@ -9,71 +9,91 @@ use crate::cloud::point_cloud::wide;
 /// another object.
 const BEYOND: f64 = 1.5;
 
-/// The object pixel whose label a point of an object takes: its own, or if it is shadowed the
-/// nearest of its class, with [`Nearest::Space`] else of its family. `None` for points that are no
-/// objects, and for shadowed ones without a match: with [`Nearest::Space`] also for those far
-/// beyond the length of their class.
-pub fn label_source(input: &MethodInput, point: usize) -> Option<usize> {
-    let MethodInput { image, mask, objects, back_projection: window, .. } = *input;
-    if !mask.is_object[point] {
-        return None;
-    }
-    if !image.is_shadowed(point) {
-        return image.pixel_of(point).and_then(|pixel| objects.at(pixel));
-    }
-    let class = mask.class[point];
-    let by_space = window.nearest == Nearest::Space;
-    let size = mask.sizes[usize::from(class)].filter(|_| by_space);
-    let in_reach = |&(_, distance): &(usize, f64)| {
-        size.is_none_or(|size| distance <= (BEYOND * size.length).powi(2))
-    };
-    let nearest =
-        |is_kin: &dyn Fn(usize) -> bool| nearest_object(input, point, is_kin).filter(in_reach);
-    let found = nearest(&|object| objects.class[object] == class);
-    // One object may carry several classes of a family.
-    let family = mask.families[usize::from(class)];
-    let of_family = || nearest(&|object| objects.family[object] == family);
-    let found = found.or_else(|| by_space.then(of_family).flatten());
-    found.map(|(object, _)| object)
+/// Finds the object pixel whose label a point takes.
+#[derive(Debug)]
+pub struct BackProjector<'a> {
+    input: &'a MethodInput<'a>,
+    /// H x W: the object pixel at each pixel, or [`NO_OBJECT`]; read many times a point.
+    object: Vec<u32>,
 }
 
-/// The object pixel of a class nearest to a point in the window around the point's own pixel, and
-/// its [`distance`]. Columns wrap where the image does. Ties go to the nearer column, then to the
-/// left, then upwards.
-fn nearest_object(
-    input: &MethodInput,
-    point: usize,
-    is_kin: impl Fn(usize) -> bool,
-) -> Option<(usize, f64)> {
-    let MethodInput { cloud, image, objects, back_projection: window, .. } = *input;
-    let own = image.pixel_of(point)?;
-    let columns = image.columns();
-    let (row, column) = (own / columns, own % columns);
-    let band = image.band_of(own);
-    let highest = row.saturating_sub(window.rows).max(band.rows.start);
-    let rows = highest..(row + window.rows + 1).min(band.rows.end);
-    let position = cloud.position(point);
-    let seen = band.from_sensor(wide(position));
-    let mut best: Option<(f64, usize)> = None;
-    for offset in 0..=window.columns.min((columns - 1) / 2) {
-        let bound = best.map_or(0.0, |_| least_distance(seen, offset, columns, window.nearest));
-        for column in sides(column, offset, columns, image.wraps).into_iter().flatten() {
-            if best.is_some_and(|(least, _)| least < bound) {
-                return best.map(|(distance, object)| (object, distance));
-            }
-            for row in rows.clone() {
-                let object = objects.at(row * columns + column);
-                let Some(object) = object.filter(|&object| is_kin(object)) else {
-                    continue;
-                };
-                let distance = distance(position, objects.position[object], window.nearest);
-                if best.is_none_or(|(least, _)| distance < least) {
-                    best = Some((distance, object));
+const NO_OBJECT: u32 = u32::MAX;
+
+impl<'a> BackProjector<'a> {
+    /// Writes down where the object pixels are.
+    pub fn new(input: &'a MethodInput<'a>) -> Self {
+        let mut object = vec![NO_OBJECT; input.image.rows() * input.image.columns()];
+        for (number, &pixel) in (0..).zip(&input.objects.pixel) {
+            object[pixel as usize] = number;
+        }
+        BackProjector { input, object }
+    }
+
+    /// The object pixel whose label a point of an object takes: its own, or if it is shadowed the
+    /// nearest of its class, with [`Nearest::Space`] else of its family. `None` for points that are
+    /// no objects, and for shadowed ones without a match: with [`Nearest::Space`] also for those
+    /// far beyond the length of their class.
+    pub fn source(&self, point: usize) -> Option<usize> {
+        let MethodInput { image, mask, objects, back_projection: window, .. } = *self.input;
+        if !mask.is_object[point] {
+            return None;
+        }
+        if !image.is_shadowed(point) {
+            return image.pixel_of(point).and_then(|pixel| self.at(pixel));
+        }
+        let class = mask.class[point];
+        let by_space = window.nearest == Nearest::Space;
+        let size = mask.sizes[usize::from(class)].filter(|_| by_space);
+        let in_reach = |&(_, distance): &(usize, f64)| {
+            size.is_none_or(|size| distance <= (BEYOND * size.length).powi(2))
+        };
+        let found = self.nearest(point, |object| objects.class[object] == class).filter(in_reach);
+        // One object may carry several classes of a family.
+        let family = mask.families[usize::from(class)];
+        let is_family = |object: usize| objects.family[object] == family;
+        let of_family = || self.nearest(point, is_family).filter(in_reach);
+        let found = found.or_else(|| by_space.then(of_family).flatten());
+        found.map(|(object, _)| object)
+    }
+
+    /// The object pixel of a class nearest to a point in the window around the point's own pixel,
+    /// and its [`distance`]. Columns wrap where the image does. Ties go to the nearer column, then
+    /// to the left, then upwards.
+    fn nearest(&self, point: usize, is_kin: impl Fn(usize) -> bool) -> Option<(usize, f64)> {
+        let MethodInput { cloud, image, objects, back_projection: window, .. } = *self.input;
+        let own = image.pixel_of(point)?;
+        let columns = image.columns();
+        let (row, column) = (own / columns, own % columns);
+        let band = image.band_of(own);
+        let highest = row.saturating_sub(window.rows).max(band.rows.start);
+        let rows = highest..(row + window.rows + 1).min(band.rows.end);
+        let position = cloud.position(point);
+        let seen = band.from_sensor(wide(position));
+        let mut best: Option<(f64, usize)> = None;
+        for offset in 0..=window.columns.min((columns - 1) / 2) {
+            let bound = best.map_or(0.0, |_| least_distance(seen, offset, columns, window.nearest));
+            for column in sides(column, offset, columns, image.wraps).into_iter().flatten() {
+                if best.is_some_and(|(least, _)| least < bound) {
+                    return best.map(|(distance, object)| (object, distance));
+                }
+                for row in rows.clone() {
+                    let object = self.at(row * columns + column);
+                    let Some(object) = object.filter(|&object| is_kin(object)) else {
+                        continue;
+                    };
+                    let distance = distance(position, objects.position[object], window.nearest);
+                    if best.is_none_or(|(least, _)| distance < least) {
+                        best = Some((distance, object));
+                    }
                 }
             }
         }
+        best.map(|(distance, object)| (object, distance))
     }
-    best.map(|(distance, object)| (object, distance))
+
+    fn at(&self, pixel: usize) -> Option<usize> {
+        Some(self.object[pixel]).filter(|&object| object != NO_OBJECT).map(|object| object as usize)
+    }
 }
 
 /// The columns `offset` to the left and to the right of a column; 0 to the left is the column

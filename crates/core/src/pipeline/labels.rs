@@ -1,7 +1,7 @@
 //! From the segmentation to a label for each point.
 
 use crate::cloud::{PointLabels, Reason};
-use crate::cluster::back_projection::label_source;
+use crate::cluster::back_projection::BackProjector;
 use crate::cluster::{Components, MethodInput, Segmentation};
 
 /// The final instance of each component and object pixel, or why it has none.
@@ -105,10 +105,11 @@ pub(super) fn label_points(
         labels.semantic[point as usize] = id;
     }
     let label = &segmentation.components.label;
+    let pixels_of_points = BackProjector::new(input);
     for point in objects.points.iter().map(|&point| point as usize) {
         let component = match &segmentation.of_point {
             Some(of_point) => Some(of_point[point]),
-            None => label_source(input, point).map(|object| label[object]),
+            None => pixels_of_points.source(point).map(|object| label[object]),
         };
         let Some(component) = component else {
             labels.reason[point] = Reason::Shadowed;

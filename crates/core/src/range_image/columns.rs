@@ -150,10 +150,10 @@ fn sampled_beams(sweep: &Sweep, row: &[u16], rows: usize) -> Vec<Vec<f32>> {
 const AGREEMENT: f64 = 0.5;
 
 /// Columns of the full circle of a sensor that fires at fixed azimuths, near those that its steps
-/// tell: so many that the places of a beam's returns within their columns agree best. Steps tell the
-/// count to one in a hundred; one column too many or too few already puts each place within a
-/// column into the sweep once, and where shots fall on the borders, noise throws two of them into
-/// one pixel. `None` where no count makes the places agree.
+/// tell: so many that the places of a beam's returns within their columns agree best. Steps tell
+/// the count to one in a hundred; one column too many or too few already leads the place within a
+/// column once through it on the way round, and where shots fall on borders, noise throws two of
+/// them into one pixel. `None` where no count makes the places agree.
 fn count_of_fixed_shots(
     sweep: &Sweep,
     row: &[u16],

@@ -41,17 +41,23 @@ pub fn links(
         objects.position.iter().map(|&[x, y, z]| [x, y, weight * z]).collect();
     let column_step = image.bands[0].column_step;
     let window = Window::new(row_step * params.height_weight, column_step, params.window);
-    let padded = Padded::new(objects, image, &window);
+    let mut padded = Padded::new(objects, &place, image, &window);
     let mut links = Vec::new();
     let mut sets = DisjointSets::new(objects.len());
-    for reach in [params.nearest, NEAR.min(params.farthest), params.farthest] {
-        let group = padded.groups(&mut sets);
-        let first = links.len();
-        padded.visit(&group, &place, (&window.steps, reach), |link| links.push(link));
-        for link in &links[first..] {
-            sets.join(link.a as usize, link.b as usize);
+    // Up to the nearest gap only what hangs together matters.
+    padded.visit(&window.steps, params.nearest, |link| {
+        if sets.join(link.a as usize, link.b as usize) {
+            links.push(link);
         }
+    });
+    padded.regroup(&mut sets);
+    let first = links.len();
+    padded.visit(&window.steps, NEAR.min(params.farthest), |link| links.push(link));
+    for link in &links[first..] {
+        sets.join(link.a as usize, link.b as usize);
     }
+    padded.regroup(&mut sets);
+    padded.visit(&window.steps, params.farthest, |link| links.push(link));
     link_sensors(objects, image, &place, params, &mut links);
     sorted(&links, params)
 }
@@ -102,24 +108,60 @@ fn sampled(most: usize, share: usize) -> Vec<usize> {
 
 const NO_OBJECT: u32 = u32::MAX;
 
+/// What a place of the padded image holds: position of its object pixel, metres, heights weighed,
+/// and the set that the pixel is in, or [`NO_OBJECT`]. In one piece, as both are read together.
+#[derive(Debug, Clone, Copy)]
+struct Cell {
+    position: [f32; 3],
+    group: u32,
+}
+
 /// The image with a margin as wide as the window below each sensor's rows and beside them, so that
 /// no step leaves it. Beside the seam of a full turn the margin repeats the other side.
 struct Padded {
     stride: usize,
+    cells: Vec<Cell>,
     /// Object pixel at each place, or [`NO_OBJECT`].
     object: Vec<u32>,
+    /// Places beside the seam and those that they repeat.
+    repeated: Vec<[u32; 2]>,
     /// M: the place of each object pixel.
     place: Vec<u32>,
     /// M: distance from the sensor, metres.
     range: Vec<f32>,
+    /// M: on which sides of each object pixel the next one is of its own group.
+    own: Vec<u8>,
+}
+
+/// Sides of a pixel on which steps leave it, as bits.
+const RIGHT: u8 = 1;
+const LEFT: u8 = 2;
+const BELOW: u8 = 4;
+
+/// The sides on which a step leaves a pixel.
+fn sides(down: usize, right: isize) -> u8 {
+    let below = if down > 0 { BELOW } else { 0 };
+    match right {
+        1.. => below | RIGHT,
+        0 => below,
+        _ => below | LEFT,
+    }
 }
 
 impl Padded {
-    fn new(objects: &ObjectPixels, image: &RangeImage, window: &Window) -> Self {
+    /// Of object pixels at M positions, each a group of its own.
+    fn new(
+        objects: &ObjectPixels,
+        positions: &[[f32; 3]],
+        image: &RangeImage,
+        window: &Window,
+    ) -> Self {
         let (columns, margin) = (image.columns(), window.columns);
         let stride = columns + 2 * margin;
         let rows = image.rows() + image.bands.len() * window.rows;
+        let mut cells = vec![Cell { position: [0.0; 3], group: NO_OBJECT }; rows * stride];
         let mut object = vec![NO_OBJECT; rows * stride];
+        let mut repeated = Vec::new();
         let mut place = Vec::with_capacity(objects.len());
         let mut range = Vec::with_capacity(objects.len());
         for (number, &pixel) in (0..).zip(&objects.pixel) {
@@ -127,69 +169,94 @@ impl Padded {
             let band = image.band_of_row(row);
             let start = (row + band * window.rows) * stride;
             let at = start + margin + column;
-            object[at] = number;
-            if image.wraps && column < margin {
-                object[at + columns] = number;
-            }
-            if image.wraps && column + margin >= columns {
-                object[at - columns] = number;
+            let beyond = [
+                (image.wraps && column < margin).then_some(at + columns),
+                (image.wraps && column + margin >= columns).then(|| at - columns),
+            ];
+            let beyond = beyond.into_iter().flatten();
+            repeated.extend(beyond.clone().map(|again| [again as u32, at as u32]));
+            for at in beyond.chain([at]) {
+                object[at] = number;
+                cells[at] = Cell { position: positions[number as usize], group: number };
             }
             place.push(at as u32);
             let position = objects.position[number as usize].map(f64::from);
             let from_sensor = image.bands[band].from_sensor(position);
             range.push(from_sensor.iter().map(|x| x * x).sum::<f64>().sqrt() as f32);
         }
-        Padded { stride, object, place, range }
+        let own = vec![0; objects.len()];
+        Padded { stride, cells, object, repeated, place, range, own }
     }
 
-    /// The set of each place's pixel, or [`NO_OBJECT`].
-    fn groups(&self, sets: &mut DisjointSets) -> Vec<u32> {
-        let of_object: Vec<u32> =
-            (0..self.place.len()).map(|object| sets.root(object) as u32).collect();
-        let group = |&object: &u32| match object {
-            NO_OBJECT => NO_OBJECT,
-            object => of_object[object as usize],
-        };
-        self.object.iter().map(group).collect()
+    /// Each pixel's group becomes the set that it is in.
+    fn regroup(&mut self, sets: &mut DisjointSets) {
+        let set: Vec<u32> = (0..self.place.len()).map(|object| sets.root(object) as u32).collect();
+        for ((&at, &own), sides) in self.place.iter().zip(&set).zip(&mut self.own) {
+            let at = at as usize;
+            let around = [(RIGHT, at + 1), (LEFT, at - 1), (BELOW, at + self.stride)];
+            *sides = 0;
+            for (side, at) in around {
+                let object = self.object[at];
+                if object != NO_OBJECT && set[object as usize] == own {
+                    *sides |= side;
+                }
+            }
+            self.cells[at].group = own;
+        }
+        for &[again, at] in &self.repeated {
+            self.cells[again as usize].group = self.cells[at as usize].group;
+        }
     }
 
     /// Visits the links across some steps up to a distance in metres between pixels of different
-    /// groups.
-    fn visit(
-        &self,
-        group: &[u32],
-        position: &[[f32; 3]],
-        (steps, reach): (&[Step], f64),
-        mut visit: impl FnMut(Link),
-    ) {
+    /// groups, but for those that begin across pixels of their own group: from there it is nearer.
+    ///
+    /// Whether a step leads to another group, and near enough, follows no pattern that a processor
+    /// could foresee. So both are found without a branch: first the steps that lead to another
+    /// group, then the links among those.
+    fn visit(&self, steps: &[Step], reach: f64, mut visit: impl FnMut(Link)) {
+        let reach = reach as f32;
+        let steps: [Vec<(usize, f32)>; 8] =
+            std::array::from_fn(|own| self.steps_leaving(steps, own as u8));
+        let most = steps[0].len();
+        let mut others = vec![0_u32; most];
+        let mut links = vec![(0.0, 0_u32); most];
+        for (a, (&at, range)) in (0..).zip(self.place.iter().zip(&self.range)) {
+            let at = at as usize;
+            let Cell { position: p, group } = self.cells[at];
+            let steps = &steps[usize::from(self.own[a as usize])];
+            let widest = reach / range;
+            let near = steps.iter().take_while(|&&(_, across)| across <= widest).count();
+            let mut count = 0;
+            for &(ahead, _) in &steps[..near] {
+                let other = self.cells[at + ahead].group;
+                others[count] = (at + ahead) as u32;
+                count += usize::from((other != group) & (other != NO_OBJECT));
+            }
+            let mut found = 0;
+            for &other in &others[..count] {
+                let q = self.cells[other as usize].position;
+                let squared: f32 = (0..3).map(|axis| (p[axis] - q[axis]).powi(2)).sum();
+                links[found] = (squared, other);
+                found += usize::from(squared <= reach * reach);
+            }
+            for &(squared, other) in &links[..found] {
+                visit(Link { distance: squared.sqrt(), a, b: self.object[other as usize] });
+            }
+        }
+    }
+
+    /// The steps that leave a pixel not only on sides where the next one is of its own group: how
+    /// far ahead they lead, and the least angle across which they may lead, radians.
+    fn steps_leaving(&self, steps: &[Step], own: u8) -> Vec<(usize, f32)> {
         /// By how much less a step may lead across than the steps between columns and rows say: the
         /// rows of a sensor need not be even.
         const UNEVEN: f32 = 0.7;
-        let reach = reach as f32;
+        let leaving = steps.iter().filter(|step| sides(step.0, step.1) & !own != 0);
         let ahead = |&(down, right, across): &Step| {
             ((down * self.stride).wrapping_add_signed(right), UNEVEN * across)
         };
-        let steps: Vec<(usize, f32)> = steps.iter().map(ahead).collect();
-        for (a, &at) in (0..).zip(&self.place) {
-            let at = at as usize;
-            let (own, p) = (group[at], position[a as usize]);
-            let widest = reach / self.range[a as usize];
-            for &(ahead, across) in &steps {
-                if across > widest {
-                    break;
-                }
-                let of_other = group[at + ahead];
-                if of_other == own || of_other == NO_OBJECT {
-                    continue;
-                }
-                let b = self.object[at + ahead];
-                let q = position[b as usize];
-                let squared: f32 = (0..3).map(|axis| (p[axis] - q[axis]).powi(2)).sum();
-                if squared <= reach * reach {
-                    visit(Link { distance: squared.sqrt(), a, b });
-                }
-            }
-        }
+        leaving.map(ahead).collect()
     }
 }
 
@@ -227,17 +294,18 @@ fn link_sensors(
 /// Links by distance: a counting sort by half millimetres, which keeps the order of equal ones.
 pub(super) fn sorted(links: &[Link], params: &TreeMerge) -> Vec<Link> {
     const PER_METRE: f32 = 2000.0;
-    let key = |link: &Link| (link.distance * PER_METRE) as usize;
+    // Signed, as processors have an instruction for it.
+    let keys: Vec<i32> = links.iter().map(|link| (link.distance * PER_METRE) as i32).collect();
     let mut start = vec![0_u32; (params.farthest as f32 * PER_METRE) as usize + 2];
-    for link in links {
-        start[key(link) + 1] += 1;
+    for &key in &keys {
+        start[key as usize + 1] += 1;
     }
     for place in 1..start.len() {
         start[place] += start[place - 1];
     }
     let mut sorted = vec![Link { distance: 0.0, a: 0, b: 0 }; links.len()];
-    for link in links {
-        let place = &mut start[key(link)];
+    for (link, &key) in links.iter().zip(&keys) {
+        let place = &mut start[key as usize];
         sorted[*place as usize] = *link;
         *place += 1;
     }

@@ -83,7 +83,8 @@ impl Sums {
         let height = f64::from(self.top - self.bottom);
         let [x, y] = [0, QUARTER].map(|i| f64::from(self.low[i] + self.high[i]) / 2.0);
         let above = |height: f64| [self.bottom, self.top].map(|z| f64::from(z) - up * height);
-        let across = ((y - self.sensor[1]).atan2(x - self.sensor[0]) + FRAC_PI_2) / PI * DIRECTIONS as f64;
+        let across =
+            ((y - self.sensor[1]).atan2(x - self.sensor[0]) + FRAC_PI_2) / PI * DIRECTIONS as f64;
         let across = (across.round() as i64).rem_euclid(DIRECTIONS as i64) as usize;
         let face = self.side(across).max(LEAST) * height.max(LEAST);
         NodeMeasures {

@@ -126,7 +126,13 @@ impl Level {
 
     /// A position of the sensor's frame in the level frame, metres.
     pub fn turn(&self, position: [f32; 3]) -> [f32; 3] {
-        (self.rotation * Vector3::from(position)).into()
+        // Written out: a call a point otherwise.
+        let [x, y, z] = position;
+        let row = |row: usize| {
+            let turn = &self.rotation;
+            turn[(row, 0)] * x + turn[(row, 1)] * y + turn[(row, 2)] * z
+        };
+        [row(0), row(1), row(2)]
     }
 }
 
