@@ -5,6 +5,7 @@ mod annotate;
 mod arrays;
 mod cluster;
 mod clustering;
+mod command;
 mod errors;
 mod evaluate;
 mod frames;
@@ -25,6 +26,8 @@ mod _divmerge {
     use super::annotate::annotate;
     #[pymodule_export]
     use super::cluster::{cluster, cluster_image};
+    #[pymodule_export]
+    use super::command::main;
     #[pymodule_export]
     use super::errors::Error;
     #[pymodule_export]
