@@ -27,8 +27,6 @@ mod _divmerge {
     #[pymodule_export]
     use super::cluster::{cluster, cluster_image};
     #[pymodule_export]
-    use super::command::main;
-    #[pymodule_export]
     use super::errors::Error;
     #[pymodule_export]
     use super::evaluate::evaluate;
@@ -48,6 +46,8 @@ mod _divmerge {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-        module.add("REASONS", super::result::reasons())
+        module.add("REASONS", super::result::reasons())?;
+        // For divmerge/__main__.py alone, so not among the names of `__all__`.
+        module.setattr("_main", wrap_pyfunction!(super::command::main, module)?)
     }
 }

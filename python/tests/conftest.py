@@ -28,11 +28,17 @@ def _binary() -> Path | None:
 
 
 @pytest.fixture(scope="session")
-def command_line():
-    """Runs the built binary: `command_line("annotate", ...)`."""
-    binary = _binary()
-    if binary is None:
+def binary() -> Path:
+    """The built binary."""
+    found = _binary()
+    if found is None:
         skip_or_fail("no divmerge is built: cargo build, or DIVMERGE_BIN")
+    return found
+
+
+@pytest.fixture(scope="session")
+def command_line(binary):
+    """Runs the built binary: `command_line("annotate", ...)`."""
 
     def run(*arguments):
         words = [str(binary), *map(str, arguments)]

@@ -19,8 +19,9 @@ use crate::cli::output::rrd;
 #[cfg(not(feature = "rerun"))]
 const NOT_BUILT: NotBuilt = NotBuilt(
     "this divmerge was built without Rerun. Install it with `cargo install --path . --features \
-     rerun`, or open the output of `divmerge annotate` in a stock Rerun: a view of T/instances \
-     alone shows the instances of cloud topic T",
+     rerun` or `pip install ./python -C build-args=\"--features rerun\"`, or open the output of \
+     `divmerge annotate` in a stock Rerun: a view of T/instances alone shows the instances of \
+     cloud topic T",
 );
 
 /// No stream: this binary was built without Rerun.
