@@ -6,6 +6,7 @@ mod arrays;
 mod cluster;
 mod clustering;
 mod command;
+mod environment;
 mod errors;
 mod evaluate;
 mod frames;
