@@ -48,7 +48,7 @@
 //! dependencies out with `default-features = false`.
 //!
 //! Lengths are metres, angles radians, times nanoseconds, unless a name says otherwise. Modules
-//! that are not listed here belong to the binary and the Python package, and may change.
+//! that are not listed here belong to the command and the Python package, and may change.
 //! `docs/architecture.md` shows the way through the code.
 
 #[doc(hidden)]
