@@ -1,8 +1,8 @@
 //! What is printed. Names out of recordings (topics, frames, fields, schemas, paths) may hold
 //! anything, also sequences that command a terminal, so that all text is escaped on its way out.
 //!
-//! The macros here stand in front of those of the standard library: no file of the command line prints
-//! otherwise.
+//! The macros here stand in front of those of the standard library: no file of the command line
+//! prints otherwise.
 
 use std::fmt::{Arguments, Write as _};
 use std::io::{self, IsTerminal, Write};

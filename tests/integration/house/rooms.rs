@@ -204,8 +204,8 @@ fn is_of_command_line(file: &str) -> bool {
     ["src/bin", "src/cli"].iter().any(|room| is_in(file, room))
 }
 
-/// The command line writes what `Outputs` has checked, so that no command writes over its input, through
-/// a link, or half a file.
+/// The command line writes what `Outputs` has checked, so that no command writes over its input,
+/// through a link, or half a file.
 #[test]
 fn the_command_line_writes_checked_outputs_only() {
     const OUTPUT: &str = "src/cli/output.rs";
