@@ -1,9 +1,9 @@
 # The command line alone: a binary in an image without a shell.
 #
 #     docker build -t divmerge .
-#     docker run --rm -v "$PWD:/data" -w /data divmerge annotate drive.mcap -o annotated.mcap
 #
-# Both images are of Debian 12, so that the binary finds the C library that it was built against.
+# docs/release.md says how it is run. Both images are of Debian 12, so that the binary finds the C
+# library that it was built against.
 FROM rust:1.95-slim-bookworm AS build
 WORKDIR /divmerge
 COPY . .
