@@ -44,12 +44,18 @@
 //!
 //! [`for_each_frame`] clusters the clouds of a recording without writing anything.
 //!
+//! The default feature `cli` is the command line; a program of your own leaves it and its
+//! dependencies out with `default-features = false`.
+//!
 //! Lengths are metres, angles radians, times nanoseconds, unless a name says otherwise. Modules
-//! that are not listed here belong to the binary and the Python package, and may change.
+//! that are not listed here belong to the command and the Python package, and may change.
 //! `docs/architecture.md` shows the way through the code.
 
 #[doc(hidden)]
 pub mod annotate;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub mod cli;
 #[doc(hidden)]
 pub mod comparison;
 #[doc(hidden)]

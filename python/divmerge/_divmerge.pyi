@@ -1,4 +1,4 @@
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from os import PathLike
 from typing import Any, Literal, Protocol, TypeAlias, final, overload
 
@@ -384,3 +384,4 @@ def simulate(
     compression: _Compression = "zstd",
     force: bool = False,
 ) -> int: ...
+def _main(program: Sequence[str], words: Sequence[str]) -> int: ...

@@ -5,6 +5,8 @@ mod annotate;
 mod arrays;
 mod cluster;
 mod clustering;
+mod command;
+mod environment;
 mod errors;
 mod evaluate;
 mod frames;
@@ -45,6 +47,8 @@ mod _divmerge {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-        module.add("REASONS", super::result::reasons())
+        module.add("REASONS", super::result::reasons())?;
+        // For divmerge/__main__.py alone, so not among the names of `__all__`.
+        module.setattr("_main", wrap_pyfunction!(super::command::main, module)?)
     }
 }

@@ -21,6 +21,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString};
 use serde_json::Value;
 
+use crate::environment;
 use crate::errors::{raised, type_of, wrong, wrong_type};
 use crate::taxonomy::PyTaxonomy;
 
@@ -177,6 +178,10 @@ impl Parameters {
         recording: &Path,
     ) -> PyResult<AnnotateConfig> {
         objects.taxonomy = self.taxonomy.as_ref().map(|taxonomy| taxonomy.get().inner.clone());
+        let library = &mut objects.network.runtime.library;
+        if matches!(objects.source, ObjectSource::Onnx(_)) && library.is_none() {
+            *library = environment::onnxruntime(py)?;
+        }
         let sensor_frame = self.sensor_frame.unwrap_or_default();
         let (unit, crop) = (self.unit, self.crop);
         let opened = py.detach(|| -> divmerge::Result<_> {

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import divmerge
+from divmerge import _environment
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "python"))
@@ -28,15 +29,23 @@ def _binary() -> Path | None:
 
 
 @pytest.fixture(scope="session")
-def command_line():
-    """Runs the built binary: `command_line("annotate", ...)`."""
-    binary = _binary()
-    if binary is None:
+def binary() -> Path:
+    """The built binary."""
+    found = _binary()
+    if found is None:
         skip_or_fail("no divmerge is built: cargo build, or DIVMERGE_BIN")
+    return found
+
+
+@pytest.fixture(scope="session")
+def command_line(binary):
+    """Runs the built binary: `command_line("annotate", ...)`, on the ONNX Runtime of this Python."""
+    libraries = _environment.onnxruntime()
+    environment = {**os.environ, "ORT_DYLIB_PATH": str(libraries)} if libraries else None
 
     def run(*arguments):
         words = [str(binary), *map(str, arguments)]
-        done = subprocess.run(words, capture_output=True, text=True)
+        done = subprocess.run(words, capture_output=True, text=True, env=environment)
         assert done.returncode == 0, f"{words}: {done.stderr}"
         return done.stdout
 

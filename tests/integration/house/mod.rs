@@ -52,7 +52,7 @@ fn house() -> House {
     let manifests = texts("crates", &["Cargo.toml"]);
     let mut crates: Vec<(String, String)> = manifests.iter().map(of_manifest).collect();
     crates.push(("divmerge".into(), "src/lib.rs".into()));
-    crates.push(("the binary".into(), "src/bin/divmerge/main.rs".into()));
+    crates.push(("the binary".into(), "src/bin/divmerge.rs".into()));
     crates.push(("the Python package".into(), "python/src/lib.rs".into()));
     House::read(&sources, &crates)
 }

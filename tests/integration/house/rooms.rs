@@ -33,12 +33,13 @@ const ROOMS: &[&[&str]] = &[
     &["src/view"],
     &["src/inspect"],
     &["src/lib.rs"],
+    &["src/cli"],
     &["python/src", "src/bin"],
 ];
 
 /// Dependencies, and the rooms or files that may name them. Others may be named anywhere.
 const DEPENDENCIES: &[(&str, &[&str])] = &[
-    ("anyhow", &["src/bin"]),
+    ("anyhow", &["src/cli"]),
     (
         "base64",
         &[
@@ -50,22 +51,22 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
         ],
     ),
     ("binrw", &["crates/recording"]),
-    ("clap", &["src/bin"]),
-    ("clap_complete", &["src/bin"]),
+    ("clap", &["src/cli"]),
+    ("clap_complete", &["src/cli"]),
     ("crc32fast", &["crates/recording"]),
-    ("ctrlc", &["src/bin"]),
+    ("ctrlc", &["src/cli"]),
     ("flate2", &["src/inspect"]),
     ("foxglove", &["src/messages"]),
     ("getrandom", &["src/inspect"]),
     ("httparse", &["src/inspect"]),
-    ("indicatif", &["src/bin"]),
+    ("indicatif", &["src/cli"]),
     ("jiff", &["src/messages"]),
     ("kiddo", &["crates/core/src/geometry"]),
     ("lz4", &["crates/recording"]),
     ("mcap", &["crates/recording"]),
     ("numpy", &["python/src"]),
     ("object_store", &["crates/recording/src/remote"]),
-    ("open", &["src/bin"]),
+    ("open", &["src/cli"]),
     ("ort", &["src/network"]),
     ("pathfinding", &["crates/core/src/geometry"]),
     ("png", &["src/view"]),
@@ -128,7 +129,7 @@ fn rooms_take_nothing_through_the_root() {
         |name: &str| HOUSE.modules.iter().any(|module| is_in(&module.file, &format!("src/{name}")));
     let mut complaints = Vec::new();
     for module in HOUSE.modules.iter().filter(|module| is_in(&module.file, "src")) {
-        if ["src/bin", "src/lib.rs"].iter().any(|above| is_in(&module.file, above)) {
+        if ["src/bin", "src/cli", "src/lib.rs"].iter().any(|above| is_in(&module.file, above)) {
             continue;
         }
         let imports = module.imports.iter().map(|import| (&import.path, import.line));
@@ -198,11 +199,16 @@ fn records_are_read_in_their_rooms_only() {
     fail_on(&beyond(&[], &found, "reads records: use the walker of frames"));
 }
 
-/// The binary writes what `Outputs` has checked, so that no command writes over its input, through
-/// a link, or half a file.
+/// Whether a file belongs to the command line.
+fn is_of_command_line(file: &str) -> bool {
+    ["src/bin", "src/cli"].iter().any(|room| is_in(file, room))
+}
+
+/// The command line writes what `Outputs` has checked, so that no command writes over its input,
+/// through a link, or half a file.
 #[test]
-fn the_binary_writes_checked_outputs_only() {
-    const OUTPUT: &str = "src/bin/divmerge/output.rs";
+fn the_command_line_writes_checked_outputs_only() {
+    const OUTPUT: &str = "src/cli/output.rs";
     const WRITES: &[&[&str]] = &[
         &["fs", "write"],
         &["fs", "copy"],
@@ -219,7 +225,7 @@ fn the_binary_writes_checked_outputs_only() {
     ];
     let mut found = Vec::new();
     for module in &HOUSE.modules {
-        let is_checked = module.file == OUTPUT || !is_in(&module.file, "src/bin");
+        let is_checked = module.file == OUTPUT || !is_of_command_line(&module.file);
         let mentions = module.mentions.iter().filter(|_| !is_checked);
         let ends = |path: &[String]| WRITES.iter().any(|end| path.ends_with(&owned(end)));
         let writes = mentions.filter(|mention| ends(&mention.path));
@@ -242,7 +248,7 @@ fn commands_check_what_the_library_writes() {
         &["viewer", "open"],
     ];
     let mut found = Vec::new();
-    for module in HOUSE.modules.iter().filter(|module| is_in(&module.file, "src/bin")) {
+    for module in HOUSE.modules.iter().filter(|module| is_of_command_line(&module.file)) {
         let ends = |path: &[String]| WRITERS.iter().any(|end| path.ends_with(&owned(end)));
         let checks = |path: &[String]| path.ends_with(&owned(&["output", "Outputs"]));
         let imports = module.imports.iter().map(|import| (&import.path, import.line));

@@ -1,0 +1,85 @@
+//! `divmerge inspect`
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use anyhow::{Context, Result};
+use clap::Args;
+use clap::error::ErrorKind;
+
+use crate::cli::arguments::method::MethodArguments;
+use crate::cli::arguments::truth::SourceArguments;
+use crate::cli::exit::{Outcome, WrongUsage};
+use crate::cli::interrupt;
+use crate::cli::shell::command_line;
+use crate::inspect::{Server, Session, SessionOptions};
+
+/// Look at a frame in the browser: what was found, why, and what another parameter would change
+///
+/// Serves one page on this machine alone, under an address with a random token, and opens it. It
+/// shows the cloud in space, its range image and its bird's-eye plane; explains points that are
+/// clicked; clusters the frame again when a parameter is changed; lists the worst frames; and saves
+/// figures, commands and cases. It ends with Ctrl-C.
+#[derive(Args)]
+pub struct Arguments {
+    /// The recording (MCAP)
+    input: PathBuf,
+
+    /// Cloud topic that is shown first [default: the first readable one]
+    #[arg(long, value_name = "T")]
+    topic: Option<String>,
+
+    /// Number of the cloud that is shown first, from 0
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    frame: u64,
+
+    /// Address to listen on, of this machine alone; port 0 is any that is free
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:0")]
+    listen: SocketAddr,
+
+    /// Print the address without opening it
+    #[arg(long)]
+    no_open: bool,
+
+    #[command(flatten)]
+    truth: SourceArguments,
+
+    #[command(flatten)]
+    method: MethodArguments,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome> {
+    if !arguments.listen.ip().is_loopback() {
+        let problem = format!(
+            "--listen {}: the inspector listens on this machine alone; use 127.0.0.1 or [::1]",
+            arguments.listen
+        );
+        return Err(WrongUsage(ErrorKind::ValueValidation, problem).into());
+    }
+    interrupt::end_quietly();
+    let topics = arguments.topic.as_slice();
+    let method = &arguments.method;
+    let session = Arc::new(Session::open(SessionOptions {
+        input: arguments.input.clone(),
+        topic: arguments.topic.clone(),
+        frame: arguments.frame,
+        config: method.config_with_warnings(&arguments.input, topics)?,
+        truth: arguments.truth.source(),
+        is_truth_said: arguments.truth.is_said(),
+        words: method.words().to_vec(),
+        command_line,
+    })?);
+    let server = Server::start(session, arguments.listen)
+        .with_context(|| format!("listening on {}", arguments.listen))?;
+    println!("{}", server.address());
+    crate::cli::terminal::flush();
+    eprintln!("inspecting {}; Ctrl-C ends it", arguments.input.display());
+    if !arguments.no_open
+        && let Err(error) = open::that_detached(server.address())
+    {
+        eprintln!("warning: no browser could be opened ({error}): open the address above");
+    }
+    server.wait();
+    Ok(Outcome::Done)
+}
