@@ -2,7 +2,7 @@
 //!
 //! Lengths are page units, 96 to the inch; x to the right, y down, the origin at the upper left.
 
-use super::font::Weight;
+use super::font::{self, Weight};
 use super::visible::Visible;
 
 /// sRGB with opacity.
@@ -93,6 +93,18 @@ pub struct TextStyle {
     pub halo: Option<Colour>,
 }
 
+impl TextStyle {
+    /// The left end of a text whose anchor is at `x`.
+    pub fn left_end(&self, x: f64, text: &str) -> f64 {
+        let width = font::width(text, self.size, self.weight);
+        match self.anchor {
+            Anchor::Start => x,
+            Anchor::Middle => x - width / 2.0,
+            Anchor::End => x - width,
+        }
+    }
+}
+
 /// Pixels in rows from the top.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Raster {
@@ -164,6 +176,14 @@ impl Canvas {
     /// An empty page.
     pub(super) fn new(width: f64, height: f64, background: Colour) -> Self {
         Canvas { width, height, background, shapes: Vec::new() }
+    }
+
+    /// The first text on it.
+    pub(super) fn heading(&self) -> Option<&str> {
+        self.shapes.iter().find_map(|shape| match shape {
+            Drawing::Text { text, .. } => Some(text.as_str()),
+            _ => None,
+        })
     }
 
     /// What of its shapes is seen.

@@ -348,7 +348,7 @@ fn pictures_without_classes_show_the_tree() {
         assert!(svg.contains(words), "{words}");
     }
     // Each letter is on the image, in the tree and on the plane.
-    assert_eq!([">A<", ">B<"].map(|letter| svg.matches(letter).count()), [3, 3]);
+    assert_eq!(["\"A\"", "\"B\""].map(|letter| svg.matches(letter).count()), [3, 3]);
     assert!(!draw("auto").contains("tree of merges"));
 }
 

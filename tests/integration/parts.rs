@@ -274,7 +274,7 @@ fn turns_are_explained_and_drawn_as_whole_clouds_are() {
     let of_parts = draw("parts.svg", &["--frame", "20", "--assemble", "10"], &parts);
     let without_title = |svg: &str| svg.replace("frames 20 to 29", "frame 2");
     assert!(of_parts.contains("frames 20 to 29") && of_whole.contains("frame 2"));
-    let without_time = |svg: String| svg.split(" s<").skip(1).collect::<String>();
+    let without_time = |svg: String| svg.split(" s\"").skip(1).collect::<String>();
     assert!(without_time(without_title(&of_parts)) == without_time(of_whole));
 }
 
