@@ -66,6 +66,7 @@ impl Case {
             colour_numbers: Vec::new(),
             heading: "frame 0".into(),
             remark: String::new(),
+            theme: Theme::default(),
         }
     }
 }

@@ -3,6 +3,7 @@
 //! Lengths are page units, 96 to the inch; x to the right, y down, the origin at the upper left.
 
 use super::font::{self, Weight};
+use super::look::{Look, Theme};
 use super::visible::Visible;
 
 /// sRGB with opacity.
@@ -168,6 +169,8 @@ pub struct Canvas {
     pub(super) width: f64,
     pub(super) height: f64,
     pub(super) background: Colour,
+    /// Which panels are on it.
+    pub(super) theme: Theme,
     /// What is on it, the first at the bottom.
     pub(super) shapes: Vec<Drawing>,
 }
@@ -175,7 +178,12 @@ pub struct Canvas {
 impl Canvas {
     /// An empty page.
     pub(super) fn new(width: f64, height: f64, background: Colour) -> Self {
-        Canvas { width, height, background, shapes: Vec::new() }
+        Canvas { width, height, background, theme: Theme::default(), shapes: Vec::new() }
+    }
+
+    /// The colours of its panels.
+    pub(super) fn look(&self) -> &'static Look {
+        self.theme.look()
     }
 
     /// The first text on it.

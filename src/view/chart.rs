@@ -2,7 +2,7 @@
 
 use super::canvas::{Anchor, Area, Canvas, Colour, Stroke, TextStyle};
 use super::font::{Weight, width};
-use super::numbers::{extent, round_steps};
+use super::numbers::{extent, round_steps, steps};
 use super::theme::{self, FAINT_INK, PAGE, SMALL, TITLE, line_colour};
 
 /// What is drawn. Numbers that are not finite are left out.
@@ -152,13 +152,6 @@ impl Scale {
         let ticks = powers.flat_map(|power| [1.0, 2.0, 5.0].map(|m| m * 10_f64.powi(power)));
         ticks.filter(|tick| (low..=high).contains(&tick.log10())).collect()
     }
-}
-
-/// Multiples of a step from the first not below `low` on, up to `high`.
-fn steps([low, high]: [f64; 2], step: f64) -> impl Iterator<Item = f64> {
-    let first = (low / step - 1e-9).ceil();
-    let count = (high / step + 1e-9).floor() - first;
-    (0..=count.max(0.0) as usize).map(move |tick| (first + tick as f64) * step)
 }
 
 /// The points of a line that can be shown.

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use ttf_parser::{Face, OutlineBuilder};
+use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
 /// Font units to the em, of both weights.
 pub const UNITS_PER_EM: f64 = 2048.0;
@@ -10,7 +10,7 @@ pub const UNITS_PER_EM: f64 = 2048.0;
 pub const RIM: f64 = 0.25;
 
 /// Weight of the letters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Weight {
     /// For running text.
     Regular,
@@ -37,11 +37,47 @@ impl Weight {
     }
 }
 
+/// Measures of a font in its units.
+#[derive(Debug, Clone, Copy)]
+pub struct Metrics {
+    /// Left, lower, right and upper end of all letters.
+    pub bounds: [i16; 4],
+    pub ascent: i16,
+    pub descent: i16,
+    pub cap_height: i16,
+    /// How thick an upright stroke is.
+    pub stem: i16,
+}
+
+pub fn metrics(weight: Weight) -> Metrics {
+    let face = weight.face();
+    let bounds = face.global_bounding_box();
+    let upright = face.glyph_index('l').and_then(|glyph| face.glyph_bounding_box(glyph));
+    Metrics {
+        bounds: [bounds.x_min, bounds.y_min, bounds.x_max, bounds.y_max],
+        ascent: face.ascender(),
+        descent: face.descender(),
+        cap_height: face.capital_height().unwrap_or(face.ascender()),
+        stem: upright.map_or(0, |upright| upright.width()),
+    }
+}
+
+/// The letters of a text, each by its number in the font (0 for one that the font lacks) and with
+/// its character.
+pub fn glyphs(text: &str, weight: Weight) -> impl Iterator<Item = (u16, char)> {
+    let face = weight.face();
+    text.chars().map(|character| (face.glyph_index(character).unwrap_or_default().0, character))
+}
+
+/// From one letter to the next, font units.
+pub fn advance(glyph: u16, weight: Weight) -> i16 {
+    let units = weight.face().glyph_hor_advance(GlyphId(glyph)).unwrap_or(0);
+    i16::try_from(units).unwrap_or(i16::MAX)
+}
+
 /// Width of a text in the unit of `size`. A character that the font lacks is as wide as its box.
 pub fn width(text: &str, size: f64, weight: Weight) -> f64 {
-    let face = weight.face();
-    let advance = |c| face.glyph_hor_advance(face.glyph_index(c).unwrap_or_default()).unwrap_or(0);
-    let units: f64 = text.chars().map(|c| f64::from(advance(c))).sum();
+    let units: f64 = glyphs(text, weight).map(|(glyph, _)| f64::from(advance(glyph, weight))).sum();
     units * size / UNITS_PER_EM
 }
 
@@ -66,10 +102,9 @@ pub fn fitted(text: &str, size: f64, weight: Weight, room: f64) -> String {
 pub fn outlines(text: &str, weight: Weight, builder: &mut impl OutlineBuilder) {
     let face = weight.face();
     let mut beside = Beside { builder, x: 0.0 };
-    for character in text.chars() {
-        let glyph = face.glyph_index(character).unwrap_or_default();
-        face.outline_glyph(glyph, &mut beside);
-        beside.x += f32::from(face.glyph_hor_advance(glyph).unwrap_or(0));
+    for (glyph, _) in glyphs(text, weight) {
+        face.outline_glyph(GlyphId(glyph), &mut beside);
+        beside.x += f32::from(advance(glyph, weight));
     }
 }
 

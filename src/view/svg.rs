@@ -213,7 +213,7 @@ fn escaped(text: &str) -> String {
 mod tests {
     use super::*;
     use crate::view::canvas::Anchor;
-    use crate::view::theme;
+    use crate::view::{look, theme};
 
     #[test]
     fn numbers_are_short_and_text_is_escaped() {
@@ -227,7 +227,7 @@ mod tests {
     #[test]
     fn letters_are_outlines_whose_words_can_be_found() {
         let mut page = Canvas::new(90.0, 20.0, theme::PAGE);
-        page.text([5.0, 15.0], "V+ > \"V−\"", theme::label(10.0, theme::INK, Anchor::Start));
+        page.text([5.0, 15.0], "V+ > \"V−\"", look::DARK.label(10.0, theme::INK, Anchor::Start));
         let drawn = svg(&page);
         for lack in ["<text", "textLength", "font-face", "font-family"] {
             assert!(!drawn.contains(lack), "{lack}: {drawn}");
