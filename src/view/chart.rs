@@ -3,7 +3,7 @@
 use super::canvas::{Anchor, Area, Canvas, Colour, Stroke, TextStyle};
 use super::font::{Weight, width};
 use super::numbers::{extent, round_steps, steps};
-use super::theme::{self, FAINT_INK, PAGE, SMALL, TITLE, line_colour};
+use super::theme::{self, FAINT_INK, PAGE, SMALL, TITLE};
 
 /// What is drawn. Numbers that are not finite are left out.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -73,11 +73,22 @@ fn has_numbers(chart: &LineChart) -> bool {
     chart.lines.iter().any(|line| line.points.len() == 1)
 }
 
+/// How the lines are drawn: a colour for each method, and dashes where a line before has its colour.
+fn looks(chart: &LineChart) -> Vec<Stroke> {
+    const DASHES: [Option<[f64; 2]>; 3] = [None, Some([6.0, 4.0]), Some([2.0, 3.0])];
+    let names: Vec<&str> = chart.lines.iter().map(|line| line.name.as_str()).collect();
+    let colours = theme::line_colours(&names);
+    let look = |(place, &colour): (usize, &Colour)| {
+        let before = colours[..place].iter().filter(|&&other| other == colour).count();
+        Stroke { colour, width: 2.0, dash: DASHES[before.min(DASHES.len() - 1)] }
+    };
+    colours.iter().enumerate().map(look).collect()
+}
+
 fn chart_width(chart: &LineChart) -> f64 {
     let names = names(chart);
     let widths = names.iter().map(|name| width(name, SMALL, Weight::Medium));
-    // A fifth more: a viewer without our font takes another.
-    PLOT.right() + 14.0 + 1.2 * widths.fold(40.0, f64::max) + 16.0
+    PLOT.right() + 14.0 + widths.fold(40.0, f64::max) + 16.0
 }
 
 fn draw(canvas: &mut Canvas, chart: &LineChart, [x, y]: [f64; 2]) {
@@ -85,12 +96,13 @@ fn draw(canvas: &mut Canvas, chart: &LineChart, [x, y]: [f64; 2]) {
     canvas.text([x + 16.0, y + 26.0], &chart.title, theme::heading());
     let scale = Scale::of(chart, plot);
     axes(canvas, chart, &scale);
-    for (number, line) in chart.lines.iter().enumerate().rev() {
-        draw_line(canvas, line, &scale, line_colour(number));
+    let looks = looks(chart);
+    for (line, look) in chart.lines.iter().zip(&looks).rev() {
+        draw_line(canvas, line, &scale, *look);
     }
     if has_numbers(chart) {
-        for (number, line) in chart.lines.iter().enumerate() {
-            let style = name_style(line_colour(number));
+        for (number, (line, look)) in chart.lines.iter().zip(&looks).enumerate() {
+            let style = name_style(look.colour);
             if let Some(point) = scale.places(line).last() {
                 canvas.text([point[0] + 5.0, point[1] - 4.0], (number + 1).to_string(), style);
             }
@@ -198,20 +210,20 @@ fn axes(canvas: &mut Canvas, chart: &LineChart, scale: &Scale) {
     canvas.text(x_name, &chart.x_name, style(Anchor::Middle));
 }
 
-fn draw_line(canvas: &mut Canvas, line: &Line, scale: &Scale, colour: Colour) {
+fn draw_line(canvas: &mut Canvas, line: &Line, scale: &Scale, look: Stroke) {
     let points: Vec<[f64; 2]> = scale.places(line).collect();
     for &centre in &points {
-        canvas.circle(centre, 2.8, Some(colour), None);
+        canvas.circle(centre, 2.8, Some(look.colour), None);
     }
-    canvas.polyline(points, Stroke::solid(colour, 2.0));
+    canvas.polyline(points, look);
 }
 
 /// Names at the right ends, in the order of the ends and not over each other.
 fn draw_names(canvas: &mut Canvas, chart: &LineChart, scale: &Scale) {
     let plot = scale.plot;
-    let ends = chart.lines.iter().zip(names(chart)).enumerate();
-    let ends = ends.filter_map(|(number, (line, name))| {
-        Some((scale.places(line).last()?[1], name, line_colour(number)))
+    let ends = chart.lines.iter().zip(names(chart)).zip(looks(chart));
+    let ends = ends.filter_map(|((line, name), look)| {
+        Some((scale.places(line).last()?[1], name, look.colour))
     });
     let mut ends: Vec<_> = ends.collect();
     ends.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -16,9 +16,6 @@ pub enum Theme {
 }
 
 impl Theme {
-    /// Both with their names on the command line.
-    pub const NAMES: [(&'static str, Theme); 2] = [("dark", Theme::Dark), ("light", Theme::Light)];
-
     pub(super) fn look(self) -> &'static Look {
         match self {
             Theme::Dark => &DARK,

@@ -59,7 +59,7 @@ pub struct Arguments {
     #[arg(long, value_delimiter = ',', value_name = "M,...", value_parser = positive)]
     voxels: Vec<f64>,
 
-    /// Write a chart (.svg or .png), the table (.csv or .md) or all measurements (.json); may be
+    /// Write a chart (.svg, .pdf or .png), the table (.csv or .md) or all measurements (.json); may be
     /// repeated
     #[arg(short, long, value_name = "OUT", value_parser = chart_or_table)]
     output: Vec<PathBuf>,
