@@ -12,6 +12,8 @@ pub const BELOW: f64 = 16.0;
 const SIZE: f64 = 9.5;
 const TICK: f64 = 3.5;
 const BESIDE_TICK: f64 = 3.0;
+/// How far numbers below reach beyond the right end of a panel, at most.
+const BEYOND: f64 = 6.0;
 
 /// A place on an axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,7 +53,9 @@ pub fn below(canvas: &mut Canvas, area: Area, ticks: &[Tick], has_numbers: bool)
         let x = area.x + tick.at;
         canvas.line([x, bottom], [x, bottom + TICK], line());
         if has_numbers {
-            canvas.text([x, bottom + TICK + SIZE], &tick.words, style(Anchor::Middle));
+            let half = font::width(&tick.words, SIZE, Weight::Regular) / 2.0;
+            let middle = x.min(area.right() + BEYOND - half);
+            canvas.text([middle, bottom + TICK + SIZE], &tick.words, style(Anchor::Middle));
         }
     }
 }

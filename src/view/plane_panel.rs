@@ -6,7 +6,7 @@ use super::plane::{LabelSpots, Plane};
 use super::scene::FrameScene;
 use super::vote_graph;
 use crate::messages::palette::reason_colour;
-use crate::text::{counted, grouped};
+use crate::text::grouped;
 use divmerge_core::cloud::Instance;
 use divmerge_core::geometry::footprint::Rectangle;
 
@@ -25,7 +25,7 @@ pub fn votes(canvas: &mut Canvas, scene: &FrameScene, plane: &Plane, dpi: f64) {
     plane.furniture(canvas);
     if drawn < all {
         let [drawn, all] = [drawn, all].map(|count| grouped(count as u64));
-        plane.note(canvas, &format!("the {drawn} of {all} pairs with most votes"));
+        plane.note(canvas, &format!("the {drawn} of {all} pairs in view with most votes"));
     }
 }
 
@@ -71,8 +71,9 @@ pub fn numbers(canvas: &mut Canvas, plane: &Plane, boxes: &[(u32, Rectangle)], m
     let mut places = number_places(plane, named, false);
     if places.len() < seen.len() {
         places = number_places(plane, named, true);
-        let left = counted(seen.len() - places.len(), "smaller box");
-        plane.note(canvas, &format!("{left} without a number"));
+        let left = seen.len() - places.len();
+        let boxes = if left == 1 { "box" } else { "boxes" };
+        plane.note(canvas, &format!("{} smaller {boxes} without a number", grouped(left as u64)));
     }
     for (number, [x, y]) in places {
         canvas.text([x, y], number.to_string(), style);

@@ -89,7 +89,7 @@ pub fn centres(scene: &FrameScene) -> Vec<([f64; 2], usize)> {
 pub fn edge(scene: &FrameScene, vote: &Vote, decision: Decision, scale: f64) -> Stroke {
     let look = scene.look();
     let votes = f64::from(vote.positive + vote.negative);
-    let width = (0.45 + 0.25 * votes.sqrt()).min(4.0) * scale;
+    let width = (0.6 + 0.25 * votes.sqrt()).min(4.0) * scale;
     let ([r, g, b], opacity) = match decision {
         Decision::Merged => (look.merged, 255),
         Decision::Rejoined => (look.rejoined, 150),
@@ -112,13 +112,13 @@ pub fn draw(canvas: &mut Canvas, plane: &Plane, scene: &FrameScene) -> [usize; 2
     seen.truncate(MOST_EDGES);
     let drawn = seen.len();
     // Thinner and paler where there are many.
-    let crowd = (300.0 / drawn.max(1) as f64).sqrt().clamp(0.5, 1.0);
+    let crowd = (400.0 / drawn.max(1) as f64).sqrt().clamp(0.7, 1.0);
     let scale = (plane.scale / 12.0).clamp(0.6, 1.6) * crowd;
     canvas.clipped(plane.area, |canvas| {
         for level in [Decision::Rejoined, Decision::Merged, Decision::Apart] {
             for &(vote, decision) in seen.iter().filter(|(_, decision)| *decision == level) {
                 let mut stroke = edge(scene, vote, decision, scale);
-                stroke.colour[3] = (f64::from(stroke.colour[3]) * crowd.max(0.75)) as u8;
+                stroke.colour[3] = (f64::from(stroke.colour[3]) * crowd.max(0.85)) as u8;
                 let [from, to] = [vote.a, vote.b].map(|k| plane.to_page(centres[k as usize - 1].0));
                 canvas.line(from, to, stroke);
             }
