@@ -3,6 +3,7 @@
 use super::canvas::{Anchor, Area, Canvas, Colour, Stroke, TextStyle};
 use super::font::{Weight, width};
 use super::numbers::{extent, round_steps, steps};
+use super::plane::LabelSpots;
 use super::theme::{self, FAINT_INK, PAGE, SMALL, TITLE};
 
 /// What is drawn. Numbers that are not finite are left out.
@@ -73,7 +74,8 @@ fn has_numbers(chart: &LineChart) -> bool {
     chart.lines.iter().any(|line| line.points.len() == 1)
 }
 
-/// How the lines are drawn: a colour for each method, and dashes where a line before has its colour.
+/// How the lines are drawn: a colour for each method, and dashes where an earlier line has its
+/// colour.
 fn looks(chart: &LineChart) -> Vec<Stroke> {
     const DASHES: [Option<[f64; 2]>; 3] = [None, Some([6.0, 4.0]), Some([2.0, 3.0])];
     let names: Vec<&str> = chart.lines.iter().map(|line| line.name.as_str()).collect();
@@ -101,12 +103,7 @@ fn draw(canvas: &mut Canvas, chart: &LineChart, [x, y]: [f64; 2]) {
         draw_line(canvas, line, &scale, *look);
     }
     if has_numbers(chart) {
-        for (number, (line, look)) in chart.lines.iter().zip(&looks).enumerate() {
-            let style = name_style(look.colour);
-            if let Some(point) = scale.places(line).last() {
-                canvas.text([point[0] + 5.0, point[1] - 4.0], (number + 1).to_string(), style);
-            }
-        }
+        draw_numbers(canvas, chart, &scale);
     }
     draw_names(canvas, chart, &scale);
 }
@@ -218,6 +215,31 @@ fn draw_line(canvas: &mut Canvas, line: &Line, scale: &Scale, look: Stroke) {
     canvas.polyline(points, look);
 }
 
+/// Numbers beside the last points, clear of each other where there is room.
+fn draw_numbers(canvas: &mut Canvas, chart: &LineChart, scale: &Scale) {
+    /// Right and left of the point, above and below; the first is taken where none is free.
+    const PLACES: [[f64; 2]; 4] = [[1.0, -1.0], [1.0, 1.0], [-1.0, -1.0], [-1.0, 1.0]];
+    const HEIGHT: f64 = 9.0;
+    let plot = scale.plot;
+    // The number of the uppermost point may stand above the plot.
+    let page = Area { y: plot.y - 14.0, height: plot.height + 28.0, ..plot };
+    let mut spots = LabelSpots::new(page, Vec::new());
+    for (number, (line, look)) in (1..).zip(chart.lines.iter().zip(looks(chart))) {
+        let Some([x, y]) = scale.places(line).last() else { continue };
+        let words = f64::from(number).to_string();
+        let width = width(&words, SMALL, Weight::Medium);
+        let spot = |[right, down]: [f64; 2]| Area {
+            x: x + right * (4.5 + width / 2.0) - width / 2.0,
+            y: y + down * (1.5 + HEIGHT / 2.0) - HEIGHT / 2.0 - 1.5,
+            width,
+            height: HEIGHT,
+        };
+        let free = PLACES.map(spot).into_iter().find(|&spot| spots.take(spot));
+        let spot = free.unwrap_or_else(|| spot(PLACES[0]));
+        canvas.text([spot.x, spot.bottom()], words, name_style(look.colour));
+    }
+}
+
 /// Names at the right ends, in the order of the ends and not over each other.
 fn draw_names(canvas: &mut Canvas, chart: &LineChart, scale: &Scale) {
     let plot = scale.plot;
@@ -299,6 +321,35 @@ mod tests {
             page.shapes.iter().any(|s| matches!(s, Drawing::Text { text, .. } if text == wanted))
         };
         assert!(said("1") && said("2") && said("1  one") && said("2  two"));
+    }
+
+    #[test]
+    fn numbers_of_dots_in_one_place_are_apart() {
+        let dot: &[[f64; 2]] = &[[5.0, 6.0]];
+        let page = line_chart(&chart(&[("one", dot), ("two", dot), ("three", dot)]));
+        let is_number = |text: &str| ["1", "2", "3"].contains(&text);
+        let places: Vec<[f64; 2]> = page
+            .shapes
+            .iter()
+            .filter_map(|shape| match shape {
+                Drawing::Text { at, text, .. } if is_number(text) => Some(*at),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(places.len(), 3);
+        for (place, [x, y]) in places.iter().enumerate() {
+            let beside = &places[place + 1..];
+            assert!(beside.iter().all(|[a, b]| (a - x).abs() > 6.0 || (b - y).abs() >= 9.0));
+        }
+    }
+
+    #[test]
+    fn two_lines_of_a_method_have_one_colour_and_differ_in_their_dashes() {
+        let ends: &[[f64; 2]] = &[[0.0, 90.0], [10.0, 80.0]];
+        let looks = looks(&chart(&[("paper", ends), ("best", ends), ("paper, by voxel", ends)]));
+        assert_eq!(looks[0].colour, looks[2].colour);
+        assert!(looks[0].colour != looks[1].colour);
+        assert!(looks[0].dash.is_none() && looks[2].dash.is_some());
     }
 
     #[test]

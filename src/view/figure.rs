@@ -74,7 +74,8 @@ struct Page {
 }
 
 impl Page {
-    /// Draws panels side by side. The azimuth has numbers below the last row of range images.
+    /// Draws panels side by side. The azimuth has numbers below the last row of range images,
+    /// and below all where panels stand side by side.
     fn row(&mut self, panels: &Panels, row: &[Panel], is_last: bool) -> Result<()> {
         let width = slot_width(self.slots);
         let caption = |(letter, panel): (usize, &Panel)| {
@@ -95,7 +96,10 @@ impl Page {
                     panels.draw_plane(&mut self.canvas, *panel, axes::inside(slot));
                     slot.bottom()
                 }
-                false => panels.draw_image(&mut self.canvas, *panel, slot, is_last),
+                false => {
+                    let has_azimuths = is_last || self.slots > 1;
+                    panels.draw_image(&mut self.canvas, *panel, slot, has_azimuths)
+                }
             });
         }
         self.y = bottom + GAP;

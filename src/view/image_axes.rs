@@ -241,10 +241,12 @@ mod tests {
     fn elevation_lies_between_rows() {
         let all = Window { rows: 0..4, columns: 0..360 };
         // Rows are 100 high: their middles are at 50, 150, 250 and 350.
-        assert_eq!(
-            read(&axes().down(&all, 400.0)),
-            [(100, "0°"), (188, "−5°"), (250, "−10°"), (300, "−15°"), (350, "−20°")]
-        );
+        let ticks = axes().down(&all, 400.0);
+        let expected = [(50, "2°"), (100, "0°"), (150, "−2°"), (175, "−4°"), (200, "−6°")];
+        assert_eq!(read(&ticks)[..5], expected);
+        assert_eq!(read(&ticks).last(), Some(&(350, "−20°")));
+        let expected = [(25, "0°"), (63, "−10°"), (88, "−20°")];
+        assert_eq!(read(&axes().down(&all, 100.0)), expected);
         let one = Window { rows: 1..2, columns: 0..360 };
         assert_eq!(axes().down(&one, 400.0), []);
     }

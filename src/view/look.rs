@@ -1,8 +1,8 @@
 //! What panels look like: dark, so that all colours stand out, or light, for print.
 
-use super::canvas::{Anchor, Colour, TextStyle, between, rgb};
 use super::font::Weight;
 use super::ramp;
+use super::style::{Anchor, Colour, TextStyle, between, rgb};
 use super::theme;
 
 /// Which panels the figures on the white page have.

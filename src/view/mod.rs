@@ -1,10 +1,10 @@
-//! Pictures of a clustered cloud: figures as PNG, SVG or PDF, pages of triage cases, and the stream to
-//! the Rerun viewer (`rerun_stream`, with the feature `rerun`). Viewing changes no result.
+//! Pictures of a clustered cloud: figures as PNG, SVG or PDF, pages of triage cases, and the stream
+//! to the Rerun viewer (`rerun_stream`, with the feature `rerun`). Viewing changes no result.
 //!
 //! A [`FrameScene`] is what is shown. [`figure`](figure()), [`step_figure`](step_figure()),
 //! [`object_figure`] and [`explanation`](explanation()) lay it out on a [`Canvas`]; [`png`](png()),
-//! [`svg`](svg()) and [`pdf`](pdf()) draw that. No display and no font of the system is needed: the same input
-//! gives the same bytes.
+//! [`svg`](svg()) and [`pdf`](pdf()) draw that. No display and no font of the system is needed: the
+//! same input gives the same bytes.
 
 mod axes;
 mod canvas;
@@ -35,6 +35,7 @@ pub mod rerun_stream;
 mod scene;
 mod step_figure;
 mod steps;
+mod style;
 mod svg;
 mod target;
 mod theme;

@@ -47,7 +47,8 @@ pub fn birds_eye(canvas: &mut Canvas, scene: &FrameScene, plane: &Plane, dpi: f6
         }
     });
     plane.furniture(canvas);
-    numbers(canvas, plane, &boxes, MOST_NUMBERS);
+    let limit = NumberLimit { most: MOST_NUMBERS, others: ["smaller box", "smaller boxes"] };
+    numbers(canvas, plane, &boxes, limit);
 }
 
 /// The box of an instance from above, no smaller than what can be seen.
@@ -60,20 +61,27 @@ fn footprint(instance: &Instance) -> Rectangle {
     }
 }
 
-/// Writes the numbers of the first `most` boxes beside them, clear of each other, and a note of how
-/// many boxes have none.
-pub fn numbers(canvas: &mut Canvas, plane: &Plane, boxes: &[(u32, Rectangle)], most: usize) {
+/// Most boxes that have numbers, and what those that are left out are called: one, and several.
+#[derive(Debug, Clone, Copy)]
+pub struct NumberLimit {
+    pub most: usize,
+    pub others: [&'static str; 2],
+}
+
+/// Writes the numbers of the first boxes beside them, clear of each other, and a note of how many
+/// boxes have none.
+pub fn numbers(canvas: &mut Canvas, plane: &Plane, boxes: &[(u32, Rectangle)], limit: NumberLimit) {
     let look = canvas.look();
     let style = look.label(NUMBER, look.on_panel, Anchor::Middle);
     let seen: Vec<&(u32, Rectangle)> =
         boxes.iter().filter(|(_, rectangle)| plane.shows(rectangle.centre)).collect();
-    let named = &seen[..seen.len().min(most)];
+    let named = &seen[..seen.len().min(limit.most)];
     let mut places = number_places(plane, named, false);
     if places.len() < seen.len() {
         places = number_places(plane, named, true);
         let left = seen.len() - places.len();
-        let boxes = if left == 1 { "box" } else { "boxes" };
-        plane.note(canvas, &format!("{} smaller {boxes} without a number", grouped(left as u64)));
+        let others = limit.others[usize::from(left != 1)];
+        plane.note(canvas, &format!("{} {others} without a number", grouped(left as u64)));
     }
     for (number, [x, y]) in places {
         canvas.text([x, y], number.to_string(), style);
@@ -128,7 +136,8 @@ mod tests {
         // Above, below, right and left of the one place where all boxes are.
         assert_eq!(places.iter().map(|(id, _)| *id).collect::<Vec<_>>(), [1, 2, 3, 4]);
         let mut page = Canvas::new(400.0, 400.0, crate::view::theme::PAGE);
-        numbers(&mut page, &plane, &boxes, 3);
+        let limit = NumberLimit { most: 3, others: ["smaller box", "smaller boxes"] };
+        numbers(&mut page, &plane, &boxes, limit);
         let drawn = crate::view::svg(&page);
         assert!(drawn.contains("\"17 smaller boxes without a number\""), "{drawn}");
     }

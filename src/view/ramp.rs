@@ -1,6 +1,6 @@
 //! Colour ramps for quantities.
 
-use super::canvas::{between, rgb};
+use super::style::{between, rgb};
 
 /// Viridis from its bright end: matplotlib's (CC0), eleven of its colours.
 const VIRIDIS: [u32; 11] = [

@@ -14,7 +14,10 @@ use super::visible::{Polyline, Visible};
 /// Draws a page. Its title is its first text, the heading.
 pub fn svg(canvas: &Canvas) -> String {
     let (width, height) = (number(canvas.width), number(canvas.height));
-    let size = format!("width=\"{width}\" height=\"{height}\"");
+    let size = format!(
+        "xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" \
+         width=\"{width}\" height=\"{height}\""
+    );
     let heading = canvas.heading().unwrap_or_default();
     element(canvas, &size, heading)
 }
@@ -28,8 +31,7 @@ pub fn inline_svg(canvas: &Canvas, label: &str) -> String {
 fn element(canvas: &Canvas, attributes: &str, title: &str) -> String {
     let (width, height) = (number(canvas.width), number(canvas.height));
     let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" \
-         {attributes} viewBox=\"0 0 {width} {height}\">\n<title>{}</title>\n",
+        "<svg {attributes} viewBox=\"0 0 {width} {height}\">\n<title>{}</title>\n",
         escaped(title)
     );
     content(&mut out, canvas);

@@ -1,7 +1,7 @@
 //! What figures look like around their panels: a white page.
 
-use super::canvas::{Anchor, Colour, TextStyle, opaque, rgb};
 use super::font::Weight;
+use super::style::{Anchor, Colour, TextStyle, opaque, rgb};
 
 /// The page.
 pub const PAGE: Colour = [255, 255, 255, 255];

@@ -8,7 +8,7 @@ use super::layout::{Caption, GAP, HEADING_ROW, INNER_WIDTH, MARGIN, page, titled
 use super::legend::Key;
 use super::look::Theme;
 use super::plane::{Plane, PlaneRegion};
-use super::plane_panel::numbers;
+use super::plane_panel::{NumberLimit, numbers};
 use crate::annotate::{FollowedCloud, FollowedDrive};
 use crate::messages::palette::instance_colour;
 use crate::text::grouped;
@@ -158,7 +158,8 @@ impl Ways {
         longest.sort_by_key(|(track, of)| (std::cmp::Reverse(of.places.len()), **track));
         let boxes: Vec<(u32, Rectangle)> =
             longest.into_iter().map(|(&track, of)| (track, of.last)).collect();
-        numbers(canvas, plane, &boxes, MOST_NUMBERS);
+        let limit = NumberLimit { most: MOST_NUMBERS, others: ["shorter track", "shorter tracks"] };
+        numbers(canvas, plane, &boxes, limit);
     }
 }
 

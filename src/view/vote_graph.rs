@@ -99,8 +99,8 @@ pub fn edge(scene: &FrameScene, vote: &Vote, decision: Decision, scale: f64) -> 
     Stroke { colour: [r, g, b, opacity], width, dash }
 }
 
-/// Draws edges and nodes; pairs that stayed apart lie over the others. Of many pairs those with most
-/// votes are drawn. Returns how many are drawn, and of how many.
+/// Draws edges and nodes; pairs that stayed apart lie over the others. Of many pairs those with
+/// most votes are drawn. Returns how many are drawn, and of how many.
 pub fn draw(canvas: &mut Canvas, plane: &Plane, scene: &FrameScene) -> [usize; 2] {
     let centres = centres(scene);
     let instance = instance_of_component(scene.stages);

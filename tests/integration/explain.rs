@@ -344,7 +344,7 @@ fn pictures_without_classes_show_the_tree() {
         std::fs::read_to_string(output).expect("a picture")
     };
     let svg = draw("ground");
-    for words in ["tree of merges", ">0.08 m<", ">2 m<", " pixels<", ">A<", ">B<"] {
+    for words in ["tree of merges", "\"0.08 m\"", "\"2 m\"", " pixels\"", "\"A\"", "\"B\""] {
         assert!(svg.contains(words), "{words}");
     }
     // Each letter is on the image, in the tree and on the plane.

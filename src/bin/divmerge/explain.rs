@@ -18,9 +18,8 @@ use divmerge::view::{self, FrameScene, Target, Theme, explained_scene, explanati
 
 use crate::arguments::method::MethodArguments;
 use crate::arguments::tracks::FollowArguments;
-use crate::arguments::values::{one_of, position, positive, range};
+use crate::arguments::values::{THEMES, one_of, position, positive, range};
 use crate::exit::{NotThere, Outcome, WrongUsage, contradict};
-use crate::figure::THEMES;
 use crate::followed::followed_drive;
 use crate::output::{OutputFile, Outputs, picture, rrd};
 use crate::viewer;

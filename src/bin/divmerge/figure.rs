@@ -19,7 +19,7 @@ use divmerge::view::{
 
 use crate::arguments::method::MethodArguments;
 use crate::arguments::tracks::FollowArguments;
-use crate::arguments::values::{NamedValue, one_of, range};
+use crate::arguments::values::{NamedValue, THEMES, one_of, range};
 use crate::exit::{Outcome, WrongUsage, contradict};
 use crate::followed::followed_drive;
 use crate::output::{OutputFile, Outputs, make_folder, picture};
@@ -128,12 +128,6 @@ enum Step {
 const STEPS: &[NamedValue<Step>] = &[
     ("instance", "An instance with everything that joins it", Step::Instance),
     ("decision", "One decision to merge", Step::Decision),
-];
-
-/// Themes of figures.
-pub const THEMES: &[NamedValue<Theme>] = &[
-    ("dark", "Dark panels on a white page, for the screen", Theme::Dark),
-    ("light", "Light panels, for print", Theme::Light),
 ];
 
 impl Arguments {

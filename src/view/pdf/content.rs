@@ -5,10 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use pdf_writer::types::{LineCapStyle, LineJoinStyle};
 use pdf_writer::{Content as Operations, Name, Str};
 
-use super::POINTS_PER_UNIT;
 use crate::view::canvas::{Area, Canvas, Colour, Drawing, Raster, Stroke, TextStyle};
 use crate::view::font::{self, Weight};
 use crate::view::visible::{Polyline, Visible};
+
+/// Points, 72 to the inch, to the page unit.
+pub const POINTS_PER_UNIT: f64 = 0.75;
 
 /// The letters of a page by weight: the number in the font, and the character.
 pub type Glyphs = BTreeMap<Weight, BTreeMap<u16, char>>;

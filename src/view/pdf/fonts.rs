@@ -6,7 +6,7 @@ use pdf_writer::types::{CidFontType, FontFlags, SystemInfo, UnicodeCmap};
 use pdf_writer::{Filter, Finish, Name, Pdf, Rect, Ref, Str};
 
 use super::content::Glyphs;
-use super::{Refs, deflated};
+use super::objects::{Refs, deflated};
 use crate::view::font::{self, Metrics, UNITS_PER_EM, Weight};
 
 /// The font of each weight that is used.

@@ -2,39 +2,25 @@
 //!
 //! The file has no date and no id, so that the same page gives the same bytes.
 
-use std::io::Write;
-
-use flate2::Compression;
-use flate2::write::ZlibEncoder;
 use pdf_writer::types::Predictor;
 use pdf_writer::{Filter, Finish, Name, Pdf, Rect, Ref, TextStr};
 
 use super::canvas::{Area, Canvas, Raster};
-use content::Content;
+use content::{Content, POINTS_PER_UNIT};
 use fonts::FontRefs;
+use objects::{Refs, deflated};
 
 mod content;
 mod fonts;
+mod objects;
 
-/// Points, 72 to the inch, to the page unit.
-const POINTS_PER_UNIT: f64 = 0.75;
 /// Width and height of a pixel of a picture in page units, at most: 300 to the inch.
 const LARGEST_PIXEL: f64 = 0.32;
-
-/// Hands out the numbers of a file's objects.
-struct Refs(i32);
-
-impl Refs {
-    fn next(&mut self) -> Ref {
-        self.0 += 1;
-        Ref::new(self.0)
-    }
-}
 
 /// Draws a page. Its title is its first text, the heading.
 pub fn pdf(canvas: &Canvas) -> Vec<u8> {
     let drawn = Content::of(canvas);
-    let mut refs = Refs(0);
+    let mut refs = Refs::new();
     let [catalog, pages, page, content, info] = std::array::from_fn(|_| refs.next());
     let mut file = Pdf::new();
     file.set_version(1, 7);
@@ -120,11 +106,6 @@ fn filtered(raster: &Raster, across: usize, down: usize) -> Vec<u8> {
         above = row;
     }
     bytes
-}
-
-fn deflated(bytes: &[u8]) -> Vec<u8> {
-    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
-    encoder.write_all(bytes).and_then(|()| encoder.finish()).expect("memory takes all bytes")
 }
 
 #[cfg(test)]
