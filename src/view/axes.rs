@@ -75,7 +75,8 @@ pub fn beside(canvas: &mut Canvas, area: Area, ticks: &[Tick]) {
 
 /// Writes the unit of both axes into the corner between them.
 pub fn unit(canvas: &mut Canvas, area: Area, words: &str) {
-    let place = [area.x - TICK - BESIDE_TICK, area.bottom() + TICK + SIZE];
+    // Clear of a number at the left end of the panel.
+    let place = [area.x - LEFT / 2.0 - 1.0, area.bottom() + TICK + SIZE];
     canvas.text(place, words, style(Anchor::End));
 }
 

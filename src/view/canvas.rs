@@ -5,7 +5,7 @@
 use super::look::{Look, Theme};
 use super::visible::Visible;
 
-pub use super::style::{Anchor, Colour, Stroke, TextStyle, between, opaque, rgb};
+pub use super::style::{Anchor, Colour, Stroke, TextStyle, between, opaque};
 
 /// A rectangle with its sides along the page.
 #[derive(Debug, Clone, Copy, PartialEq)]

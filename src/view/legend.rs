@@ -21,7 +21,7 @@ pub enum Key {
     Words(String),
 }
 
-const GAP: f64 = 14.0;
+const GAP: f64 = 11.0;
 const SIGN: f64 = 10.0;
 const RAMP: f64 = 120.0;
 const BESIDE_SIGN: f64 = 5.0;

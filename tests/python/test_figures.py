@@ -27,7 +27,7 @@ def tool(name, package):
 @pytest.fixture(scope="module")
 def drive(tmp_path_factory):
     path = tmp_path_factory.mktemp("drive") / "drive.mcap"
-    run("simulate", "--sensor", "vlp16", "--scene", "street", "--frames", 4, "-o", path)
+    run("simulate", "--sensor", "vlp-16", "--scene", "street", "--frames", 4, "-o", path)
     return path
 
 
