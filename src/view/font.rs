@@ -108,6 +108,11 @@ pub fn outlines(text: &str, weight: Weight, builder: &mut impl OutlineBuilder) {
     }
 }
 
+/// Gives the outline of one letter to `builder`, in font units.
+pub fn outline(glyph: u16, weight: Weight, builder: &mut impl OutlineBuilder) {
+    weight.face().outline_glyph(GlyphId(glyph), builder);
+}
+
 /// Moves outlines to the right.
 struct Beside<'a, B> {
     builder: &'a mut B,

@@ -1,13 +1,13 @@
 //! A page as SVG: letters as outlines, so that every viewer draws the same; pictures as pixels;
 //! nothing loaded from outside. The words of a text are its `aria-label`.
 
-use std::fmt::Write;
+use std::collections::BTreeMap;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-use super::canvas::{Area, Canvas, Colour, Drawing, Stroke, TextStyle};
-use super::font;
+use super::canvas::{Area, Canvas, Colour, Drawing, Raster, Stroke, TextStyle};
+use super::font::{self, Weight};
 use super::png::raster_png;
 use super::visible::{Polyline, Visible};
 
@@ -18,107 +18,165 @@ pub fn svg(canvas: &Canvas) -> String {
         "xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" \
          width=\"{width}\" height=\"{height}\""
     );
-    let heading = canvas.heading().unwrap_or_default();
-    element(canvas, &size, heading)
+    element(canvas, &size, canvas.heading().unwrap_or_default(), Letters::Shared(BTreeMap::new()))
 }
 
 /// Draws a page as an element of an HTML page, whose width it takes, with a label for those who do
-/// not see it.
+/// not see it. It has no ids, which are those of the whole HTML page.
 pub fn inline_svg(canvas: &Canvas, label: &str) -> String {
-    element(canvas, "role=\"img\"", label)
+    element(canvas, "role=\"img\"", label, Letters::Apart)
 }
 
-fn element(canvas: &Canvas, attributes: &str, title: &str) -> String {
+fn element(canvas: &Canvas, attributes: &str, title: &str, letters: Letters) -> String {
     let (width, height) = (number(canvas.width), number(canvas.height));
-    let mut out = format!(
-        "<svg {attributes} viewBox=\"0 0 {width} {height}\">\n<title>{}</title>\n",
-        escaped(title)
-    );
-    content(&mut out, canvas);
-    out
-}
-
-/// The background and the shapes, to the end of the element.
-fn content(out: &mut String, canvas: &Canvas) {
-    let (width, height) = (number(canvas.width), number(canvas.height));
+    let mut page = Page { out: String::new(), letters };
+    page.shapes(&canvas.shapes, &canvas.visible());
+    let Page { out: shapes, letters } = page;
     let fill = paint("fill", Some(canvas.background));
-    let _ = writeln!(out, "<rect width=\"{width}\" height=\"{height}\"{fill}/>");
-    shapes(out, &canvas.shapes, &canvas.visible());
-    *out += "</svg>\n";
+    format!(
+        "<svg {attributes} viewBox=\"0 0 {width} {height}\">\n<title>{}</title>\n{}\
+         <rect width=\"{width}\" height=\"{height}\"{fill}/>\n{shapes}</svg>\n",
+        escaped(title),
+        letters.definitions()
+    )
 }
 
-fn shapes(out: &mut String, all: &[Drawing], visible: &Visible) {
-    for shape in all {
-        let _ = match shape {
-            Drawing::Path { points, closed, fill, stroke } => {
-                polylines(out, &visible.path(points, *closed), *fill, *stroke)
-            }
-            Drawing::Circle { centre, radius, fill, stroke } => {
-                if let Some(parts) = visible.circle(*centre, *radius) {
-                    let _ = polylines(out, &parts, *fill, *stroke);
-                    continue;
-                }
-                let [cx, cy, r] = [centre[0], centre[1], *radius].map(number);
-                let (fill, line) = (paint("fill", *fill), line(*stroke));
-                writeln!(out, "<circle cx=\"{cx}\" cy=\"{cy}\" r=\"{r}\"{fill}{line}/>")
-            }
-            Drawing::Text { at, .. } if !visible.holds(*at) => continue,
-            Drawing::Text { at, text, style } => self::text(out, *at, text, style),
-            Drawing::Picture { area, raster } => {
-                let png = STANDARD.encode(raster_png(raster).unwrap_or_default());
-                writeln!(
-                    out,
-                    "<image {} preserveAspectRatio=\"none\" image-rendering=\"optimizeSpeed\" \
-                     style=\"image-rendering: pixelated\" \
-                     xlink:href=\"data:image/png;base64,{png}\"/>",
-                    place(area)
-                )
-            }
-            Drawing::Clip { area, shapes } => {
-                // A nested page clips at its edges.
-                let [x, y, width, height] = [area.x, area.y, area.width, area.height].map(number);
-                let view = format!("viewBox=\"{x} {y} {width} {height}\"");
-                let _ = writeln!(out, "<svg {} {view}>", place(area));
-                self::shapes(out, shapes, visible);
-                writeln!(out, "</svg>")
-            }
+/// How the letters of a page are written.
+enum Letters {
+    /// Each text with its own outlines.
+    Apart,
+    /// Texts refer to the outlines of their letters, which are here, by weight and number in the
+    /// font: a fraction of the bytes.
+    Shared(BTreeMap<(Weight, u16), String>),
+}
+
+impl Letters {
+    fn definitions(&self) -> String {
+        let Letters::Shared(outlines) = self else { return String::new() };
+        let path = |(&(weight, glyph), data): (&(Weight, u16), &String)| {
+            format!("<path id=\"{}\" d=\"{data}\"/>\n", glyph_id(weight, glyph))
         };
+        let seen = outlines.iter().filter(|(_, data)| !data.is_empty());
+        format!("<defs>\n{}</defs>\n", seen.map(path).collect::<String>())
+    }
+
+    /// The elements of a text, in font units with y up.
+    fn elements(&mut self, text: &str, weight: Weight) -> String {
+        let Letters::Shared(outlines) = self else {
+            let mut letters = PathData::default();
+            font::outlines(text, weight, &mut letters);
+            let is_blank = letters.data.is_empty();
+            return if is_blank {
+                String::new()
+            } else {
+                format!("<path d=\"{}\"/>", letters.data)
+            };
+        };
+        let mut elements = String::new();
+        let mut x = 0;
+        for (glyph, _) in font::glyphs(text, weight) {
+            let outline = outlines.entry((weight, glyph)).or_insert_with(|| {
+                let mut letter = PathData::default();
+                font::outline(glyph, weight, &mut letter);
+                letter.data
+            });
+            if !outline.is_empty() {
+                let place = if x == 0 { String::new() } else { format!(" x=\"{x}\"") };
+                let id = glyph_id(weight, glyph);
+                elements += &format!("<use{place} xlink:href=\"#{id}\"/>");
+            }
+            x += i32::from(font::advance(glyph, weight));
+        }
+        elements
     }
 }
 
-fn polylines(
-    out: &mut String,
-    parts: &[Polyline],
-    fill: Option<Colour>,
-    stroke: Option<Stroke>,
-) -> std::fmt::Result {
+fn glyph_id(weight: Weight, glyph: u16) -> String {
+    let letter = match weight {
+        Weight::Regular => 'r',
+        Weight::Medium => 'm',
+    };
+    format!("{letter}{glyph}")
+}
+
+/// A page in the making.
+struct Page {
+    out: String,
+    letters: Letters,
+}
+
+impl Page {
+    fn shapes(&mut self, all: &[Drawing], visible: &Visible) {
+        for shape in all {
+            let out = &mut self.out;
+            match shape {
+                Drawing::Path { points, closed, fill, stroke } => {
+                    polylines(out, &visible.path(points, *closed), *fill, *stroke);
+                }
+                Drawing::Circle { centre, radius, fill, stroke } => {
+                    match visible.circle(*centre, *radius) {
+                        Some(parts) => polylines(out, &parts, *fill, *stroke),
+                        None => circle(out, *centre, *radius, (*fill, *stroke)),
+                    }
+                }
+                Drawing::Text { at, .. } if !visible.holds(*at) => {}
+                Drawing::Text { at, text, style } => {
+                    let letters = self.letters.elements(text, style.weight);
+                    if !letters.is_empty() {
+                        self::text(out, *at, (text, &letters), style);
+                    }
+                }
+                Drawing::Picture { area, raster } => picture(out, area, raster),
+                Drawing::Clip { area, shapes } => {
+                    // A nested page clips at its edges.
+                    let [x, y, width, height] =
+                        [area.x, area.y, area.width, area.height].map(number);
+                    let view = format!("viewBox=\"{x} {y} {width} {height}\"");
+                    *out += &format!("<svg {} {view}>\n", place(area));
+                    self.shapes(shapes, visible);
+                    self.out += "</svg>\n";
+                }
+            }
+        }
+    }
+}
+
+fn circle(out: &mut String, centre: [f64; 2], radius: f64, look: (Option<Colour>, Option<Stroke>)) {
+    let [cx, cy, r] = [centre[0], centre[1], radius].map(number);
+    let (fill, line) = (paint("fill", look.0), line(look.1));
+    *out += &format!("<circle cx=\"{cx}\" cy=\"{cy}\" r=\"{r}\"{fill}{line}/>\n");
+}
+
+fn picture(out: &mut String, area: &Area, raster: &Raster) {
+    let png = STANDARD.encode(raster_png(raster).unwrap_or_default());
+    *out += &format!(
+        "<image {} preserveAspectRatio=\"none\" image-rendering=\"optimizeSpeed\" \
+         style=\"image-rendering: pixelated\" xlink:href=\"data:image/png;base64,{png}\"/>\n",
+        place(area)
+    );
+}
+
+fn polylines(out: &mut String, parts: &[Polyline], fill: Option<Colour>, stroke: Option<Stroke>) {
     for Polyline { points, closed } in parts {
         let name = if *closed { "polygon" } else { "polyline" };
         let points: Vec<String> =
             points.iter().map(|&[x, y]| format!("{},{}", number(x), number(y))).collect();
         let (points, fill, line) = (points.join(" "), paint("fill", fill), line(stroke));
-        writeln!(out, "<{name} points=\"{points}\"{fill}{line}/>")?;
+        *out += &format!("<{name} points=\"{points}\"{fill}{line}/>\n");
     }
-    Ok(())
 }
 
-/// The outlines of a text, in font units with y up; a rim lies below the letters.
-fn text(out: &mut String, at: [f64; 2], text: &str, style: &TextStyle) -> std::fmt::Result {
-    let mut letters = PathData::default();
-    font::outlines(text, style.weight, &mut letters);
-    if letters.data.is_empty() {
-        return Ok(());
-    }
-    let [x, y] = [number(style.left_end(at[0], text)), number(at[1])];
+/// A text of words and letters; a rim lies below the letters.
+fn text(out: &mut String, at: [f64; 2], (words, letters): (&str, &str), style: &TextStyle) {
+    let [x, y] = [number(style.left_end(at[0], words)), number(at[1])];
     let scale = style.size / font::UNITS_PER_EM;
     let place = format!("transform=\"translate({x} {y}) scale({scale:.6} {:.6})\"", -scale);
-    let PathData { data, .. } = letters;
     if let Some(halo) = style.halo {
         let rim = line(Some(Stroke::solid(halo, font::UNITS_PER_EM * font::RIM)));
-        writeln!(out, "<path {place} fill=\"none\"{rim} d=\"{data}\"/>")?;
+        *out += &format!("<g {place} fill=\"none\"{rim}>{letters}</g>\n");
     }
-    let (fill, label) = (paint("fill", Some(style.colour)), escaped(text));
-    writeln!(out, "<path role=\"img\" aria-label=\"{label}\" {place}{fill} d=\"{data}\"/>")
+    let (fill, label) = (paint("fill", Some(style.colour)), escaped(words));
+    *out += &format!("<g role=\"img\" aria-label=\"{label}\" {place}{fill}>{letters}</g>\n");
 }
 
 /// Outlines as the data of a path, with relative commands.
@@ -235,9 +293,14 @@ mod tests {
             assert!(!drawn.contains(lack), "{lack}: {drawn}");
         }
         assert!(drawn.contains("<title>V+ &gt; &quot;V−&quot;</title>"), "{drawn}");
-        // The rim and the letters, of which only these have a label.
-        assert_eq!(drawn.matches("<path ").count(), 2);
+        // The rim and the letters, of which only these have a label; each letter is there once.
+        assert_eq!(drawn.matches("<g ").count(), 2);
         assert_eq!(drawn.matches("aria-label=\"V+ &gt; &quot;V−&quot;\"").count(), 1);
+        assert_eq!(drawn.matches("<path id=").count(), 5, "{drawn}");
+        // On an HTML page ids are those of the page.
+        let inline = inline_svg(&page, "a figure");
+        assert!(!inline.contains("id=") && !inline.contains("xmlns"), "{inline}");
+        assert_eq!(inline.matches("<path ").count(), 2);
     }
 
     #[test]

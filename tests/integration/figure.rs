@@ -147,7 +147,7 @@ fn axes_have_degrees_with_the_left_side_positive() {
     let svg = text(&drawn(&output, &[path(&input), "--panels", "range"]));
     // Where on the page the label of an azimuth is.
     let place = |label: &str| -> f64 {
-        let found = svg.split("<path ").find(|path| path.contains(&format!("\"{label}\"")));
+        let found = svg.split("<g ").find(|path| path.contains(&format!("\"{label}\"")));
         let path = found.unwrap_or_else(|| panic!("no {label}"));
         let (_, rest) = path.split_once("translate(").expect("a place");
         rest.split(' ').next().and_then(|x| x.parse().ok()).expect("a number")

@@ -273,10 +273,10 @@ fn turns_are_explained_and_drawn_as_whole_clouds_are() {
     let of_whole = draw("whole.svg", &["--frame", "2"], &whole);
     let of_parts = draw("parts.svg", &["--frame", "20", "--assemble", "10"], &parts);
     assert!(of_parts.contains("frames 20 to 29") && of_whole.contains("frame 2"));
-    // Both are drawn alike behind the heading, which ends with the time.
+    // Both are drawn alike behind the heading, which ends with the time, with the same letters.
     let below_heading = |svg: &str| {
         let (_, behind) = svg.split_once(" s\" ").expect("a heading");
-        behind.split_once("/>").expect("its letters").1.to_owned()
+        behind.split_once("</g>").expect("its letters").1.to_owned()
     };
     assert!(below_heading(&of_parts) == below_heading(&of_whole));
 }
