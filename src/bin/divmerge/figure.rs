@@ -56,8 +56,8 @@ pub struct Arguments {
     topic: Option<String>,
 
     /// Panels from top to bottom, comma separated: range, intensity, mask, components, instances,
-    /// votes, bev [default: mask,components,instances,votes,bev; votes only with classes; for other
-    /// methods mask,instances,bev]
+    /// votes, bev [default: mask,components,instances,votes,bev; without votes where a tree of
+    /// merges is cut; for other methods mask,instances,bev]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = panel)]
     panels: Vec<Panel>,
 
