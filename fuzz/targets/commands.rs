@@ -84,7 +84,7 @@ pub(super) fn method(bytes: &[u8]) -> Ended {
     }
 }
 
-/// A figure of one panel or two, mostly of a part of the image, drawn as PNG and SVG.
+/// A figure of one panel or two, mostly of a part of the image, drawn as PNG, SVG and PDF.
 pub(super) fn figure(bytes: &[u8]) -> Ended {
     let case = Case::of(bytes);
     let stages = case.stages();
