@@ -15,7 +15,7 @@ use divmerge::frames::EncodedClouds;
 use divmerge::pipeline::{self, Config};
 use divmerge::recording::WriteOptions;
 use divmerge::semantics::{GroundParams, MaskSource};
-use divmerge::view::{self, FigureOptions, FrameScene, Panel, PixelCrop};
+use divmerge::view::{self, FigureOptions, FrameScene, Panel, PixelCrop, Theme};
 use divmerge::{PointCloud, Stages};
 
 use super::Ended;
@@ -66,6 +66,7 @@ impl Case {
             colour_numbers: Vec::new(),
             heading: "frame 0".into(),
             remark: String::new(),
+            theme: Theme::default(),
         }
     }
 }
@@ -83,7 +84,7 @@ pub(super) fn method(bytes: &[u8]) -> Ended {
     }
 }
 
-/// A figure of one panel or two, mostly of a part of the image, drawn as PNG and SVG.
+/// A figure of one panel or two, mostly of a part of the image, drawn as PNG, SVG and PDF.
 pub(super) fn figure(bytes: &[u8]) -> Ended {
     let case = Case::of(bytes);
     let stages = case.stages();
@@ -121,6 +122,9 @@ fn drawn(page: &view::Canvas) -> Ended {
     let svg = view::svg(page);
     if ["\"NaN", ",NaN", " NaN", "\"inf", ",inf", ",-inf"].iter().any(|wild| svg.contains(wild)) {
         return Err("wrong: a place on the page that is no number".into());
+    }
+    if !view::pdf(page).ends_with(b"%%EOF") {
+        return Err("wrong: a PDF without an end".into());
     }
     let png = view::png(page, DPI).map_or("no picture", |_| "drawn");
     Ok(png.to_owned())

@@ -289,7 +289,7 @@ pub const TARGETS: [Target; 27] = [
     },
     Target {
         name: "figure",
-        what: "`figure` of wild clouds with one panel or two, as PNG and SVG",
+        what: "`figure` of wild clouds with one panel or two, as PNG, SVG and PDF",
         share: 10,
         seeds: clouds::seeds,
         words: &[],

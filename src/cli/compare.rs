@@ -60,8 +60,8 @@ pub struct Arguments {
     #[arg(long, value_delimiter = ',', value_name = "M,...", value_parser = positive)]
     voxels: Vec<f64>,
 
-    /// Write a chart (.svg or .png), the table (.csv or .md) or all measurements (.json); may be
-    /// repeated
+    /// Write a chart (.svg, .pdf or .png), the table (.csv or .md) or all measurements (.json); may
+    /// be repeated
     #[arg(short, long, value_name = "OUT", value_parser = chart_or_table)]
     output: Vec<PathBuf>,
 
@@ -155,7 +155,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let rows = (0..contenders.len()).map(measure_apart).collect::<Result<Vec<Row>>>()?;
     let cells = rows.iter().map(|row| vec![row.method.clone()]);
     let mut table = measurements(&["method"], cells.zip(rows.iter().map(|row| &row.measured)));
-    table.push_column("MiB", rows.iter().map(Row::peak_mebibytes));
+    let peaks: Vec<String> = rows.iter().map(Row::peak_mebibytes).collect();
+    // A column in which all methods are alike says nothing.
+    if rows.len() == 1 || peaks.iter().any(|peak| *peak != peaks[0]) {
+        table.push_column("MiB", peaks.into_iter());
+    }
     print!("{}", table.markdown());
     let clouds = rows.first().map_or(0, |row| row.measured.frames);
     let title =

@@ -10,7 +10,7 @@ use clap::error::ErrorKind;
 use crate::annotate::AnnotateConfig;
 use crate::cli::arguments::method::MethodArguments;
 use crate::cli::arguments::tracks::FollowArguments;
-use crate::cli::arguments::values::{position, positive, range};
+use crate::cli::arguments::values::{THEMES, one_of, position, positive, range};
 use crate::cli::exit::{NotThere, Outcome, WrongUsage, contradict};
 use crate::cli::followed::followed_drive;
 use crate::cli::output::{OutputFile, Outputs, picture, rrd};
@@ -22,7 +22,7 @@ use crate::diagnose::explain::{
 use crate::diagnose::track::{TrackExplanation, TrackText};
 use crate::frames::{CloudAt, EncodedCloud, encoded_cloud_at};
 use crate::pipeline;
-use crate::view::{self, Target, explained_scene, explanation_report};
+use crate::view::{self, FrameScene, Target, Theme, explained_scene, explanation_report};
 
 /// Explain why two points are one instance or not, or what one point belongs to
 ///
@@ -88,9 +88,14 @@ pub struct Arguments {
     #[arg(long)]
     json: bool,
 
-    /// Also draw it, as .png or .svg; without classes, with the tree of merges around the points
+    /// Also draw it, as .png, .svg or .pdf; without classes, with the tree of merges around the
+    /// points
     #[arg(short, long, value_name = "OUT", value_parser = picture)]
     output: Option<PathBuf>,
+
+    /// Panels of the picture for the screen or for print
+    #[arg(long, value_name = "THEME", default_value = "dark", value_parser = one_of(THEMES))]
+    theme: Theme,
 
     /// Also write it with its frame into a file for `rerun F.rrd`; needs a divmerge built with
     /// `--features rerun`
@@ -179,7 +184,9 @@ fn explain_message(
     }
     if let Some(output) = output {
         const DPI: f64 = 192.0;
-        let (scene, explanation) = (explained_scene(&frame, &report), &report.explanation);
+        let scene = explained_scene(&frame, &report);
+        let (scene, explanation) =
+            (FrameScene { theme: arguments.theme, ..scene }, &report.explanation);
         let page = view::explanation(&scene, explanation, &explanation.headline(), DPI);
         let bytes = output.write_picture(&page, DPI)?;
         if !arguments.json {

@@ -12,7 +12,7 @@ use crate::annotate::AnnotateConfig;
 use crate::annotate::time_spec::TimeSpec;
 use crate::cli::arguments::method::MethodArguments;
 use crate::cli::arguments::tracks::FollowArguments;
-use crate::cli::arguments::values::{NamedValue, one_of, range};
+use crate::cli::arguments::values::{NamedValue, THEMES, one_of, range};
 use crate::cli::exit::{Outcome, WrongUsage, contradict};
 use crate::cli::followed::followed_drive;
 use crate::cli::output::{OutputFile, Outputs, make_folder, picture};
@@ -23,13 +23,13 @@ use crate::frames::{CloudAt, EncodedCloud, EncodedClouds, encoded_cloud_at};
 use crate::recording::Overview;
 use crate::view::{
     self, Canvas, ClusteredMessage, ColourTracker, FigureOptions, FrameScene, Panel, PixelCrop,
-    PlaneRegion,
+    PlaneRegion, Theme,
 };
 
 /// Draw the clustering of a cloud
 ///
 /// Shows object mask, local components, instances and votes on the range image, and the boxes from
-/// above: one frame as PNG or SVG, the merge step by step, or numbered frames for a video.
+/// above: one frame as PNG, SVG or PDF, the merge step by step, or numbered frames for a video.
 #[derive(Args)]
 #[command(group(
     ArgGroup::new("outputs").required(true).multiple(true).args(["output", "steps", "video"])
@@ -38,7 +38,7 @@ pub struct Arguments {
     /// The recording (MCAP)
     input: PathBuf,
 
-    /// The figure, as .png or .svg
+    /// The figure, as .png, .svg or .pdf
     #[arg(short, long, value_name = "OUT", value_parser = picture)]
     output: Option<PathBuf>,
 
@@ -56,10 +56,14 @@ pub struct Arguments {
     topic: Option<String>,
 
     /// Panels from top to bottom, comma separated: range, intensity, mask, components, instances,
-    /// votes, bev [default: mask,components,instances,votes,bev; for other methods
-    /// mask,instances,bev]
+    /// votes, bev [default: mask,components,instances,votes,bev; without votes where a tree of
+    /// merges is cut; for other methods mask,instances,bev]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = panel)]
     panels: Vec<Panel>,
+
+    /// Panels for the screen or for print
+    #[arg(long, value_name = "THEME", default_value = "dark", value_parser = one_of(THEMES))]
+    theme: Theme,
 
     /// Aspect ratio of the whole range image
     #[arg(long, value_name = "H:W", default_value = "1:8", value_parser = aspect)]
@@ -126,6 +130,20 @@ const STEPS: &[NamedValue<Step>] = &[
     ("decision", "One decision to merge", Step::Decision),
 ];
 
+impl Arguments {
+    /// The panels of a figure for which none are chosen.
+    fn fill_in_panels(
+        &self,
+        options: &mut FigureOptions,
+        method: &AnnotateConfig,
+        scene: &FrameScene,
+    ) {
+        if self.panels.is_empty() {
+            options.panels = Panel::usual(&method.pipeline, scene.stages);
+        }
+    }
+}
+
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if arguments.frames.is_some() && arguments.video.is_none() && !arguments.tracks {
         let problem = "--frames needs --video or --tracks; --frame is for one picture";
@@ -139,13 +157,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if let (true, Some(output)) = (arguments.tracks, &output) {
         return tracks(arguments, &method, output);
     }
-    let panels = match (arguments.panels.as_slice(), &method.pipeline.other_method) {
-        ([], None) => FigureOptions::default().panels,
-        ([], Some(_)) => vec![Panel::Mask, Panel::Instances, Panel::BirdsEye],
-        (chosen, _) => chosen.to_vec(),
-    };
-    let options = FigureOptions {
-        panels,
+    let mut options = FigureOptions {
+        panels: arguments.panels.clone(),
         aspect: arguments.aspect,
         crop: arguments.window.clone().unwrap_or_default(),
         region: arguments.view,
@@ -168,6 +181,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         encoded_cloud_at(&arguments.input, arguments.topic.as_deref(), which, method.assemble)?;
     let clustered = clustered(&message, &method)?;
     let scene = clustered.scene(&method, start_ns, &mut ColourTracker::default());
+    let scene = FrameScene { theme: arguments.theme, ..scene };
+    arguments.fill_in_panels(&mut options, &method, &scene);
     if let Some(output) = &output {
         let bytes = output.write_picture(&view::figure(&scene, &options)?, options.dpi)?;
         println!("wrote {} ({bytes} bytes, {})", output.path().display(), scene.heading);
@@ -184,7 +199,8 @@ pub fn draw(input: &Path, frame: u64, output: &OutputFile, method: &AnnotateConf
     let message = encoded_cloud_at(input, None, CloudAt::Frame(frame), method.assemble)?;
     let clustered = clustered(&message, method)?;
     let scene = clustered.scene(method, start_ns, &mut ColourTracker::default());
-    let options = FigureOptions::default();
+    let panels = Panel::usual(&method.pipeline, scene.stages);
+    let options = FigureOptions { panels, ..FigureOptions::default() };
     output.write_picture(&view::figure(&scene, &options)?, options.dpi)?;
     Ok(())
 }
@@ -210,7 +226,7 @@ fn tracks(arguments: &Arguments, method: &AnnotateConfig, output: &OutputFile) -
         (arguments.topic.as_deref(), arguments.frames.clone()),
         (method, &options),
     )?;
-    let page = view::track_figure(&drive, arguments.view, arguments.dpi);
+    let page = view::track_figure(&drive, arguments.view, arguments.theme, arguments.dpi);
     let bytes = output.write_picture(&page, arguments.dpi)?;
     println!(
         "wrote {} ({bytes} bytes, {} of {})",
@@ -264,6 +280,8 @@ fn video(
             Err(error) => return Err(error),
         };
         let scene = frame.scene(method, start_ns, &mut colours);
+        let scene = FrameScene { theme: arguments.theme, ..scene };
+        arguments.fill_in_panels(&mut options, method, &scene);
         // All frames show the first frame's part of the plane.
         if options.region.is_none() {
             let image = &frame.clustered.stages.image;

@@ -22,9 +22,9 @@ const HEADINGS: &[(&str, &str)] = &[
     (
         "Output",
         "output objects flavor compression no-layout only in-place-fields resume force rerun json \
-         pairs no-what-if limit csv report panels aspect dpi window view steps steps-by video \
-         tracks save connect spawn out entropy small weigh-points root encoding dry-run listen \
-         no-open \
+         pairs no-what-if limit csv report panels theme aspect dpi window view steps steps-by \
+         video tracks save connect spawn out entropy small weigh-points root encoding dry-run \
+         listen no-open \
          evaluate/min-points compare/min-points sweep/min-points export/labels",
     ),
     ("Performance", "threads unchecked profile"),
@@ -69,7 +69,7 @@ const SHORT_HELP: &[(&str, &str)] = &[
     ("figure/tracks", "Follow objects over time and draw their ways from above"),
     ("explain/track", "Explain an object over time instead"),
     ("explain/at", "A point in metres; once to explain it, twice to compare two"),
-    ("explain/output", "Also draw it, as .png or .svg"),
+    ("explain/output", "Also draw it, as .png, .svg or .pdf"),
     ("frames", "Only these clouds, numbered from 0: 5..10 (without 10), 5.., ..10 or 5"),
     ("labels", "Folder of label files with the truth"),
     ("sensor-frame", "How the clouds' frame stands: rfu, frd, ..., roll,pitch,yaw, tf or auto"),
@@ -169,7 +169,7 @@ const EXAMPLES: &[(&str, [&str; 3])] = &[
         "figure",
         [
             "divmerge figure drive.mcap --frame 12 -o frame.png",
-            "divmerge figure drive.mcap --panels mask,instances --window 500..900 -o part.svg",
+            "divmerge figure drive.mcap --panels mask,instances --theme light -o print.pdf",
             "divmerge figure drive.mcap --tracks --frames 0..50 -o ways.svg",
         ],
     ),

@@ -133,8 +133,8 @@ fn place(path: &Path) -> PathBuf {
 /// Refuses a recording whose name says that it is of another format.
 fn refuse_other_format(path: &Path) -> Result<(), RefusedOutput> {
     const OTHERS: &[&str] = &[
-        "bag", "bin", "csv", "db3", "html", "json", "las", "laz", "npy", "pcap", "pcd", "ply",
-        "png", "rrd", "svg", "yaml", "yml", "zst",
+        "bag", "bin", "csv", "db3", "html", "json", "las", "laz", "npy", "pcap", "pcd", "pdf",
+        "ply", "png", "rrd", "svg", "yaml", "yml", "zst",
     ];
     let extension = extension(path);
     if !OTHERS.contains(&extension.as_str()) {
@@ -196,14 +196,16 @@ impl OutputFile {
         Ok(write_labels(&self.path, words)?)
     }
 
-    /// Writes a picture as .svg or .png, and returns its size in bytes.
+    /// Writes a picture as .svg, .pdf or .png, and returns its size in bytes.
     pub fn write_picture(&self, canvas: &Canvas, dpi: f64) -> Result<u64> {
-        let bytes = if extension(&self.path) == "svg" {
-            view::svg(canvas).into_bytes()
-        } else {
-            let [width, height] = view::size_in_pixels(canvas, dpi);
-            let too_large = || format!("a picture of {width} x {height} pixels is too large");
-            view::png(canvas, dpi).with_context(too_large)?
+        let bytes = match extension(&self.path).as_str() {
+            "svg" => view::svg(canvas).into_bytes(),
+            "pdf" => view::pdf(canvas),
+            _ => {
+                let [width, height] = view::size_in_pixels(canvas, dpi);
+                let too_large = || format!("a picture of {width} x {height} pixels is too large");
+                view::png(canvas, dpi).with_context(too_large)?
+            }
         };
         self.write(&bytes)?;
         Ok(bytes.len() as u64)
@@ -253,12 +255,12 @@ pub fn extension(path: &Path) -> String {
 
 /// Reads the name of a picture.
 pub fn picture(text: &str) -> Result<PathBuf, String> {
-    with_extension(text, &["png", "svg"])
+    with_extension(text, &["png", "svg", "pdf"])
 }
 
 /// Reads the name of a chart or a table.
 pub fn chart_or_table(text: &str) -> Result<PathBuf, String> {
-    with_extension(text, &["svg", "png", "csv", "md", "json"])
+    with_extension(text, &["svg", "png", "pdf", "csv", "md", "json"])
 }
 
 /// Reads the name of a Rerun recording; the viewer recognizes it by its extension.

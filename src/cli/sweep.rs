@@ -57,8 +57,8 @@ pub struct Arguments {
     #[command(flatten)]
     parameters: ParameterArguments,
 
-    /// Write charts (.svg or .png), the table (.csv or .md) or all measurements (.json); may be
-    /// repeated
+    /// Write charts (.svg, .pdf or .png), the table (.csv or .md) or all measurements (.json); may
+    /// be repeated
     #[arg(short, long, value_name = "OUT", value_parser = chart_or_table)]
     output: Vec<PathBuf>,
 

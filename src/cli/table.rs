@@ -53,13 +53,17 @@ impl Table {
         self.rows.iter_mut().zip(cells).for_each(|(row, cell)| row.push(cell));
     }
 
-    /// Markdown with aligned columns.
+    /// Markdown with aligned columns, without those that are empty in all rows.
     pub fn markdown(&self) -> String {
-        let columns = self.rows[0].len();
+        let is_empty = |column: usize| {
+            self.rows.len() > 1 && self.rows[1..].iter().all(|row| row[column] == "-")
+        };
+        let columns = (0..self.rows[0].len()).filter(|&column| !is_empty(column));
         let width = |column: usize| self.rows.iter().map(|row| row[column].chars().count()).max();
-        let widths: Vec<usize> = (0..columns).map(|column| width(column).unwrap_or(0)).collect();
+        let widths: Vec<(usize, usize)> =
+            columns.map(|column| (column, width(column).unwrap_or(0))).collect();
         let line = |cell: &dyn Fn(usize, usize) -> String| {
-            let cells = widths.iter().enumerate().map(|(column, &width)| cell(column, width));
+            let cells = widths.iter().map(|&(column, width)| cell(column, width));
             format!("| {} |\n", cells.collect::<Vec<_>>().join(" | "))
         };
         let mut text = String::new();
@@ -163,6 +167,9 @@ mod tests {
         let expected = "| name |  n | m |\n| ---- | -: | : |\n| a, b | 12 | 7 |\n";
         assert_eq!(table.markdown(), expected);
         assert_eq!(table.csv(), "name,n,m\n\"a, b\",12,7\n");
+        table.push_column("none", ["-".to_owned()].into_iter());
+        assert_eq!(table.markdown(), expected);
+        assert_eq!(table.csv(), "name,n,m,none\n\"a, b\",12,7,-\n");
         let cells =
             ["=1+1", "@a", "-x", "+y", "\t=1", "-1.5", "+2e3", "-", "a=b"].map(String::from);
         assert_eq!(csv_line(&cells), "'=1+1,'@a,'-x,'+y,'\t=1,-1.5,+2e3,-,a=b\n");

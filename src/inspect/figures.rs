@@ -45,10 +45,7 @@ fn options(run: &Run, form: &FigureForm) -> Outcome<FigureOptions> {
     };
     let mut panels = form.panels.iter().map(named).collect::<Outcome<Vec<Panel>>>()?;
     if panels.is_empty() {
-        panels = match run.config.pipeline.other_method {
-            None => FigureOptions::default().panels,
-            Some(_) => vec![Panel::Mask, Panel::Instances, Panel::BirdsEye],
-        };
+        panels = Panel::usual(&run.config.pipeline, &run.stages);
     }
     let region = form.view.map(|[x, y]| PlaneRegion { x, y });
     let fits = |[low, high]: [f64; 2]| (1.0..=2000.0).contains(&(high - low));

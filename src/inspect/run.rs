@@ -6,7 +6,7 @@ use super::cloud::InspectedCloud;
 use super::setting::Setting;
 use crate::annotate::AnnotateConfig;
 use crate::diagnose::explain::ClusteredCloud;
-use crate::view::FrameScene;
+use crate::view::{FrameScene, Theme};
 use divmerge_core::cloud::taxonomy::Taxonomy;
 use divmerge_core::pipeline::{self, Stages};
 
@@ -65,6 +65,7 @@ impl Run {
                 self.config.pipeline.describe(),
                 self.setting.in_words(),
             ),
+            theme: Theme::default(),
         }
     }
 }

@@ -2,27 +2,10 @@
 //!
 //! Lengths are page units, 96 to the inch; x to the right, y down, the origin at the upper left.
 
-use super::font::Weight;
+use super::look::{Look, Theme};
 use super::visible::Visible;
 
-/// sRGB with opacity.
-pub type Colour = [u8; 4];
-
-pub const fn opaque([r, g, b]: [u8; 3]) -> Colour {
-    [r, g, b, 255]
-}
-
-/// The colour of a hexadecimal number, as in `0xff8000`.
-pub const fn rgb(hex: u32) -> [u8; 3] {
-    let [_, r, g, b] = hex.to_be_bytes();
-    [r, g, b]
-}
-
-/// A colour part of the way from one to another: 0 the first, 1 the second.
-pub fn between(from: [u8; 3], to: [u8; 3], part: f64) -> [u8; 3] {
-    let mix = |a: u8, b: u8| (f64::from(a) + (f64::from(b) - f64::from(a)) * part).round() as u8;
-    [mix(from[0], to[0]), mix(from[1], to[1]), mix(from[2], to[2])]
-}
+pub use super::style::{Anchor, Colour, Stroke, TextStyle, between, opaque};
 
 /// A rectangle with its sides along the page.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,40 +40,6 @@ impl Area {
             && other.right() <= self.right()
             && other.bottom() <= self.bottom()
     }
-}
-
-/// How a line is drawn.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stroke {
-    pub colour: Colour,
-    pub width: f64,
-    /// Length of dashes and of the gaps between them; `None` for an unbroken line.
-    pub dash: Option<[f64; 2]>,
-}
-
-impl Stroke {
-    pub fn solid(colour: Colour, width: f64) -> Self {
-        Stroke { colour, width, dash: None }
-    }
-}
-
-/// The point of a text's baseline at its place: the left end, the middle or the right end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Anchor {
-    Start,
-    Middle,
-    End,
-}
-
-/// How a text is drawn.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TextStyle {
-    pub size: f64,
-    pub weight: Weight,
-    pub colour: Colour,
-    pub anchor: Anchor,
-    /// Colour of a rim around the letters, for text over a picture.
-    pub halo: Option<Colour>,
 }
 
 /// Pixels in rows from the top.
@@ -156,6 +105,8 @@ pub struct Canvas {
     pub(super) width: f64,
     pub(super) height: f64,
     pub(super) background: Colour,
+    /// Which panels are on it.
+    pub(super) theme: Theme,
     /// What is on it, the first at the bottom.
     pub(super) shapes: Vec<Drawing>,
 }
@@ -163,7 +114,20 @@ pub struct Canvas {
 impl Canvas {
     /// An empty page.
     pub(super) fn new(width: f64, height: f64, background: Colour) -> Self {
-        Canvas { width, height, background, shapes: Vec::new() }
+        Canvas { width, height, background, theme: Theme::default(), shapes: Vec::new() }
+    }
+
+    /// The colours of its panels.
+    pub(super) fn look(&self) -> &'static Look {
+        self.theme.look()
+    }
+
+    /// The first text on it.
+    pub(super) fn heading(&self) -> Option<&str> {
+        self.shapes.iter().find_map(|shape| match shape {
+            Drawing::Text { text, .. } => Some(text.as_str()),
+            _ => None,
+        })
     }
 
     /// What of its shapes is seen.

@@ -2,8 +2,9 @@
 
 use super::canvas::{Anchor, Area, Canvas, Colour, Stroke, TextStyle};
 use super::font::{Weight, width};
-use super::numbers::{extent, round_steps};
-use super::theme::{self, FAINT_INK, PAGE, SMALL, TITLE, line_colour};
+use super::numbers::{extent, round_steps, steps};
+use super::plane::LabelSpots;
+use super::theme::{self, FAINT_INK, PAGE, SMALL, TITLE};
 
 /// What is drawn. Numbers that are not finite are left out.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -73,11 +74,23 @@ fn has_numbers(chart: &LineChart) -> bool {
     chart.lines.iter().any(|line| line.points.len() == 1)
 }
 
+/// How the lines are drawn: a colour for each method, and dashes where an earlier line has its
+/// colour.
+fn looks(chart: &LineChart) -> Vec<Stroke> {
+    const DASHES: [Option<[f64; 2]>; 3] = [None, Some([6.0, 4.0]), Some([2.0, 3.0])];
+    let names: Vec<&str> = chart.lines.iter().map(|line| line.name.as_str()).collect();
+    let colours = theme::line_colours(&names);
+    let look = |(place, &colour): (usize, &Colour)| {
+        let before = colours[..place].iter().filter(|&&other| other == colour).count();
+        Stroke { colour, width: 2.0, dash: DASHES[before.min(DASHES.len() - 1)] }
+    };
+    colours.iter().enumerate().map(look).collect()
+}
+
 fn chart_width(chart: &LineChart) -> f64 {
     let names = names(chart);
     let widths = names.iter().map(|name| width(name, SMALL, Weight::Medium));
-    // A fifth more: a viewer without our font takes another.
-    PLOT.right() + 14.0 + 1.2 * widths.fold(40.0, f64::max) + 16.0
+    PLOT.right() + 14.0 + widths.fold(40.0, f64::max) + 16.0
 }
 
 fn draw(canvas: &mut Canvas, chart: &LineChart, [x, y]: [f64; 2]) {
@@ -85,16 +98,12 @@ fn draw(canvas: &mut Canvas, chart: &LineChart, [x, y]: [f64; 2]) {
     canvas.text([x + 16.0, y + 26.0], &chart.title, theme::heading());
     let scale = Scale::of(chart, plot);
     axes(canvas, chart, &scale);
-    for (number, line) in chart.lines.iter().enumerate().rev() {
-        draw_line(canvas, line, &scale, line_colour(number));
+    let looks = looks(chart);
+    for (line, look) in chart.lines.iter().zip(&looks).rev() {
+        draw_line(canvas, line, &scale, *look);
     }
     if has_numbers(chart) {
-        for (number, line) in chart.lines.iter().enumerate() {
-            let style = name_style(line_colour(number));
-            if let Some(point) = scale.places(line).last() {
-                canvas.text([point[0] + 5.0, point[1] - 4.0], (number + 1).to_string(), style);
-            }
-        }
+        draw_numbers(canvas, chart, &scale);
     }
     draw_names(canvas, chart, &scale);
 }
@@ -154,13 +163,6 @@ impl Scale {
     }
 }
 
-/// Multiples of a step from the first not below `low` on, up to `high`.
-fn steps([low, high]: [f64; 2], step: f64) -> impl Iterator<Item = f64> {
-    let first = (low / step - 1e-9).ceil();
-    let count = (high / step + 1e-9).floor() - first;
-    (0..=count.max(0.0) as usize).map(move |tick| (first + tick as f64) * step)
-}
-
 /// The points of a line that can be shown.
 fn shown(line: &Line, is_log: bool) -> impl Iterator<Item = [f64; 2]> {
     let is_finite = |point: &[f64; 2]| point.iter().all(|value| value.is_finite());
@@ -205,20 +207,45 @@ fn axes(canvas: &mut Canvas, chart: &LineChart, scale: &Scale) {
     canvas.text(x_name, &chart.x_name, style(Anchor::Middle));
 }
 
-fn draw_line(canvas: &mut Canvas, line: &Line, scale: &Scale, colour: Colour) {
+fn draw_line(canvas: &mut Canvas, line: &Line, scale: &Scale, look: Stroke) {
     let points: Vec<[f64; 2]> = scale.places(line).collect();
     for &centre in &points {
-        canvas.circle(centre, 2.8, Some(colour), None);
+        canvas.circle(centre, 2.8, Some(look.colour), None);
     }
-    canvas.polyline(points, Stroke::solid(colour, 2.0));
+    canvas.polyline(points, look);
+}
+
+/// Numbers beside the last points, clear of each other where there is room.
+fn draw_numbers(canvas: &mut Canvas, chart: &LineChart, scale: &Scale) {
+    /// Right and left of the point, above and below; the first is taken where none is free.
+    const PLACES: [[f64; 2]; 4] = [[1.0, -1.0], [1.0, 1.0], [-1.0, -1.0], [-1.0, 1.0]];
+    const HEIGHT: f64 = 9.0;
+    let plot = scale.plot;
+    // The number of the uppermost point may stand above the plot.
+    let page = Area { y: plot.y - 14.0, height: plot.height + 28.0, ..plot };
+    let mut spots = LabelSpots::new(page, Vec::new());
+    for (number, (line, look)) in (1..).zip(chart.lines.iter().zip(looks(chart))) {
+        let Some([x, y]) = scale.places(line).last() else { continue };
+        let words = f64::from(number).to_string();
+        let width = width(&words, SMALL, Weight::Medium);
+        let spot = |[right, down]: [f64; 2]| Area {
+            x: x + right * (4.5 + width / 2.0) - width / 2.0,
+            y: y + down * (1.5 + HEIGHT / 2.0) - HEIGHT / 2.0 - 1.5,
+            width,
+            height: HEIGHT,
+        };
+        let free = PLACES.map(spot).into_iter().find(|&spot| spots.take(spot));
+        let spot = free.unwrap_or_else(|| spot(PLACES[0]));
+        canvas.text([spot.x, spot.bottom()], words, name_style(look.colour));
+    }
 }
 
 /// Names at the right ends, in the order of the ends and not over each other.
 fn draw_names(canvas: &mut Canvas, chart: &LineChart, scale: &Scale) {
     let plot = scale.plot;
-    let ends = chart.lines.iter().zip(names(chart)).enumerate();
-    let ends = ends.filter_map(|(number, (line, name))| {
-        Some((scale.places(line).last()?[1], name, line_colour(number)))
+    let ends = chart.lines.iter().zip(names(chart)).zip(looks(chart));
+    let ends = ends.filter_map(|((line, name), look)| {
+        Some((scale.places(line).last()?[1], name, look.colour))
     });
     let mut ends: Vec<_> = ends.collect();
     ends.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -294,6 +321,35 @@ mod tests {
             page.shapes.iter().any(|s| matches!(s, Drawing::Text { text, .. } if text == wanted))
         };
         assert!(said("1") && said("2") && said("1  one") && said("2  two"));
+    }
+
+    #[test]
+    fn numbers_of_dots_in_one_place_are_apart() {
+        let dot: &[[f64; 2]] = &[[5.0, 6.0]];
+        let page = line_chart(&chart(&[("one", dot), ("two", dot), ("three", dot)]));
+        let is_number = |text: &str| ["1", "2", "3"].contains(&text);
+        let places: Vec<[f64; 2]> = page
+            .shapes
+            .iter()
+            .filter_map(|shape| match shape {
+                Drawing::Text { at, text, .. } if is_number(text) => Some(*at),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(places.len(), 3);
+        for (place, [x, y]) in places.iter().enumerate() {
+            let beside = &places[place + 1..];
+            assert!(beside.iter().all(|[a, b]| (a - x).abs() > 6.0 || (b - y).abs() >= 9.0));
+        }
+    }
+
+    #[test]
+    fn two_lines_of_a_method_have_one_colour_and_differ_in_their_dashes() {
+        let ends: &[[f64; 2]] = &[[0.0, 90.0], [10.0, 80.0]];
+        let looks = looks(&chart(&[("paper", ends), ("best", ends), ("paper, by voxel", ends)]));
+        assert_eq!(looks[0].colour, looks[2].colour);
+        assert!(looks[0].colour != looks[1].colour);
+        assert!(looks[0].dash.is_none() && looks[2].dash.is_some());
     }
 
     #[test]

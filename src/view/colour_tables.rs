@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::scene::thing_places;
-use super::{ramp, theme};
+use super::{look, ramp};
 use crate::messages::palette::{INSTANCE_COLOURS, instance_colour, reason_colour};
 use divmerge_core::cloud::Reason;
 use divmerge_core::cloud::taxonomy::Class;
@@ -41,24 +41,25 @@ pub struct ColourTables {
 }
 
 impl ColourTables {
-    /// Those of all figures.
+    /// Those of figures with dark panels.
     pub fn new() -> Self {
-        let ramp = |colour: fn(f64) -> [u8; 3]| {
+        let ramp = |colour: &dyn Fn(f64) -> [u8; 3]| {
             (0..STEPS).map(|step| colour(f64::from(step) / f64::from(STEPS - 1))).collect()
         };
+        let dark = &look::DARK;
         ColourTables {
             instances: (1..=INSTANCE_COLOURS as u32).map(instance_colour).collect(),
             reasons: Reason::ALL.map(|reason| reason_colour(reason as u8)).to_vec(),
             reason_words: Reason::ALL.map(Reason::describe).to_vec(),
-            near_to_far: ramp(ramp::near_to_far),
-            grey: ramp(ramp::grey),
-            panel: theme::PANEL,
-            other_returns: theme::OTHER_RETURNS,
-            object: theme::OBJECT,
-            merged: theme::MERGED,
-            apart: theme::APART,
-            rejoined: theme::REJOINED,
-            focus: theme::FOCUS,
+            near_to_far: ramp(&ramp::near_to_far),
+            grey: ramp(&|part| dark.intensity(part)),
+            panel: dark.panel,
+            other_returns: dark.other_returns,
+            object: dark.object,
+            merged: dark.merged,
+            apart: dark.apart,
+            rejoined: dark.rejoined,
+            focus: dark.focus,
         }
     }
 }
@@ -72,7 +73,7 @@ impl Default for ColourTables {
 /// The colour of each class on a panel, by its number; none of a class that is no thing.
 pub fn class_colours(classes: &[Class]) -> Vec<Option<[u8; 3]>> {
     let colour =
-        |(class, place): (&Class, usize)| class.is_thing.then(|| theme::class_colour(place));
+        |(class, place): (&Class, usize)| class.is_thing.then(|| look::DARK.class_colour(place));
     classes.iter().zip(thing_places(classes)).map(colour).collect()
 }
 
@@ -94,6 +95,6 @@ mod tests {
         let colours = class_colours(taxonomy.classes());
         let things: Vec<bool> = taxonomy.classes().iter().map(|class| class.is_thing).collect();
         assert_eq!(colours.iter().map(Option::is_some).collect::<Vec<_>>(), things);
-        assert_eq!(colours.iter().flatten().next(), Some(&theme::class_colour(0)));
+        assert_eq!(colours.iter().flatten().next(), Some(&look::DARK.class_colour(0)));
     }
 }

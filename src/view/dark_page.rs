@@ -41,17 +41,19 @@ mod tests {
     use super::*;
     use crate::view::canvas::{Anchor, Area};
 
+    const ON_PANEL: Colour = crate::view::look::DARK.on_panel;
+
     #[test]
     fn page_and_ink_change_and_panels_stay() {
         let mut page = Canvas::new(9.0, 9.0, theme::PAGE);
         let area = Area { x: 0.0, y: 0.0, width: 2.0, height: 2.0 };
         page.clipped(area, |page| page.text([1.0, 1.0], "a", theme::faint(Anchor::Start)));
-        page.rect(area, Some(theme::ON_PANEL), None);
+        page.rect(area, Some(ON_PANEL), None);
         let dark = dark_page(page);
         assert_eq!(dark.background, DARK[0].1);
         let Drawing::Clip { shapes, .. } = &dark.shapes[0] else { panic!("{dark:?}") };
         assert!(matches!(&shapes[0], Drawing::Text { style, .. } if style.colour == DARK[2].1));
-        let is_kept = |fill: &Option<Colour>| *fill == Some(theme::ON_PANEL);
+        let is_kept = |fill: &Option<Colour>| *fill == Some(ON_PANEL);
         assert!(matches!(&dark.shapes[1], Drawing::Path { fill, .. } if is_kept(fill)));
     }
 }

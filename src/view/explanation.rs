@@ -4,12 +4,13 @@ use super::canvas::{Anchor, Area, Canvas, Stroke, TextStyle, opaque};
 use super::font::{self, Weight};
 use super::layout::{self, Caption, GAP, INNER_WIDTH, MARGIN, WIDTH, slot_width};
 use super::legend::Key;
+use super::look::Look;
 use super::options::FigureOptions;
 use super::plane::{Plane, PlaneRegion};
 use super::plane_panel::birds_eye;
 use super::scene::{FrameScene, Window, row_from_top};
 use super::tree_figure::TreeRow;
-use super::{icicle, range_panel, theme};
+use super::{axes, icicle, image_axes, range_panel, theme};
 use crate::diagnose::explain::{BorderPair, Explanation, Place, PointFacts};
 use crate::text::grouped;
 
@@ -25,7 +26,7 @@ const HEADLINE_LINES: usize = 3;
 /// instances; or instances, and the part of the tree of merges around the points where there are no
 /// classes. Below them is the plane. The points are marked A and B.
 pub fn explanation(scene: &FrameScene, found: &Explanation, headline: &str, dpi: f64) -> Canvas {
-    let mut canvas = layout::page();
+    let mut canvas = layout::page(scene.theme);
     let top = title(&mut canvas, scene, headline);
     let bottom = match tree_row(scene, &found.points, top) {
         Some(row) => draw_tree(&mut canvas, &row, scene, &found.points),
@@ -35,7 +36,7 @@ pub fn explanation(scene: &FrameScene, found: &Explanation, headline: &str, dpi:
     let caption = Caption { letter: Some(2), title: "bird's-eye view", ..Caption::default() };
     let area = captioned(&mut canvas, slot, caption);
     plane(&mut canvas, scene, &found.points, area, dpi);
-    canvas.height = (area.bottom() + MARGIN).ceil();
+    canvas.height = (area.bottom() + axes::BELOW + MARGIN).ceil();
     canvas
 }
 
@@ -44,12 +45,13 @@ fn draw_votes(canvas: &mut Canvas, scene: &FrameScene, found: &Explanation, top:
     let pairs = found.pairs();
     let window = window(scene, &found.points);
     let width = slot_width(2);
-    let height = width * window.rows.len() as f64 / window.columns.len() as f64;
-    let height = height.clamp(130.0, 420.0).round();
+    let height = (width - axes::LEFT) * window.rows.len() as f64 / window.columns.len() as f64;
+    let height = height.clamp(130.0, 420.0).round() + axes::BELOW;
     let slot = Area { x: MARGIN, y: top, width, height };
-    let area = captioned(canvas, slot, components_caption(&pairs));
+    let area = captioned(canvas, slot, components_caption(scene, &pairs));
     let panel = Panel { scene, window: &window, area };
     canvas.picture(area, range_panel::components(scene, &window));
+    image_axes::draw(canvas, scene, &window, area);
     panel.votes(canvas, &pairs);
     panel.marks(canvas, &found.points);
 
@@ -58,8 +60,9 @@ fn draw_votes(canvas: &mut Canvas, scene: &FrameScene, found: &Explanation, top:
     let area = captioned(canvas, slot, caption);
     let panel = Panel { area, ..panel };
     canvas.picture(area, range_panel::instances(scene, &window));
+    image_axes::draw(canvas, scene, &window, area);
     panel.marks(canvas, &found.points);
-    area.bottom()
+    area.bottom() + axes::BELOW
 }
 
 /// Instances and the tree of merges around the points; `None` if one of them is not in a tree.
@@ -85,7 +88,7 @@ fn draw_tree(canvas: &mut Canvas, row: &TreeRow, scene: &FrameScene, points: &[P
             Some(other) => 8.0_f64.copysign(other),
             None => 0.0,
         };
-        canvas.text([x + beside, y - 11.0], name, letter());
+        canvas.text([x + beside, y - 11.0], name, letter(canvas.look()));
     }
     row.bottom()
 }
@@ -122,7 +125,7 @@ fn wrapped(headline: &str, room: f64) -> Vec<String> {
     lines.into_iter().map(fitted).collect()
 }
 
-fn components_caption(pairs: &[BorderPair]) -> Caption {
+fn components_caption(scene: &FrameScene, pairs: &[BorderPair]) -> Caption {
     let in_favour = pairs.iter().filter(|pair| pair.holds).count();
     let key = |colour, words: &str, count: usize| {
         Key::line(colour, format!("{words} ({})", grouped(count as u64)))
@@ -130,17 +133,17 @@ fn components_caption(pairs: &[BorderPair]) -> Caption {
     let keys = match pairs.is_empty() {
         true => Vec::new(),
         false => vec![
-            key(theme::MERGED, "pairs in favour", in_favour),
-            key(theme::APART, "against", pairs.len() - in_favour),
+            key(scene.look().merged, "pairs in favour", in_favour),
+            key(scene.look().apart, "against", pairs.len() - in_favour),
         ],
     };
     Caption { letter: Some(0), title: "local components", count: String::new(), keys }
 }
 
-/// Draws a caption and returns the area of the slot's height below it.
+/// Draws a caption and returns the area below it that the axes leave of the slot's height.
 fn captioned(canvas: &mut Canvas, slot: Area, caption: Caption) -> Area {
     caption.draw(canvas, [slot.x, slot.y], slot.width);
-    Area { y: slot.y + Caption::height(&[caption], slot.width), ..slot }
+    axes::inside(Area { y: slot.y + Caption::height(&[caption], slot.width), ..slot })
 }
 
 /// The part of the range image around the points; all columns if the seam parts them.
@@ -187,13 +190,14 @@ impl Panel<'_> {
     /// The pairs that voted, those against over the others; without pairs across the image's seam.
     fn votes(&self, canvas: &mut Canvas, pairs: &[BorderPair]) {
         let place = |place: Place| self.middle(place.row, place.column);
-        for (holds, colour) in [(true, theme::MERGED), (false, theme::APART)] {
+        let look = self.scene.look();
+        for (holds, colour) in [(true, look.merged), (false, look.apart)] {
             let is_drawn = |pair: &&BorderPair| {
                 pair.holds == holds && pair.a.column.abs_diff(pair.b.column) <= pair.pixels_apart
             };
             for pair in pairs.iter().filter(is_drawn) {
                 if let (Some(from), Some(to)) = (place(pair.a), place(pair.b)) {
-                    canvas.line(from, to, Stroke::solid(opaque(theme::PANEL), 4.0));
+                    canvas.line(from, to, Stroke::solid(opaque(look.panel), 4.0));
                     canvas.line(from, to, Stroke::solid(opaque(colour), 2.0));
                 }
             }
@@ -222,17 +226,18 @@ fn mark(canvas: &mut Canvas, area: Area, [x, y]: [f64; 2], name: &str) {
     let is_left = x > area.right() - 24.0;
     let x = if is_left { x - 15.0 } else { x + 15.0 };
     let y = (y - 6.0).max(area.y + 13.0);
-    canvas.text([x, y], name, letter());
+    canvas.text([x, y], name, letter(canvas.look()));
 }
 
 fn ring(canvas: &mut Canvas, place: [f64; 2]) {
-    for (colour, width) in [(theme::PANEL, 4.5), (theme::FOCUS, 2.0)] {
+    let look = canvas.look();
+    for (colour, width) in [(look.panel, 4.5), (look.focus, 2.0)] {
         canvas.circle(place, 6.5, None, Some(Stroke::solid(opaque(colour), width)));
     }
 }
 
-fn letter() -> TextStyle {
-    theme::label(theme::HEADING, opaque(theme::FOCUS), Anchor::Middle)
+fn letter(look: &Look) -> TextStyle {
+    look.label(theme::HEADING, opaque(look.focus), Anchor::Middle)
 }
 
 /// The instances from above around the points.

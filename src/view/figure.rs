@@ -1,6 +1,8 @@
 //! The figure of a clustered cloud: a heading, and rows of panels below it.
 
+use super::axes;
 use super::canvas::{Area, Canvas, Stroke};
+use super::image_axes::ImageAxes;
 use super::layout::{self, Caption, GAP, HEADING_ROW, MARGIN, slot_width};
 use super::legend::Key;
 use super::numbers::quantile;
@@ -8,7 +10,7 @@ use super::options::{FigureOptions, Panel};
 use super::plane::{Plane, PlaneRegion};
 use super::scene::{FrameScene, Window, thing_places};
 use super::vote_graph::{self, Decision};
-use super::{plane_panel, ramp, range_panel, theme};
+use super::{plane_panel, ramp, range_panel};
 use crate::error::{FigureError, Result};
 use crate::messages::palette::reason_colour;
 use crate::text::grouped;
@@ -33,8 +35,10 @@ pub fn figure(scene: &FrameScene, options: &FigureOptions) -> Result<Canvas> {
     let region = options
         .region
         .unwrap_or_else(|| PlaneRegion::of_objects(scene, &window, options.crop.is_all()));
-    let panels = Panels { scene, options, window, region };
-    let mut page = Page { canvas: layout::page(), y: MARGIN + HEADING_ROW, count: 0, slots: 1 };
+    let axes = ImageAxes::of(scene);
+    let panels = Panels { scene, options, window, region, axes };
+    let mut page =
+        Page { canvas: layout::page(scene.theme), y: MARGIN + HEADING_ROW, count: 0, slots: 1 };
     layout::heading(&mut page.canvas, scene);
     let mut left = &options.panels[..];
     while let Some(&first) = left.first() {
@@ -43,7 +47,8 @@ pub fn figure(scene: &FrameScene, options: &FigureOptions) -> Result<Canvas> {
         let (row, rest) = left.split_at(alike.min(most));
         // All range-image panels of a figure have one scale.
         page.slots = if first.is_plane() { row.len() } else { most.min(alike.max(page.slots)) };
-        page.row(&panels, row)?;
+        let is_last = rest.first().is_none_or(|next| next.is_plane());
+        page.row(&panels, row, is_last)?;
         left = rest;
     }
     page.canvas.height = (page.y - GAP + MARGIN).ceil();
@@ -53,7 +58,7 @@ pub fn figure(scene: &FrameScene, options: &FigureOptions) -> Result<Canvas> {
 /// As many range-image panels side by side as keep them low: a crop can be as high as it is wide.
 fn images_in_row(panels: &Panels) -> usize {
     const LOW: f64 = 280.0;
-    let height = |count: usize| panels.image_size(slot_width(count))[1];
+    let height = |count: usize| panels.image_size(slot_width(count) - panels.beside())[1];
     (1..3).find(|&count| height(count) <= LOW).unwrap_or(3)
 }
 
@@ -69,7 +74,9 @@ struct Page {
 }
 
 impl Page {
-    fn row(&mut self, panels: &Panels, row: &[Panel]) -> Result<()> {
+    /// Draws panels side by side. The azimuth has numbers below the last row of range images,
+    /// and below all where panels stand side by side.
+    fn row(&mut self, panels: &Panels, row: &[Panel], is_last: bool) -> Result<()> {
         let width = slot_width(self.slots);
         let caption = |(letter, panel): (usize, &Panel)| {
             Ok(Caption { letter: Some(letter), ..panels.caption(*panel)? })
@@ -81,14 +88,19 @@ impl Page {
         for (place, (panel, caption)) in row.iter().zip(&captions).enumerate() {
             let left = MARGIN + place as f64 * (width + GAP);
             caption.draw(&mut self.canvas, [left, self.y], width);
-            let [panel_width, height] = match panel.is_plane() {
-                true => panels.plane_size(width, row.len()),
-                false => panels.image_size(width),
-            };
-            let x = left + (width - panel_width) / 2.0;
-            let area = Area { x, y: top, width: panel_width, height };
-            panels.draw(&mut self.canvas, *panel, area);
-            bottom = bottom.max(area.bottom());
+            let slot = Area { x: left, y: top, width, height: 0.0 };
+            bottom = bottom.max(match panel.is_plane() {
+                true => {
+                    let [width, height] = panels.plane_size(width, row.len());
+                    let slot = Area { width, height, ..slot };
+                    panels.draw_plane(&mut self.canvas, *panel, axes::inside(slot));
+                    slot.bottom()
+                }
+                false => {
+                    let has_azimuths = is_last || self.slots > 1;
+                    panels.draw_image(&mut self.canvas, *panel, slot, has_azimuths)
+                }
+            });
         }
         self.y = bottom + GAP;
         Ok(())
@@ -103,6 +115,8 @@ struct Panels<'a> {
     window: Window,
     /// The part of the plane.
     region: PlaneRegion,
+    /// Those of the range image.
+    axes: Option<ImageAxes>,
 }
 
 impl Panels<'_> {
@@ -124,25 +138,46 @@ impl Panels<'_> {
         [width, (width / self.region.aspect()).clamp(width * 0.4, width * most).round()]
     }
 
-    /// Draws a panel in an area of the page.
-    fn draw(&self, canvas: &mut Canvas, panel: Panel, area: Area) {
+    /// Room for the axis beside a range image.
+    fn beside(&self) -> f64 {
+        self.axes.as_ref().map_or(0.0, |_| axes::LEFT)
+    }
+
+    /// Draws a range image with its axes in the middle of a slot. Returns where it ends.
+    fn draw_image(&self, canvas: &mut Canvas, panel: Panel, slot: Area, has_azimuths: bool) -> f64 {
+        /// Room for ticks without numbers.
+        const TICKS: f64 = 3.0;
         let Panels { scene, window, .. } = self;
-        let plane = || Plane::new(area, &self.region);
         let raster = match panel {
             Panel::Range => range_panel::range(scene, window, far(scene)),
             Panel::Intensity => match scene.intensity {
                 Some(values) => range_panel::intensity(scene, window, values, brightest(values)),
-                None => return,
+                None => return slot.y,
             },
             Panel::Mask => range_panel::mask(scene, window),
             Panel::Components => range_panel::components(scene, window),
-            Panel::Instances => range_panel::instances(scene, window),
-            Panel::Votes => return plane_panel::votes(canvas, scene, &plane(), self.options.dpi),
-            Panel::BirdsEye => {
-                return plane_panel::birds_eye(canvas, scene, &plane(), self.options.dpi);
+            Panel::Instances | Panel::Votes | Panel::BirdsEye => {
+                range_panel::instances(scene, window)
             }
         };
+        let beside = self.beside();
+        let [width, height] = self.image_size(slot.width - beside);
+        let x = slot.x + beside + (slot.width - beside - width) / 2.0;
+        let area = Area { x, width, height, ..slot };
         canvas.picture(area, raster);
+        axes::frame(canvas, area);
+        let Some(image_axes) = &self.axes else { return area.bottom() };
+        image_axes.draw(canvas, window, area, has_azimuths);
+        area.bottom() + if has_azimuths { axes::BELOW } else { TICKS }
+    }
+
+    /// Draws the plane in an area of the page.
+    fn draw_plane(&self, canvas: &mut Canvas, panel: Panel, area: Area) {
+        let (plane, dpi) = (Plane::new(area, &self.region), self.options.dpi);
+        match panel {
+            Panel::Votes => plane_panel::votes(canvas, self.scene, &plane, dpi),
+            _ => plane_panel::birds_eye(canvas, self.scene, &plane, dpi),
+        }
     }
 
     /// The caption of a panel, without its letter.
@@ -157,7 +192,7 @@ impl Panels<'_> {
             Panel::Range => {
                 let Window { rows, columns } = &self.window;
                 let ends = ["0 m".into(), format!("{:.0} m", far(scene))];
-                let keys = vec![Key::Ramp(ends, |part| ramp::near_to_far(part.sqrt()))];
+                let keys = vec![Key::Ramp(ends, |_, part| ramp::near_to_far(part.sqrt()))];
                 ("range", format!("({} × {} pixels)", rows.len(), columns.len()), keys)
             }
             Panel::Intensity => ("intensity", String::new(), vec![intensity_key(scene)?]),
@@ -167,7 +202,7 @@ impl Panels<'_> {
                 ("object mask", count, mask_keys(scene))
             }
             Panel::Components => {
-                let keys = vec![Key::Words("one colour per component".into()), other_key()];
+                let keys = vec![Key::Words("one colour per component".into()), other_key(scene)];
                 let count = format!("(m = {})", text(stages.components.count as usize));
                 ("local components", count, keys)
             }
@@ -194,21 +229,21 @@ fn text(number: usize) -> String {
     grouped(number as u64)
 }
 
-fn other_key() -> Key {
-    Key::square(theme::OTHER_RETURNS[1], "other returns")
+fn other_key(scene: &FrameScene) -> Key {
+    Key::square(scene.look().other_returns[1], "other returns")
 }
 
 fn intensity_key(scene: &FrameScene) -> Result<Key> {
     let values = scene.intensity.ok_or(FigureError::NoIntensity)?;
     let high = brightest(values);
     let high = if high < 10.0 { format!("{high:.2}") } else { format!("{high:.0}") };
-    Ok(Key::Ramp(["0".into(), high], |part| ramp::grey(part.sqrt())))
+    Ok(Key::Ramp(["0".into(), high], |look, part| look.intensity(part.sqrt())))
 }
 
 /// The things that occur, the most frequent first.
 fn mask_keys(scene: &FrameScene) -> Vec<Key> {
     if scene.classes.is_empty() {
-        return vec![Key::square(theme::OBJECT, "object"), other_key()];
+        return vec![Key::square(scene.look().object, "object"), other_key(scene)];
     }
     let mut counts = vec![0_usize; scene.classes.len()];
     for &class in &scene.stages.objects.class {
@@ -218,9 +253,9 @@ fn mask_keys(scene: &FrameScene) -> Vec<Key> {
     let mut seen: Vec<usize> = (0..counts.len()).filter(|&class| counts[class] > 0).collect();
     seen.sort_by_key(|&class| std::cmp::Reverse(counts[class]));
     let square = |&class: &usize| {
-        Key::square(theme::class_colour(places[class]), &scene.classes[class].name)
+        Key::square(scene.look().class_colour(places[class]), &scene.classes[class].name)
     };
-    seen.iter().take(MAX_CLASSES).map(square).chain([other_key()]).collect()
+    seen.iter().take(MAX_CLASSES).map(square).chain([other_key(scene)]).collect()
 }
 
 fn instance_count(scene: &FrameScene) -> String {
@@ -241,21 +276,21 @@ fn instance_keys(scene: &FrameScene) -> Vec<Key> {
         reasons.into_iter().filter(|reason| scene.stages.labels.reason.contains(reason));
     let of_reason = |reason: Reason| Key::square(reason_colour(reason as u8), reason.describe());
     let words = Key::Words("one colour per instance".into());
-    [words].into_iter().chain(occurring.map(of_reason)).chain([other_key()]).collect()
+    [words].into_iter().chain(occurring.map(of_reason)).chain([other_key(scene)]).collect()
 }
 
 fn vote_keys(scene: &FrameScene) -> Vec<Key> {
-    let decisions = vote_graph::decisions(scene);
+    let (decisions, look) = (vote_graph::decisions(scene), scene.look());
     let count = |of: Decision| decisions.iter().filter(|(_, decision)| *decision == of).count();
     let line = |colour, words: &str, count| Key::line(colour, format!("{words} ({})", text(count)));
-    let mut keys = vec![line(theme::MERGED, "merged", count(Decision::Merged))];
+    let mut keys = vec![line(look.merged, "merged", count(Decision::Merged))];
     let rejoined = count(Decision::Rejoined);
     if rejoined > 0 {
-        keys.push(line(theme::REJOINED, "rejoined later", rejoined));
+        keys.push(line(look.rejoined, "rejoined later", rejoined));
     }
-    keys.push(line(theme::APART, "kept apart", count(Decision::Apart)));
+    keys.push(line(look.apart, "kept apart", count(Decision::Apart)));
     let thin = decisions.iter().filter(|(vote, _)| vote_graph::is_thin(scene, vote)).count();
-    let dashed = Stroke { colour: theme::ON_PANEL, width: 2.0, dash: Some([4.0, 3.0]) };
+    let dashed = Stroke { colour: look.on_panel, width: 2.0, dash: Some([4.0, 3.0]) };
     keys.push(Key::Line(dashed, format!("thin margin ({})", text(thin))));
     keys
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::colour_tracker::ColourTracker;
+use super::look::Theme;
 use super::scene::FrameScene;
 use crate::annotate::{AnnotateConfig, Clustered, cluster};
 use crate::diagnose::explain::{ClusteredCloud, ExplanationReport, Subject, explain};
@@ -58,6 +59,7 @@ impl<'a> ClusteredMessage<'a> {
                 stages.image.projection.describe(),
                 method.pipeline.describe(),
             ),
+            theme: Theme::default(),
         }
     }
 }
@@ -108,5 +110,6 @@ pub fn explained_scene<'a>(
         colour_numbers: Vec::new(),
         heading: format!("frame {} of {}", report.frame, report.topic),
         remark: format!("objects: {}  ·  preset {}", report.semantics, report.preset),
+        theme: Theme::default(),
     }
 }

@@ -3,6 +3,7 @@
 use super::canvas::{Anchor, Canvas};
 use super::font::{self, Weight};
 use super::legend::{self, Key};
+use super::look::Theme;
 use super::scene::FrameScene;
 use super::theme;
 
@@ -25,8 +26,8 @@ const LETTER: f64 = 19.0;
 const BESIDE_TITLE: f64 = 7.0;
 
 /// An empty page of the width of all figures.
-pub fn page() -> Canvas {
-    Canvas::new(WIDTH, 0.0, theme::PAGE)
+pub fn page(theme: Theme) -> Canvas {
+    Canvas { theme, ..Canvas::new(WIDTH, 0.0, theme::PAGE) }
 }
 
 /// Width of each of so many panels side by side.

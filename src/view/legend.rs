@@ -2,7 +2,11 @@
 
 use super::canvas::{Anchor, Area, Canvas, Colour, Raster, Stroke, opaque};
 use super::font::{self, Weight};
+use super::look::Look;
 use super::theme;
+
+/// A colour for each part of the way along a ramp.
+pub type Ramp = fn(&Look, f64) -> [u8; 3];
 
 /// An entry of a legend: a sign, and what it means.
 #[derive(Debug, Clone)]
@@ -12,12 +16,12 @@ pub enum Key {
     /// A line.
     Line(Stroke, String),
     /// A colour ramp with the words at its two ends.
-    Ramp([String; 2], fn(f64) -> [u8; 3]),
+    Ramp([String; 2], Ramp),
     /// Words alone.
     Words(String),
 }
 
-const GAP: f64 = 14.0;
+const GAP: f64 = 11.0;
 const SIGN: f64 = 10.0;
 const RAMP: f64 = 120.0;
 const BESIDE_SIGN: f64 = 5.0;
@@ -54,14 +58,16 @@ impl Key {
             }
             Key::Line(stroke, words) => {
                 let (width, y) = (2.0 * SIGN, baseline - 4.0);
-                canvas.rect(square(x, width), Some(opaque(theme::PANEL)), None);
+                let panel = opaque(canvas.look().panel);
+                canvas.rect(square(x, width), Some(panel), None);
                 canvas.line([x + 1.5, y], [x + width - 1.5, y], *stroke);
                 canvas.text([x + width + BESIDE_SIGN, baseline], words, style);
             }
             Key::Ramp([low, high], ramp) => {
                 canvas.text([x, baseline], low, style);
                 let left = x + words_width(low) + BESIDE_SIGN;
-                let pixels = (0..256).map(|step| ramp(f64::from(step) / 255.0)).collect();
+                let look = canvas.look();
+                let pixels = (0..256).map(|step| ramp(look, f64::from(step) / 255.0)).collect();
                 canvas.picture(square(left, RAMP), Raster { width: 256, height: 1, pixels });
                 canvas.text([left + RAMP + BESIDE_SIGN, baseline], high, style);
             }

@@ -1,11 +1,12 @@
-//! Pictures of a clustered cloud: figures as PNG or SVG, pages of triage cases, and the stream to
-//! the Rerun viewer (`rerun_stream`, with the feature `rerun`). Viewing changes no result.
+//! Pictures of a clustered cloud: figures as PNG, SVG or PDF, pages of triage cases, and the stream
+//! to the Rerun viewer (`rerun_stream`, with the feature `rerun`). Viewing changes no result.
 //!
 //! A [`FrameScene`] is what is shown. [`figure`](figure()), [`step_figure`](step_figure()),
-//! [`object_figure`] and [`explanation`](explanation()) lay it out on a [`Canvas`]; [`png`](png())
-//! and [`svg`](svg()) draw that. No display and no font of the system is needed: the same input
-//! gives the same bytes.
+//! [`object_figure`] and [`explanation`](explanation()) lay it out on a [`Canvas`]; [`png`](png()),
+//! [`svg`](svg()) and [`pdf`](pdf()) draw that. No display and no font of the system is needed: the
+//! same input gives the same bytes.
 
+mod axes;
 mod canvas;
 mod chart;
 mod colour_tables;
@@ -16,11 +17,14 @@ mod figure;
 mod font;
 mod frame_scene;
 mod icicle;
+mod image_axes;
 mod layout;
 mod legend;
+mod look;
 mod matrix;
 mod numbers;
 mod options;
+mod pdf;
 mod plane;
 mod plane_panel;
 mod png;
@@ -31,6 +35,7 @@ pub mod rerun_stream;
 mod scene;
 mod step_figure;
 mod steps;
+mod style;
 mod svg;
 mod target;
 mod theme;
@@ -50,8 +55,10 @@ pub use dark_page::dark_page;
 pub use explanation::explanation;
 pub use figure::{brightest, far, figure};
 pub use frame_scene::{ClusteredMessage, explained_scene, explanation_report, intensity};
+pub use look::Theme;
 pub use matrix::merge_moves;
 pub use options::{FigureOptions, Panel};
+pub use pdf::pdf;
 pub use plane::PlaneRegion;
 pub use png::{png, size_in_pixels};
 pub use scene::{FrameScene, PixelCrop, Window};

@@ -24,6 +24,13 @@ pub fn round_steps(length: f64) -> [f64; 4] {
     [1.0, 2.0, 5.0, 10.0].map(|multiple| multiple * power)
 }
 
+/// Multiples of a step from the first not below `low` on, up to `high`.
+pub fn steps([low, high]: [f64; 2], step: f64) -> impl Iterator<Item = f64> {
+    let first = (low / step - 1e-9).ceil();
+    let count = (high / step + 1e-9).floor() - first;
+    (0..=count.max(0.0) as usize).map(move |tick| (first + tick as f64) * step)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

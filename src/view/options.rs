@@ -2,6 +2,7 @@
 
 use super::plane::PlaneRegion;
 use super::scene::PixelCrop;
+use divmerge_core::pipeline::{Config, Stages};
 
 /// A panel of a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -33,6 +34,19 @@ impl Panel {
         ("votes", Panel::Votes),
         ("bev", Panel::BirdsEye),
     ];
+
+    /// The usual panels of a clustered cloud: components and votes only of a method that has them.
+    pub fn usual(config: &Config, stages: &Stages) -> Vec<Panel> {
+        let FigureOptions { mut panels, .. } = FigureOptions::default();
+        let has_components = config.other_method.is_none();
+        let has_votes = has_components && stages.post_merge.tree.is_none();
+        panels.retain(|panel| match panel {
+            Panel::Components => has_components,
+            Panel::Votes => has_votes,
+            _ => true,
+        });
+        panels
+    }
 
     /// Whether it shows the bird's-eye plane rather than the range image.
     pub fn is_plane(self) -> bool {

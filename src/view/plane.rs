@@ -1,10 +1,11 @@
 //! The bird's-eye plane on a page: x to the right, y up, the same scale along both.
 
+use super::axes::Tick;
 use super::canvas::{Anchor, Area, Canvas, Raster, Stroke, between, opaque};
-use super::numbers::{extent, quantile, round_steps};
+use super::numbers::{extent, quantile, round_steps, steps};
 use super::range_panel::backdrop;
 use super::scene::{FrameScene, Window};
-use super::theme;
+use super::{axes, theme};
 use divmerge_core::geometry::footprint::Rectangle;
 
 /// A part of the plane in metres, sensor frame.
@@ -118,7 +119,8 @@ impl Plane {
     ) {
         let [width, height] = [self.area.width, self.area.height]
             .map(|side| ((side * density).round() as usize).max(1));
-        let mut raster = Raster::filled(width, height, theme::PANEL);
+        let panel = scene.look().panel;
+        let mut raster = Raster::filled(width, height, panel);
         let mut dot = |point: usize, side: usize, colour: [u8; 3]| {
             let [x, y, _] = scene.cloud.position(point).map(f64::from);
             let page = self.to_page([x, y]);
@@ -134,7 +136,7 @@ impl Plane {
         let is_object = |point: usize| scene.stages.mask.is_object[point];
         let is_other = |&point: &usize| scene.cloud.is_return(point) && !is_object(point);
         for point in (0..scene.cloud.len()).filter(is_other) {
-            dot(point, side, between(theme::PANEL, backdrop(scene, point), 0.55));
+            dot(point, side, between(panel, backdrop(scene, point), 0.55));
         }
         let side = (density * size * 1.35).round().max(1.0) as usize;
         for point in (0..scene.cloud.len()).filter(|&point| is_object(point)) {
@@ -143,9 +145,9 @@ impl Plane {
         canvas.picture(self.area, raster);
     }
 
-    /// The sensor, circles around it at equal distances, and a bar that shows the scale.
+    /// The sensor, circles around it at the distances of the axes, and the axes.
     pub fn furniture(&self, canvas: &mut Canvas) {
-        let spacing = round_down(self.area.width / self.scale / 4.0);
+        let spacing = self.step();
         let corners = [
             [self.area.x, self.area.y],
             [self.area.right(), self.area.y],
@@ -155,36 +157,52 @@ impl Plane {
         let sensor = self.to_page([0.0, 0.0]);
         let reach = corners.map(|[x, y]| (x - sensor[0]).hypot(y - sensor[1]));
         let reach = reach.into_iter().fold(0.0, f64::max) / self.scale;
+        let look = canvas.look();
         canvas.clipped(self.area, |canvas| {
             for ring in 1..=(reach / spacing).min(40.0) as usize {
                 let radius = ring as f64 * spacing * self.scale;
-                canvas.circle(sensor, radius, None, Some(Stroke::solid(theme::GUIDE, 0.6)));
+                canvas.circle(sensor, radius, None, Some(Stroke::solid(look.guide, 0.6)));
             }
             // An arrow head that points forward.
             let tip = [[7.0, 0.0], [-4.0, 4.5], [-2.0, 0.0], [-4.0, -4.5]];
             let tip = tip.map(|[x, y]| [sensor[0] + x, sensor[1] + y]);
-            let rim = Stroke::solid(opaque(theme::PANEL), 1.0);
-            canvas.polygon(tip.to_vec(), Some(theme::ON_PANEL), Some(rim));
+            let rim = Stroke::solid(opaque(look.panel), 1.0);
+            canvas.polygon(tip.to_vec(), Some(look.on_panel), Some(rim));
         });
-        self.metre_bar(canvas);
+        self.axes(canvas);
     }
 
-    /// A bar that shows the scale.
-    pub fn metre_bar(&self, canvas: &mut Canvas) {
-        let metres = round_down(self.area.width / self.scale / 7.0);
-        let (right, y) = (self.area.right() - 14.0, self.area.bottom() - 12.0);
-        let left = right - metres * self.scale;
-        let line = Stroke::solid(theme::ON_PANEL, 1.6);
-        let back = Area { x: left - 7.0, y: y - 20.0, width: right - left + 14.0, height: 27.0 };
-        let [r, g, b] = theme::PANEL;
-        canvas.rect(back, Some([r, g, b, 200]), None);
-        canvas.line([left, y], [right, y], line);
-        for x in [left, right] {
-            canvas.line([x, y - 3.5], [x, y + 3.5], line);
-        }
-        let words = format!("{metres} m");
-        let style = theme::label(theme::SMALL, theme::ON_PANEL, Anchor::Middle);
-        canvas.text([(left + right) / 2.0, y - 6.5], words, style);
+    /// Metres below the panel and beside it.
+    pub fn axes(&self, canvas: &mut Canvas) {
+        axes::frame(canvas, self.area);
+        let [left, top] = [self.area.x, self.area.y];
+        let [right, bottom] = [self.area.right(), self.area.bottom()];
+        let ticks = |axis: usize, ends: [f64; 2], place: &dyn Fn(f64) -> f64| {
+            let half = (ends[1] - ends[0]) / 2.0 / self.scale;
+            let ends = [self.centre[axis] - half, self.centre[axis] + half];
+            let tick = |metres: f64| Tick { at: place(metres), words: axes::number(metres) };
+            steps(ends, self.step()).map(tick).collect::<Vec<Tick>>()
+        };
+        let [x, y] = self.centre;
+        let along = ticks(0, [left, right], &|metres| self.to_page([metres, y])[0] - left);
+        let down = ticks(1, [top, bottom], &|metres| self.to_page([x, metres])[1] - top);
+        axes::below(canvas, self.area, &along, true);
+        axes::beside(canvas, self.area, &down);
+        axes::unit(canvas, self.area, "m");
+    }
+
+    /// From one tick to the next, metres.
+    fn step(&self) -> f64 {
+        /// Least distance of two ticks on the page.
+        const APART: f64 = 40.0;
+        round_up(APART / self.scale)
+    }
+
+    /// A remark in the lower left corner.
+    pub fn note(&self, canvas: &mut Canvas, words: &str) {
+        let look = canvas.look();
+        let style = look.label(theme::SMALL, look.on_panel, Anchor::Start);
+        canvas.text([self.area.x + 6.0, self.area.bottom() - 7.0], words, style);
     }
 
     /// A box from above.
@@ -194,14 +212,13 @@ impl Plane {
     }
 }
 
-/// The greatest of 1, 2, 5, 10, 20 ... up to a length.
-fn round_down(length: f64) -> f64 {
+/// The least of 1, 2, 5, 10, 20 ... and their tenths, hundredths ... from a length on.
+fn round_up(length: f64) -> f64 {
     if !(length.is_finite() && length > 0.0) {
         return 1.0;
     }
     let steps = round_steps(length);
-    let round = steps.into_iter().rev().find(|&step| step <= length).unwrap_or(steps[0]);
-    if steps[0] < 1.0 { (round * 100.0).round() / 100.0 } else { round }
+    steps.into_iter().find(|&step| step >= length).unwrap_or(steps[3])
 }
 
 /// Places for labels on a panel, so that none covers another.
@@ -232,12 +249,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lengths_of_bars_are_round() {
+    fn steps_of_axes_are_round() {
         assert_eq!(
-            [0.7, 1.0, 3.9, 9.9, 12.0, 64.0].map(round_down),
-            [0.5, 1.0, 2.0, 5.0, 10.0, 50.0]
+            [0.07, 0.7, 1.0, 3.9, 9.9, 12.0, 64.0].map(round_up),
+            [0.1, 1.0, 1.0, 5.0, 10.0, 20.0, 100.0]
         );
-        assert_eq!([0.0, -1.0, f64::NAN].map(round_down), [1.0; 3]);
+        assert_eq!([0.0, -1.0, f64::NAN].map(round_up), [1.0; 3]);
     }
 
     #[test]

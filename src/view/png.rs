@@ -5,7 +5,7 @@ use tiny_skia::{
     PixmapPaint, Rect, StrokeDash, Transform,
 };
 
-use super::canvas::{Anchor, Area, Canvas, Colour, Drawing, Raster, Stroke, TextStyle};
+use super::canvas::{Area, Canvas, Colour, Drawing, Raster, Stroke, TextStyle};
 use super::font;
 use super::visible::{Polyline, Visible};
 
@@ -131,21 +131,14 @@ impl Brush {
     }
 
     fn text(&mut self, at: [f64; 2], text: &str, style: &TextStyle) {
-        let width = font::width(text, style.size, style.weight);
-        let left = match style.anchor {
-            Anchor::Start => at[0],
-            Anchor::Middle => at[0] - width / 2.0,
-            Anchor::End => at[0] - width,
-        };
-        let unit = style.size / font::units_per_em();
-        let mut letters = Letters { path: PathBuilder::new(), x: left, y: at[1], unit };
-        font::outlines(text, style.weight, &mut letters, |letters, x| {
-            letters.x = left + x * style.size;
-        });
+        let x = style.left_end(at[0], text);
+        let unit = style.size / font::UNITS_PER_EM;
+        let mut letters = Letters { path: PathBuilder::new(), x, y: at[1], unit };
+        font::outlines(text, style.weight, &mut letters);
         let Some(path) = letters.path.finish() else {
             return;
         };
-        let rim = style.halo.map(|colour| Stroke::solid(colour, style.size / 4.0));
+        let rim = style.halo.map(|colour| Stroke::solid(colour, style.size * font::RIM));
         self.path(&path, None, rim);
         self.path(&path, Some(style.colour), None);
     }

@@ -1,6 +1,6 @@
 //! Colour ramps for quantities.
 
-use super::canvas::{between, rgb};
+use super::style::{between, rgb};
 
 /// Viridis from its bright end: matplotlib's (CC0), eleven of its colours.
 const VIRIDIS: [u32; 11] = [
@@ -13,13 +13,8 @@ pub fn near_to_far(part: f64) -> [u8; 3] {
     between_stops(&VIRIDIS, part)
 }
 
-/// Grey: 0 is dark, but lighter than a panel; 1 is white.
-pub fn grey(part: f64) -> [u8; 3] {
-    between_stops(&[0x26282e, 0xffffff], part)
-}
-
 /// Interpolates between evenly spaced colours; a part beyond the ends takes the colour of the end.
-fn between_stops(stops: &[u32], part: f64) -> [u8; 3] {
+pub fn between_stops(stops: &[u32], part: f64) -> [u8; 3] {
     let part = if part.is_nan() { 0.0 } else { part.clamp(0.0, 1.0) };
     let place = part * (stops.len() - 1) as f64;
     let from = (place as usize).min(stops.len() - 2);
@@ -34,7 +29,7 @@ mod tests {
     fn ends_and_out_of_range() {
         assert_eq!(near_to_far(0.0), [253, 231, 37]);
         assert_eq!(near_to_far(7.0), [68, 1, 84]);
-        assert_eq!(grey(-1.0), grey(0.0));
+        assert_eq!(between_stops(&[0x102030, 0xffffff], -1.0), [16, 32, 48]);
         assert_eq!(near_to_far(f64::NAN), near_to_far(0.0));
     }
 }

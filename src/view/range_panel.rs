@@ -1,8 +1,8 @@
 //! Panels of the range image: a pixel of the panel for each row and column.
 
 use super::canvas::{Raster, between};
+use super::ramp;
 use super::scene::{FrameScene, Window, row_from_top, thing_places};
-use super::{ramp, theme};
 use crate::messages::palette::{instance_colour, reason_colour};
 use divmerge_core::cloud::Reason;
 
@@ -13,7 +13,7 @@ pub fn raster(
     mut colour: impl FnMut(usize, usize) -> [u8; 3],
 ) -> Raster {
     let image = &scene.stages.image;
-    let mut raster = Raster::filled(window.columns.len(), window.rows.len(), theme::PANEL);
+    let mut raster = Raster::filled(window.columns.len(), window.rows.len(), scene.look().panel);
     for (y, row) in window.rows.clone().enumerate() {
         let row = row_from_top(image, row);
         for (x, column) in window.columns.clone().enumerate() {
@@ -26,12 +26,14 @@ pub fn raster(
     raster
 }
 
-/// Colour of a return that is not an object: the nearer, the brighter.
+/// Colour of a return that is not an object: the nearer, the farther from the
+/// colour of the panel.
 pub fn backdrop(scene: &FrameScene, point: usize) -> [u8; 3] {
     const NEAR: f64 = 4.0;
     const FAR: f64 = 60.0;
     let part = (scene.range(point) / NEAR).max(1.0).ln() / (FAR / NEAR).ln();
-    between(theme::OTHER_RETURNS[1], theme::OTHER_RETURNS[0], part.min(1.0))
+    let [far, near] = scene.look().other_returns;
+    between(near, far, part.min(1.0))
 }
 
 /// The object mask, coloured by class where there are classes.
@@ -42,8 +44,8 @@ pub fn mask(scene: &FrameScene, window: &Window) -> Raster {
             return backdrop(scene, point);
         }
         match places.get(usize::from(mask.class[point])) {
-            Some(&place) => theme::class_colour(place),
-            None => theme::OBJECT,
+            Some(&place) => scene.look().class_colour(place),
+            None => scene.look().object,
         }
     })
 }
@@ -77,6 +79,6 @@ pub fn range(scene: &FrameScene, window: &Window, far: f64) -> Raster {
 /// The range image by the square root of the intensity, 0 to `high`.
 pub fn intensity(scene: &FrameScene, window: &Window, intensity: &[f32], high: f64) -> Raster {
     raster(scene, window, |_, point| {
-        ramp::grey((f64::from(intensity[point]) / high).max(0.0).sqrt())
+        scene.look().intensity((f64::from(intensity[point]) / high).max(0.0).sqrt())
     })
 }

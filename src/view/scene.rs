@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::look::{Look, Theme};
 use crate::error::{FigureError, Result};
 use crate::messages::palette::instance_colour;
 use divmerge_core::cloud::PointCloud;
@@ -28,6 +29,8 @@ pub struct FrameScene<'a> {
     pub heading: String,
     /// Smaller text beside the heading: topic, parameters.
     pub remark: String,
+    /// Which panels it is shown on.
+    pub theme: Theme,
 }
 
 impl FrameScene<'_> {
@@ -35,6 +38,11 @@ impl FrameScene<'_> {
     pub fn colour(&self, instance: u32) -> [u8; 3] {
         let number = self.colour_numbers.get((instance as usize).wrapping_sub(1));
         instance_colour(number.copied().unwrap_or(instance))
+    }
+
+    /// The colours of its panels.
+    pub(super) fn look(&self) -> &'static Look {
+        self.theme.look()
     }
 
     /// Component of each pixel of the range image, 0 for none.

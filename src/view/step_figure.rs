@@ -5,18 +5,18 @@ use super::canvas::{Anchor, Area, Canvas, Colour, Stroke, between, opaque};
 use super::font::{self, Weight};
 use super::layout::{self, Caption, GAP, HEADING_ROW, INNER_WIDTH, MARGIN, TITLE_ROW, slot_width};
 use super::legend::Key;
+use super::look::Look;
 use super::options::FigureOptions;
 use super::plane::{LabelSpots, Plane, PlaneRegion};
 use super::scene::{FrameScene, Window, instance_of_component};
 use super::steps::{FigureStep, Role, kept_apart, roles};
 use super::vote_graph::{self, Decision};
-use super::{range_panel, theme};
+use super::{axes, image_axes, range_panel, theme};
 use crate::text::{counted, grouped};
 use divmerge_core::cluster::{MergeStep, Vote};
 
-const PICTURE: f64 = 210.0;
-const LOWER: f64 = 340.0;
-const WAITING: [u8; 3] = [138, 144, 158];
+const PICTURE: f64 = 226.0;
+const LOWER: f64 = 356.0;
 /// Size of the components' numbers.
 const NUMBER: f64 = 9.0;
 /// Most components with a number.
@@ -38,22 +38,27 @@ pub fn step_figure(
 ) -> Canvas {
     let roles = roles(scene, step);
     let apart = kept_apart(scene, &roles);
-    let mut canvas = layout::page();
+    let mut canvas = layout::page(scene.theme);
     layout::heading(&mut canvas, &headed(scene, step, number, total));
     let panel = StepPanel { scene, options, roles: &roles };
 
     let top = MARGIN + HEADING_ROW;
     let own = scene.colour(instance_of_component(scene.stages)[step.opener as usize - 1]);
-    components_caption(own, step.joined.len() + 1).draw(&mut canvas, [MARGIN, top], INNER_WIDTH);
-    let area = Area { x: MARGIN, y: top + TITLE_ROW, width: INNER_WIDTH, height: PICTURE };
-    panel.components(&mut canvas, own, area);
+    let look = scene.look();
+    components_caption(look, own, step.joined.len() + 1).draw(
+        &mut canvas,
+        [MARGIN, top],
+        INNER_WIDTH,
+    );
+    let slot = Area { x: MARGIN, y: top + TITLE_ROW, width: INNER_WIDTH, height: PICTURE };
+    panel.components(&mut canvas, own, axes::inside(slot));
 
-    let (y, width) = (area.bottom() + GAP, slot_width(2));
-    votes_caption().draw(&mut canvas, [MARGIN, y], width);
+    let (y, width) = (slot.bottom() + GAP, slot_width(2));
+    votes_caption(look).draw(&mut canvas, [MARGIN, y], width);
     let right = MARGIN + width + GAP;
     decisions_caption(scene).draw(&mut canvas, [right, y], width);
     let area = Area { x: MARGIN, y: y + TITLE_ROW, width, height: LOWER };
-    panel.graph(&mut canvas, &apart, area);
+    panel.graph(&mut canvas, &apart, axes::inside(area));
     draw_table(&mut canvas, scene.merge_ratio, &step.joined, &apart, Area { x: right, ..area });
     canvas.height = area.bottom() + MARGIN;
     canvas
@@ -76,12 +81,12 @@ fn headed<'a>(
     }
 }
 
-fn components_caption(own: [u8; 3], members: usize) -> Caption {
+fn components_caption(look: &Look, own: [u8; 3], members: usize) -> Caption {
     let keys = vec![
         Key::square(own, "this instance"),
-        Key::square(theme::FOCUS, "newest member"),
-        Key::square(theme::APART, "asked, kept apart"),
-        Key::square(WAITING, "not yet asked"),
+        Key::square(look.focus, "newest member"),
+        Key::square(look.apart, "asked, kept apart"),
+        Key::square(look.waiting, "not yet asked"),
         Key::Words("dimmed: earlier instances".into()),
     ];
     Caption {
@@ -92,11 +97,9 @@ fn components_caption(own: [u8; 3], members: usize) -> Caption {
     }
 }
 
-fn votes_caption() -> Caption {
-    let keys = vec![
-        Key::line(theme::MERGED, "joins".into()),
-        Key::line(theme::APART, "kept apart".into()),
-    ];
+fn votes_caption(look: &Look) -> Caption {
+    let keys =
+        vec![Key::line(look.merged, "joins".into()), Key::line(look.apart, "kept apart".into())];
     Caption { title: "votes on the plane", keys, ..Caption::default() }
 }
 
@@ -118,23 +121,24 @@ impl StepPanel<'_> {
         let scene = self.scene;
         let component = scene.component_of_pixel();
         let instance = instance_of_component(scene.stages);
-        let raster = range_panel::raster(scene, &self.window(area), |pixel, point| {
+        let (look, window) = (scene.look(), self.window(area));
+        let raster = range_panel::raster(scene, &window, |pixel, point| {
             let Some(label) = component[pixel].checked_sub(1).map(|label| label as usize) else {
                 return range_panel::backdrop(scene, point);
             };
             match self.roles[label] {
                 Role::Member => own,
-                Role::Newest => theme::FOCUS,
+                Role::Newest => look.focus,
                 // Two tints tell neighbours apart.
                 Role::KeptApart => {
-                    between(theme::APART, theme::PANEL, if label % 2 == 0 { 0.0 } else { 0.25 })
+                    between(look.apart, look.panel, if label % 2 == 0 { 0.0 } else { 0.25 })
                 }
-                Role::Earlier => between(theme::PANEL, scene.colour(instance[label]), 0.42),
-                Role::Waiting => between(WAITING, theme::PANEL, (label % 3) as f64 * 0.14),
+                Role::Earlier => between(look.panel, scene.colour(instance[label]), 0.42),
+                Role::Waiting => between(look.waiting, look.panel, (label % 3) as f64 * 0.14),
             }
         });
-        canvas.rect(area, Some(opaque(theme::PANEL)), None);
         canvas.picture(area, raster);
+        image_axes::draw(canvas, scene, &window, area);
     }
 
     /// The part of the image around the components in focus, in the shape of the area.
@@ -157,6 +161,7 @@ impl StepPanel<'_> {
         let places: Vec<[f64; 2]> = nodes.iter().map(|&(_, centre)| centre).collect();
         let plane = Plane::new(area, &PlaneRegion::whole(&places, 0.8, 3.0));
         self.cloud(canvas, &plane);
+        let look = self.scene.look();
         let on_page = |label: u32| plane.to_page(centres[label as usize - 1].0);
         canvas.clipped(area, |canvas| {
             let mut edge = |a: u32, b: u32, vote: &Vote, decision: Decision| {
@@ -173,11 +178,11 @@ impl StepPanel<'_> {
             }
             for &(label, centre) in &nodes {
                 let fill = match self.roles[label] {
-                    Role::Newest => opaque(theme::FOCUS),
-                    Role::Member => theme::ON_PANEL,
-                    _ => opaque(theme::APART),
+                    Role::Newest => opaque(look.focus),
+                    Role::Member => look.on_panel,
+                    _ => opaque(look.apart),
                 };
-                let rim = Stroke::solid(opaque(theme::PANEL), 1.0);
+                let rim = Stroke::solid(opaque(look.panel), 1.0);
                 canvas.circle(plane.to_page(centre), 3.4, Some(fill), Some(rim));
             }
         });
@@ -192,7 +197,7 @@ impl StepPanel<'_> {
             let component = labels.component[point].checked_sub(1);
             let is_own = component.is_some_and(|label| self.roles[label as usize].is_member());
             let colour = self.scene.colour(labels.instance[point]);
-            between(theme::PANEL, colour, if is_own { 0.6 } else { 0.3 })
+            between(self.scene.look().panel, colour, if is_own { 0.6 } else { 0.3 })
         });
     }
 }
@@ -200,7 +205,8 @@ impl StepPanel<'_> {
 /// Writes the components' numbers beside their centres where there is room.
 fn numbers(canvas: &mut Canvas, plane: &Plane, nodes: &[(usize, [f64; 2])]) {
     let mut spots = LabelSpots::new(plane.area, Vec::new());
-    let style = theme::label(NUMBER, theme::ON_PANEL, Anchor::Start);
+    let look = canvas.look();
+    let style = look.label(NUMBER, look.on_panel, Anchor::Start);
     for &(label, centre) in nodes {
         let [x, y] = plane.to_page(centre);
         let words = (label + 1).to_string();

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use super::axes;
 use super::canvas::{Area, Canvas, Raster, Stroke, opaque};
 use super::layout::{Caption, GAP, HEADING_ROW, INNER_WIDTH, MARGIN, page, titled};
 use super::legend::Key;
+use super::look::Theme;
 use super::plane::{Plane, PlaneRegion};
-use super::plane_panel::numbers;
-use super::theme;
+use super::plane_panel::{NumberLimit, numbers};
 use crate::annotate::{FollowedCloud, FollowedDrive};
 use crate::messages::palette::instance_colour;
 use crate::text::grouped;
@@ -28,7 +29,12 @@ const LEAST_CLOUDS: usize = 3;
 
 /// Draws the tracks of a drive on the plane, `dpi` pixels to the inch. Where the motion of the
 /// sensor breaks off, the longest piece is drawn.
-pub fn track_figure(drive: &FollowedDrive, region: Option<PlaneRegion>, dpi: f64) -> Canvas {
+pub fn track_figure(
+    drive: &FollowedDrive,
+    region: Option<PlaneRegion>,
+    theme: Theme,
+    dpi: f64,
+) -> Canvas {
     let piece = longest_piece(&drive.clouds);
     let tracks = Ways::of(drive, piece);
     let sensor: Vec<[f64; 2]> = piece.iter().map(sensor_place).collect();
@@ -36,7 +42,7 @@ pub fn track_figure(drive: &FollowedDrive, region: Option<PlaneRegion>, dpi: f64
         let ways = tracks.0.values().flat_map(|way| way.places.iter().copied());
         PlaneRegion::whole(&ways.chain(sensor.iter().copied()).collect::<Vec<_>>(), AROUND, 20.0)
     });
-    let mut canvas = page();
+    let (mut canvas, look) = (page(theme), theme.look());
     let (first, last) = (piece[0].number, piece[piece.len() - 1].number);
     let heading = format!("{}  ·  frames {first} to {last}", drive.topic);
     titled(&mut canvas, &heading, &remark(drive, piece));
@@ -51,7 +57,7 @@ pub fn track_figure(drive: &FollowedDrive, region: Option<PlaneRegion>, dpi: f64
         ),
         keys: vec![
             Key::Words("one colour per track".into()),
-            Key::Line(Stroke::solid(theme::ON_PANEL, 2.0), "the sensor".into()),
+            Key::Line(Stroke::solid(look.on_panel, 2.0), "the sensor".into()),
         ],
     };
     let captions = [caption];
@@ -59,16 +65,17 @@ pub fn track_figure(drive: &FollowedDrive, region: Option<PlaneRegion>, dpi: f64
     captions[0].draw(&mut canvas, [MARGIN, MARGIN + HEADING_ROW], INNER_WIDTH);
     let share = (1.0 / region.aspect()).clamp(ASPECT.0, ASPECT.1);
     let height = (INNER_WIDTH * share).round();
-    let area = Area { x: MARGIN, y: top, width: INNER_WIDTH, height };
+    let slot = Area { x: MARGIN, y: top, width: INNER_WIDTH, height };
+    let area = axes::inside(slot);
     let plane = Plane::new(area, &region);
     surroundings(&mut canvas, &plane, piece, dpi / 96.0);
     canvas.clipped(area, |canvas| {
         tracks.draw(canvas, &plane);
-        way(canvas, &plane, &sensor, Stroke::solid(theme::ON_PANEL, 2.0));
+        way(canvas, &plane, &sensor, Stroke::solid(look.on_panel, 2.0));
     });
-    plane.metre_bar(&mut canvas);
+    plane.axes(&mut canvas);
     tracks.numbers(&mut canvas, &plane);
-    canvas.height = area.bottom() + GAP;
+    canvas.height = slot.bottom() + GAP;
     canvas
 }
 
@@ -133,9 +140,10 @@ impl Ways {
 
     /// What stands first, then what moves.
     fn draw(&self, canvas: &mut Canvas, plane: &Plane) {
+        let look = canvas.look();
         for is_moving in [false, true] {
             for (&track, of) in self.0.iter().filter(|(_, of)| of.is_moving == is_moving) {
-                let colour = instance_colour(track);
+                let colour = look.line_colour(instance_colour(track));
                 if is_moving {
                     way(canvas, plane, &of.places, Stroke::solid(opaque(colour), 1.8));
                 }
@@ -148,8 +156,10 @@ impl Ways {
     fn numbers(&self, canvas: &mut Canvas, plane: &Plane) {
         let mut longest: Vec<(&u32, &Way)> = self.0.iter().collect();
         longest.sort_by_key(|(track, of)| (std::cmp::Reverse(of.places.len()), **track));
-        let named = longest.into_iter().take(MOST_NUMBERS);
-        numbers(canvas, plane, named.map(|(&track, of)| (track, of.last.centre, of.last.size[1])));
+        let boxes: Vec<(u32, Rectangle)> =
+            longest.into_iter().map(|(&track, of)| (track, of.last)).collect();
+        let limit = NumberLimit { most: MOST_NUMBERS, others: ["shorter track", "shorter tracks"] };
+        numbers(canvas, plane, &boxes, limit);
     }
 }
 
@@ -172,15 +182,16 @@ fn way(canvas: &mut Canvas, plane: &Plane, places: &[[f64; 2]], stroke: Stroke) 
 
 /// What stands around, from above.
 fn surroundings(canvas: &mut Canvas, plane: &Plane, clouds: &[FollowedCloud], density: f64) {
+    let look = canvas.look();
     let [width, height] =
         [plane.area.width, plane.area.height].map(|side| ((side * density) as usize).max(1));
-    let mut raster = Raster::filled(width, height, theme::PANEL);
+    let mut raster = Raster::filled(width, height, look.panel);
     let side = density.round().max(1.0) as usize;
     for place in clouds.iter().flat_map(|cloud| &cloud.surroundings) {
         let page = plane.to_page(place.map(f64::from));
         let corner = [page[0] - plane.area.x, page[1] - plane.area.y].map(|at| at * density);
         if corner.iter().all(|at| *at >= 0.0) {
-            raster.fill_square(corner.map(|at| at as usize), side, theme::OTHER_RETURNS[1]);
+            raster.fill_square(corner.map(|at| at as usize), side, look.other_returns[1]);
         }
     }
     canvas.picture(plane.area, raster);

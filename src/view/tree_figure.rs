@@ -8,7 +8,7 @@ use super::legend::Key;
 use super::numbers::extent;
 use super::options::FigureOptions;
 use super::scene::{FrameScene, Window, row_from_top};
-use super::{range_panel, theme};
+use super::{axes, image_axes, range_panel};
 use crate::error::Result;
 use crate::text::counted;
 use divmerge_core::cluster::{MergeTree, NodeFacts};
@@ -41,7 +41,7 @@ pub fn object_figure(
     number: usize,
     total: usize,
 ) -> Canvas {
-    let mut canvas = layout::page();
+    let mut canvas = layout::page(scene.theme);
     let score = object.score.map_or_else(String::new, |score| {
         format!("  ·  {} with a score of {:.2}", score.body.name(), score.total)
     });
@@ -100,8 +100,8 @@ impl<'a> TreeRow<'a> {
         let columns = scene.stages.image.columns();
         let side = |&top: &u32| beside_seam(pixels(scene, tree, top).collect(), columns);
         let pixels = tops.iter().flat_map(side);
-        let window = scene.window_around(pixels, aspect, width / HEIGHT);
-        let image = Area { x: MARGIN, y, width, height: HEIGHT };
+        let image = Area { x: MARGIN + axes::LEFT, y, width: width - axes::LEFT, height: HEIGHT };
+        let window = scene.window_around(pixels, aspect, image.width / HEIGHT);
         let row = TreeRow { scene, tree, window, tops, corner: [MARGIN, y], image };
         let captions = Caption::height(&row.captions(None), width);
         TreeRow { image: Area { y: y + captions + BELOW_CAPTION, ..image }, ..row }
@@ -110,8 +110,7 @@ impl<'a> TreeRow<'a> {
     /// Draws both with their captions; `focus` is an object that is pointed out.
     pub fn draw(&self, canvas: &mut Canvas, focus: Option<u32>) {
         let [image, icicle] = self.captions(focus);
-        let [left, y] = self.corner;
-        let width = self.image.width;
+        let ([left, y], width) = (self.corner, slot_width(2));
         image.draw(canvas, [left, y], width);
         icicle.draw(canvas, [left + width + GAP, y], width);
         let icicle = self.icicle();
@@ -129,7 +128,7 @@ impl<'a> TreeRow<'a> {
             let backdrop = range_panel::backdrop(self.scene, point);
             let dimmed = |instance: u32| match instance {
                 0 => backdrop,
-                instance => between(theme::PANEL, self.scene.colour(instance), 0.35),
+                instance => between(self.scene.look().panel, self.scene.colour(instance), 0.35),
             };
             match colours[pixel] {
                 Some(colour) => colour,
@@ -138,6 +137,7 @@ impl<'a> TreeRow<'a> {
             }
         });
         canvas.picture(self.image, raster);
+        image_axes::draw(canvas, self.scene, &self.window, self.image);
     }
 
     /// A frame around the pixels of an object.
@@ -155,16 +155,17 @@ impl<'a> TreeRow<'a> {
         let [x, width] = side(1, columns.start, columns.len(), self.image.width);
         let [y, height] = side(0, rows.start, rows.len(), self.image.height);
         let frame = Area { x: self.image.x + x, y: self.image.y + y, width, height };
+        let look = self.scene.look();
         canvas.clipped(self.image, |canvas| {
-            canvas.rect(frame, None, Some(Stroke::solid(opaque(theme::PANEL), 3.6)));
-            canvas.rect(frame, None, Some(Stroke::solid(opaque(theme::FOCUS), 1.6)));
+            canvas.rect(frame, None, Some(Stroke::solid(opaque(look.panel), 3.6)));
+            canvas.rect(frame, None, Some(Stroke::solid(opaque(look.focus), 1.6)));
         });
     }
 
     /// The part of the tree.
     pub fn icicle(&self) -> Icicle<'_> {
-        let x = self.image.right() + GAP;
-        Icicle::new(self.scene, self.tree, &self.tops, Area { x, ..self.image })
+        let area = Area { x: self.image.right() + GAP, width: slot_width(2), ..self.image };
+        Icicle::new(self.scene, self.tree, &self.tops, area)
     }
 
     /// Where the row ends.
@@ -175,7 +176,7 @@ impl<'a> TreeRow<'a> {
     fn captions(&self, focus: Option<u32>) -> [Caption; 2] {
         let icicle = self.icicle();
         let count = "(dimmed: not in b)".to_owned();
-        let focus = focus.map(|_| Key::line(theme::FOCUS, "this object".to_owned()));
+        let focus = focus.map(|_| Key::line(self.scene.look().focus, "this object".to_owned()));
         let keys = focus.into_iter().chain([Key::square(BACKGROUND, "background")]).collect();
         let image = Caption { letter: Some(0), title: "instances", count, keys };
         let [nodes, objects] = [(icicle.node_count(), "node"), (icicle.object_count(), "object")]

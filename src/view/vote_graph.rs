@@ -3,12 +3,13 @@
 use super::canvas::{Canvas, Stroke, opaque};
 use super::plane::Plane;
 use super::scene::{FrameScene, component_centroids, instance_of_component};
-use super::theme;
 use divmerge_core::cluster::Vote;
 use serde::Serialize;
 
 /// Share of votes about the threshold within which a decision counts as thin.
 const THIN: f64 = 0.1;
+/// Most edges that are drawn: more cover each other.
+const MOST_EDGES: usize = 800;
 
 /// The outcome for a pair of components that touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -86,34 +87,38 @@ pub fn centres(scene: &FrameScene) -> Vec<([f64; 2], usize)> {
 
 /// The edge of a pair, wider with more votes; `scale` is 1 for a plane of some 50 m.
 pub fn edge(scene: &FrameScene, vote: &Vote, decision: Decision, scale: f64) -> Stroke {
+    let look = scene.look();
     let votes = f64::from(vote.positive + vote.negative);
-    let width = (0.45 + 0.25 * votes.sqrt()).min(4.0) * scale;
+    let width = (0.6 + 0.25 * votes.sqrt()).min(4.0) * scale;
     let ([r, g, b], opacity) = match decision {
-        Decision::Merged => (theme::MERGED, 255),
-        Decision::Rejoined => (theme::REJOINED, 150),
-        Decision::Apart => (theme::APART, 255),
+        Decision::Merged => (look.merged, 255),
+        Decision::Rejoined => (look.rejoined, 150),
+        Decision::Apart => (look.apart, 255),
     };
     let dash = is_thin(scene, vote).then_some([2.5 + width, 1.5 + width]);
     Stroke { colour: [r, g, b, opacity], width, dash }
 }
 
-/// Draws edges and nodes; pairs that stayed apart lie over the others.
-pub fn draw(canvas: &mut Canvas, plane: &Plane, scene: &FrameScene) {
+/// Draws edges and nodes; pairs that stayed apart lie over the others. Of many pairs those with
+/// most votes are drawn. Returns how many are drawn, and of how many.
+pub fn draw(canvas: &mut Canvas, plane: &Plane, scene: &FrameScene) -> [usize; 2] {
     let centres = centres(scene);
     let instance = instance_of_component(scene.stages);
     let is_seen = |label: u32| plane.shows(centres[label as usize - 1].0);
     let mut seen = decisions(scene);
     seen.retain(|(vote, _)| is_seen(vote.a) || is_seen(vote.b));
-    // Thinner where there are many.
-    let crowd = (500.0 / seen.len().max(1) as f64).sqrt().clamp(0.5, 1.0);
+    let all = seen.len();
+    seen.sort_by_key(|(vote, _)| std::cmp::Reverse(vote.positive + vote.negative));
+    seen.truncate(MOST_EDGES);
+    let drawn = seen.len();
+    // Thinner and paler where there are many.
+    let crowd = (400.0 / drawn.max(1) as f64).sqrt().clamp(0.7, 1.0);
     let scale = (plane.scale / 12.0).clamp(0.6, 1.6) * crowd;
     canvas.clipped(plane.area, |canvas| {
         for level in [Decision::Rejoined, Decision::Merged, Decision::Apart] {
             for &(vote, decision) in seen.iter().filter(|(_, decision)| *decision == level) {
                 let mut stroke = edge(scene, vote, decision, scale);
-                if decision == Decision::Apart {
-                    stroke.colour[3] = (255.0 * crowd.max(0.7)) as u8;
-                }
+                stroke.colour[3] = (f64::from(stroke.colour[3]) * crowd.max(0.85)) as u8;
                 let [from, to] = [vote.a, vote.b].map(|k| plane.to_page(centres[k as usize - 1].0));
                 canvas.line(from, to, stroke);
             }
@@ -123,9 +128,10 @@ pub fn draw(canvas: &mut Canvas, plane: &Plane, scene: &FrameScene) {
                 continue;
             }
             let radius = (1.0 + (count as f64).sqrt() * 0.12).min(3.5) * scale;
-            let rim = Stroke::solid(opaque(theme::PANEL), 0.6 * scale);
+            let rim = Stroke::solid(opaque(scene.look().panel), 0.6 * scale);
             let colour = opaque(scene.colour(instance));
             canvas.circle(plane.to_page(centre), radius, Some(colour), Some(rim));
         }
     });
+    [drawn, all]
 }

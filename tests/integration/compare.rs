@@ -10,7 +10,8 @@ fn json(file: &std::path::Path) -> serde_json::Value {
 #[test]
 fn methods_side_by_side() {
     let (folder, input) = drive(2);
-    let files = ["c.json", "c.csv", "c.md", "c.svg", "c.png"].map(|name| folder.path().join(name));
+    let files =
+        ["c.json", "c.csv", "c.md", "c.svg", "c.png", "c.pdf"].map(|name| folder.path().join(name));
     let methods = ["--methods", "best,euclidean,one-per-class", "--voxels", "1,0.5"];
     let outputs = files.each_ref().map(|file| ["-o", path(file)]).concat();
     let done = divmerge(&[&["compare", path(&input)], &methods[..], &outputs].concat());
@@ -35,6 +36,7 @@ fn methods_side_by_side() {
     let chart = std::fs::read_to_string(&files[3]).expect("a chart");
     assert!(chart.contains("paper, by voxel") && chart.contains("one-per-class"));
     assert!(std::fs::read(&files[4]).expect("a picture").starts_with(b"\x89PNG"));
+    assert!(std::fs::read(&files[5]).expect("a document").starts_with(b"%PDF-"));
 
     let again = divmerge(&["compare", path(&input), "-o", path(&files[0])]);
     assert_eq!(again.status.code(), Some(2));

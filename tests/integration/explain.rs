@@ -344,11 +344,11 @@ fn pictures_without_classes_show_the_tree() {
         std::fs::read_to_string(output).expect("a picture")
     };
     let svg = draw("ground");
-    for words in ["tree of merges", ">0.08 m<", ">2 m<", " pixels<", ">A<", ">B<"] {
+    for words in ["tree of merges", "\"0.08 m\"", "\"2 m\"", " pixels\"", "\"A\"", "\"B\""] {
         assert!(svg.contains(words), "{words}");
     }
     // Each letter is on the image, in the tree and on the plane.
-    assert_eq!([">A<", ">B<"].map(|letter| svg.matches(letter).count()), [3, 3]);
+    assert_eq!(["\"A\"", "\"B\""].map(|letter| svg.matches(letter).count()), [3, 3]);
     assert!(!draw("auto").contains("tree of merges"));
 }
 

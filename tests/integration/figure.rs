@@ -1,4 +1,5 @@
-//! `divmerge figure`: pictures that decode, the same bytes twice, and what it says of bad input.
+//! `divmerge figure`: pictures that decode, the same bytes twice, axes and themes, and what it says
+//! of bad input.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -93,16 +94,80 @@ fn every_panel_alone_and_all_together_as_svg() {
         assert_well_formed(&text(&bytes));
     }
     let svg = text(&std::fs::read(&output).expect("the figure"));
-    for words in
-        ["frame 0", "local components", "(m = ", "kept apart (", "thin margin", " m</text>"]
-    {
+    for words in ["frame 0", "local components", "(m = ", "kept apart (", "thin margin", " m\""] {
         assert!(svg.contains(words), "{words}");
     }
-    assert!(svg.contains("bird's-eye view") && svg.contains("@font-face"));
+    assert!(svg.contains("bird's-eye view") && !svg.contains("<text"));
     let crop =
         ["--window", "100..300/2..14", "--view", "-10..10/-5..5", "--aspect", "1:6", "--force"];
     let bytes = drawn(&output, &[&[path(&input)], &crop[..]].concat());
     assert_well_formed(&text(&bytes));
+}
+
+#[test]
+fn a_pdf_has_one_page_of_the_figures_size_and_is_the_same_twice() {
+    let (folder, input) = drive(1);
+    let make = |name: &str| drawn(&folder.path().join(name), &[path(&input), "--dpi", "96"]);
+    let first = make("a.pdf");
+    assert!(first.starts_with(b"%PDF-") && first == make("b.pdf"), "the same bytes");
+    let (_, height, _) = decoded(&make("a.png"));
+    let words = text(&first);
+    let size = format!("/MediaBox [0 0 750 {}]", f64::from(height) * 0.75);
+    assert!(words.contains(&size), "{size}");
+    assert_eq!(words.matches("/Type /Page\n").count(), 1);
+    assert!(words.contains("/Title") && words.contains("/FontFile2"));
+}
+
+#[test]
+fn light_panels_are_light_and_instances_keep_their_colours() {
+    let (folder, input) = drive(1);
+    let colours = |theme: &str| {
+        let output = folder.path().join(format!("{theme}.png"));
+        let panels = ["--panels", "instances,bev", "--dpi", "192", "--theme", theme];
+        let (_, _, pixels) = decoded(&drawn(&output, &[&[path(&input)], &panels[..]].concat()));
+        pixels
+    };
+    let is_dark = |pixel: &[u8; 3]| pixel.iter().all(|&part| part < 60);
+    let share = |pixels: &[[u8; 3]]| {
+        pixels.iter().filter(|pixel| is_dark(pixel)).count() as f64 / pixels.len() as f64
+    };
+    let (dark, light) = (colours("dark"), colours("light"));
+    assert!(share(&dark) > 0.2 && share(&light) < 0.05, "{} {}", share(&dark), share(&light));
+    let seen = |pixels: &[[u8; 3]]| -> Vec<u32> {
+        (1..=10).filter(|&id| pixels.contains(&instance_colour(id))).collect()
+    };
+    assert!(seen(&dark).len() >= 8, "{:?}", seen(&dark));
+    assert_eq!(seen(&dark), seen(&light));
+}
+
+#[test]
+fn axes_have_degrees_with_the_left_side_positive() {
+    let (folder, input) = drive(1);
+    let output = folder.path().join("axes.svg");
+    let svg = text(&drawn(&output, &[path(&input), "--panels", "range"]));
+    // Where on the page the label of an azimuth is.
+    let place = |label: &str| -> f64 {
+        let found = svg.split("<g ").find(|path| path.contains(&format!("\"{label}\"")));
+        let path = found.unwrap_or_else(|| panic!("no {label}"));
+        let (_, rest) = path.split_once("translate(").expect("a place");
+        rest.split(' ').next().and_then(|x| x.parse().ok()).expect("a number")
+    };
+    assert!(place("90°") < place("0°") && place("0°") < place("−90°"));
+    // A part of the image in front of the sensor begins on its left.
+    let window = [path(&input), "--panels", "range", "--window", "0..100", "--force"];
+    let svg = text(&drawn(&output, &window));
+    assert!(svg.contains("\"170°\"") && !svg.contains("\"−90°\""));
+}
+
+#[test]
+fn without_classes_the_usual_panels_have_no_votes() {
+    let (folder, input) = drive(1);
+    let output = folder.path().join("ground.svg");
+    let ground = [path(&input), "--semantics", "ground"];
+    let svg = text(&drawn(&output, &ground));
+    assert!(svg.contains("bird's-eye view") && !svg.contains("\"votes\""));
+    let svg = text(&drawn(&output, &[&ground[..], &["--panels", "votes", "--force"]].concat()));
+    assert!(svg.contains("\"votes\""));
 }
 
 #[test]

@@ -8,6 +8,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use crate::annotate::TrackOptions;
 use crate::pipeline::overrides::limits;
 use crate::recording::{Compression, MessageRange};
+use crate::view::Theme;
 
 /// A name, what `--help` says about it, and the value that it stands for.
 pub type NamedValue<T> = (&'static str, &'static str, T);
@@ -17,6 +18,12 @@ pub const COMPRESSIONS: &[NamedValue<Compression>] = &[
     ("zstd", "Zstandard, level 1", Compression::Zstd),
     ("lz4", "LZ4: faster, larger files", Compression::Lz4),
     ("none", "No compression", Compression::None),
+];
+
+/// Themes of figures.
+pub const THEMES: &[NamedValue<Theme>] = &[
+    ("dark", "Dark panels on a white page, for the screen", Theme::Dark),
+    ("light", "Light panels, for print", Theme::Light),
 ];
 
 /// Reads one of the names.

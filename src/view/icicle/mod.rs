@@ -4,10 +4,12 @@
 //! A node is a box: as wide as it has pixels, from the gap across which it became one group up to
 //! the gap across which it joined another. Its children hang below it, side by side. Objects and
 //! their parts have the colour of the instance, all other nodes are grey; the higher the score, the
-//! brighter.
+//! stronger.
 
+use super::axes;
 use super::canvas::{Anchor, Area, Canvas, Stroke, between, opaque};
 use super::font::{self, Weight};
+use super::look::Look;
 use super::scene::FrameScene;
 use super::theme;
 use crate::text::grouped;
@@ -20,8 +22,6 @@ mod tests;
 const AXIS: f64 = 40.0;
 /// Between two parts of the tree.
 const BESIDE: f64 = 14.0;
-/// Nodes that are no objects or parts of one.
-const GREY: [u8; 3] = [206, 210, 218];
 /// Their pixels that are in no object.
 pub const BACKGROUND: [u8; 3] = [148, 152, 160];
 /// Size of the names of objects.
@@ -109,19 +109,21 @@ impl<'a> Icicle<'a> {
 
     /// Draws boxes, names of objects and axes.
     pub fn draw(&self, canvas: &mut Canvas, focus: Option<u32>) {
-        canvas.rect(self.plot, Some(opaque(theme::PANEL)), None);
+        let look = canvas.look();
+        canvas.rect(self.plot, Some(opaque(look.panel)), None);
         self.gap_axis(canvas);
         self.pixel_axis(canvas);
         for node in &self.boxes {
-            let rim = (node.area.width > 3.0).then(|| Stroke::solid(opaque(theme::PANEL), 0.7));
+            let rim = (node.area.width > 3.0).then(|| Stroke::solid(opaque(look.panel), 0.7));
             canvas.rect(node.area, Some(opaque(self.colour(node))), rim);
         }
         for node in self.objects() {
             let is_focus = focus == Some(node.facts.node);
-            let colour = if is_focus { opaque(theme::FOCUS) } else { theme::ON_PANEL };
+            let colour = if is_focus { opaque(look.focus) } else { look.on_panel };
             canvas.rect(node.area, None, Some(Stroke::solid(colour, 1.6)));
             name(canvas, node);
         }
+        axes::frame(canvas, self.plot);
     }
 
     /// The place of an object pixel, at the lower end of the smallest node that holds it.
@@ -205,8 +207,9 @@ impl<'a> Icicle<'a> {
 
     fn colour(&self, node: &NodeBox) -> [u8; 3] {
         let score = node.facts.score.map_or(0.0, |score| score.total);
-        let own = node.object.map_or(GREY, |object| self.object_colour(object));
-        between(theme::PANEL, own, shade(score))
+        let look = self.scene.look();
+        let own = node.object.map_or(look.node, |object| self.object_colour(object));
+        between(look.panel, own, shade(score))
     }
 
     fn object_colour(&self, object: u32) -> [u8; 3] {
@@ -239,7 +242,7 @@ impl<'a> Icicle<'a> {
             last = y;
             let [left, right] = [self.plot.x, self.plot.right()];
             canvas.line([left - 4.0, y], [left, y], Stroke::solid(theme::FAINT_INK, 1.0));
-            canvas.line([left, y], [right, y], Stroke::solid(theme::GUIDE, 0.6));
+            canvas.line([left, y], [right, y], Stroke::solid(canvas.look().guide, 0.6));
             let words = format!("{} m", (gap * 1000.0).round() / 1000.0);
             canvas.text([left - 7.0, y + 4.0], words, theme::faint(Anchor::End));
         }
@@ -268,8 +271,8 @@ fn shade(score: f64) -> f64 {
 }
 
 /// The shades of scores from 0 to 1 for a legend.
-pub fn score_ramp(score: f64) -> [u8; 3] {
-    between(theme::PANEL, GREY, shade(score))
+pub fn score_ramp(look: &Look, score: f64) -> [u8; 3] {
+    between(look.panel, look.node, shade(score))
 }
 
 /// Writes the body and the score of an object into its box, in one row or two, as far as they fit.
@@ -286,10 +289,12 @@ fn name(canvas: &mut Canvas, node: &NodeBox) {
     };
     let Some(rows) = ways.into_iter().find(fits) else { return };
     let middle = node.area.y + node.area.height / 2.0;
+    let look = canvas.look();
+    let style = look.label(NAME, look.on_panel, Anchor::Middle);
     let mut baseline = middle - rows.len() as f64 * ROW / 2.0 + 9.5;
     for row in rows {
         let at = [node.area.x + node.area.width / 2.0, baseline];
-        canvas.text(at, row, theme::label(NAME, theme::ON_PANEL, Anchor::Middle));
+        canvas.text(at, row, style);
         baseline += ROW;
     }
 }

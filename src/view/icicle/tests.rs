@@ -25,6 +25,7 @@ fn scene<'a>((cloud, stages): &'a (PointCloud, Stages)) -> FrameScene<'a> {
         colour_numbers: Vec::new(),
         heading: String::new(),
         remark: String::new(),
+        theme: crate::view::Theme::default(),
     }
 }
 

@@ -10,8 +10,8 @@ use super::names::{reason_id, rgb, shown_id};
 use crate::annotate::ClusteredFrame;
 use crate::diagnose::explain::Explanation;
 use crate::messages::palette::instance_colour;
+use crate::view::look;
 use crate::view::scene::{component_centroids, instance_of_component, row_from_top};
-use crate::view::theme;
 use divmerge_core::cloud::{Reason, UprightBox};
 
 /// Steps of the range image per metre.
@@ -143,7 +143,7 @@ impl FrameLogger<'_> {
     /// Logs the points of an explanation, the pairs of pixels that voted, and the answer in words.
     pub fn log_explanation(&self, found: &Explanation, answer: &str) -> RecordingStreamResult<()> {
         let points = archetypes::Points3D::new(found.points.iter().map(|point| point.position))
-            .with_colors([rgb(theme::FOCUS)])
+            .with_colors([rgb(look::DARK.focus)])
             .with_radii([Radius::new_ui_points(6.0)])
             .with_labels(["A", "B"].into_iter().take(found.points.len()))
             .with_show_labels(true);
