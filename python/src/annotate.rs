@@ -10,16 +10,17 @@ use divmerge::annotate::{
 };
 use divmerge::messages::objects::ObjectKind;
 use divmerge::recording::Compression;
-use pyo3::exceptions::PyUserWarning;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
+use serde::Serialize;
 
 use crate::errors::{Error, exists_already, raised, wrong, wrong_type};
 use crate::parameters::{
     ALL, COORDINATES, OBJECTS, Parameters, choice, names, number, recording, set_objects, text,
     within,
 };
+use crate::warnings::warn;
 
 /// How the chunks of a recording are compressed.
 pub const COMPRESSIONS: [(&str, Compression); 3] =
@@ -113,26 +114,33 @@ pub fn run<'py>(
     if !options.force && out.symlink_metadata().is_ok() {
         return Err(exists_already(out));
     }
-    watched(py, progress, |see| library::annotate(path, out, &options, see))
+    reported(py, progress, |see| library::annotate(path, out, &options, see))
 }
 
 /// What happens, told to whoever looks on.
-type See<'a> = &'a mut dyn FnMut(RunEvent) -> ControlFlow<()>;
+pub type See<'a> = &'a mut dyn FnMut(RunEvent) -> ControlFlow<()>;
 
-/// The report of some work of the library, which Python looks on.
-pub fn watched<'py>(
+/// What some work of the library comes to, which Python looks on.
+pub fn watched<T: Send>(
+    py: Python<'_>,
+    progress: Option<Py<PyAny>>,
+    work: impl FnOnce(See) -> divmerge::Result<T> + Send,
+) -> PyResult<T> {
+    let mut watch = Watch { progress, failure: None };
+    let made = py.detach(|| work(&mut |event| watch.see(event)));
+    match watch.failure {
+        Some(failure) => Err(failure),
+        None => made.map_err(raised),
+    }
+}
+
+/// The same of a report, as a dict.
+pub fn reported<'py>(
     py: Python<'py>,
     progress: Option<Py<PyAny>>,
     work: impl FnOnce(See) -> divmerge::Result<AnnotationReport> + Send,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let mut watch = Watch { progress, failure: None };
-    let report = py.detach(|| work(&mut |event| watch.see(event)));
-    if let Some(failure) = watch.failure {
-        return Err(failure);
-    }
-    let report = serde_json::to_string(&report.map_err(raised)?)
-        .map_err(|error| Error::new_err(error.to_string()))?;
-    from_json(py, &report)
+    plain(py, &watched(py, progress, work)?)
 }
 
 /// A function of bytes read and bytes in all.
@@ -251,7 +259,7 @@ pub fn flag(name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
 }
 
 /// Seconds from the start as a number, or text as the command line has it.
-fn moment(name: &str, value: &Bound<'_, PyAny>) -> PyResult<TimeSpec> {
+pub fn moment(name: &str, value: &Bound<'_, PyAny>) -> PyResult<TimeSpec> {
     let said = match value.extract::<f64>() {
         Ok(_) => number(name, value)?.to_string(),
         Err(_) => text(name, value)?,
@@ -282,13 +290,16 @@ impl Watch {
             (RunEvent::Progress { bytes, total }, Some(progress)) => {
                 progress.call1(py, (bytes, total)).map(drop)
             }
-            (RunEvent::Warning(warning), _) => {
-                let text = std::ffi::CString::new(warning.replace('\0', " ")).unwrap_or_default();
-                PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
-            }
+            (RunEvent::Warning(warning), _) => warn(py, warning),
             _ => Ok(()),
         }
     }
+}
+
+/// A value as Python's json reads it.
+pub fn plain<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
+    let json = serde_json::to_string(value).map_err(|error| Error::new_err(error.to_string()))?;
+    from_json(py, &json)
 }
 
 /// A value out of JSON.

@@ -1,13 +1,12 @@
 //! Clouds in arrays, clustered.
 
-use std::sync::Arc;
-
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{self, Numbers};
-use crate::clustering::{Columns, Objects, of_points, run, taxonomy, upright};
-use crate::frames::Frame;
+use crate::cloud_run::Objects;
+use crate::clustering::{Columns, of_arrays, of_points, run, upright};
+use crate::frame::Frame;
 use crate::parameters::{Parameters, WITHOUT_CLASSES};
 use crate::result::ClusterResult;
 
@@ -87,9 +86,6 @@ pub fn cluster_image<'py>(
     let (cloud, shape) = arrays::image_points([("x", x), ("y", y), ("z", z)])?;
     let (Numbers::Marks(marks) | Numbers::Whole(marks)) =
         arrays::numbers("mask", mask, &shape, |number| number != 0)?;
-    let objects = Objects::Marked(marks);
-    let taxonomy = taxonomy(py, &parameters, None)?;
     let cloud = upright(cloud, parameters.sensor_frame)?;
-    let parameters = parameters.all(&taxonomy.get().inner)?;
-    run(py, Arc::new(cloud), shape, (&objects, &taxonomy), &parameters)
+    run(py, of_arrays(py, cloud, Objects::Marked(marks), &parameters)?, shape)
 }

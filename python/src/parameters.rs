@@ -73,7 +73,7 @@ pub const COORDINATES: &[&str] =
     &["units", "sensor_origin", "min_range", "max_range", "crop", "ego"];
 
 /// Who cuts objects into instances unless another method is named.
-const OURS: &str = "divide-and-merge";
+pub const OURS: &str = "divide-and-merge";
 
 impl Parameters {
     /// Takes the arguments of a function that takes those names, and gives `other` the ones that

@@ -8,7 +8,7 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::annotate::{from_json, progress, run, watched};
+use crate::annotate::{from_json, progress, reported, run};
 use crate::errors::{exists_already, raised, wrong, wrong_type};
 use crate::parameters::{names, paths, recording, within};
 
@@ -119,5 +119,5 @@ pub fn join<'py>(
         return Err(exists_already(&out));
     }
     let options = JoinOptions { input: input.map(recording), force, threads: threads.unwrap_or(0) };
-    watched(py, progress, |see| library::join(slices, &out, &options, see))
+    reported(py, progress, |see| library::join(slices, &out, &options, see))
 }
