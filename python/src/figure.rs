@@ -2,45 +2,22 @@
 
 use std::path::PathBuf;
 
-use divmerge::diagnose::explain::ClusteredCloud;
 use divmerge::recording::write_file;
-use divmerge::view::{
-    self, Canvas, ColourTracker, FigureOptions, FrameScene, Panel, PixelCrop, PlaneRegion, Theme,
-};
+use divmerge::view::{self, FigureOptions, FrameScene, Panel, PixelCrop, PlaneRegion, Theme};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::annotate::flag;
 use crate::asked::cloud_run;
-use crate::cloud_run::{CloudRun, Origin};
+use crate::cloud_run::CloudRun;
+use crate::drawing::{FORMS, Form, Look, drawn, encoded};
 use crate::errors::{exists_already, raised, wrong, wrong_type};
 use crate::explain::{POINTS, Problem, Question, refuse_other_method, report};
 use crate::parameters::{choice, names, number};
-use crate::taxonomy::PyTaxonomy;
-
-/// The forms of figures.
-#[derive(Debug, Clone, Copy)]
-enum Form {
-    Png,
-    Svg,
-    Pdf,
-}
-
-const FORMS: [(&str, Form); 3] = [("png", Form::Png), ("svg", Form::Svg), ("pdf", Form::Pdf)];
 
 /// Names of the arguments of `figure` beside those about cloud and method.
 const OWN: &[&str] =
     &["a", "b", "panels", "theme", "aspect", "dpi", "window", "view", "format", "force"];
-
-/// How a figure looks.
-#[derive(Default)]
-struct Look {
-    /// No panels: the usual ones.
-    options: FigureOptions,
-    theme: Theme,
-    format: Option<Form>,
-    force: bool,
-}
 
 #[pyfunction]
 #[pyo3(
@@ -84,7 +61,7 @@ pub fn figure<'py>(
         "a" => question.add("a", Some(value)),
         "b" => question.add("b", Some(value)),
         _ if POINTS.contains(&name) => question.set(name, value),
-        _ => look.set(name, value),
+        _ => set_look(&mut look, name, value),
     })?;
     let form = form(out.as_deref(), look.format)?;
     if let Some(out) = out.as_deref().filter(|out| !look.force && out.symlink_metadata().is_ok()) {
@@ -101,26 +78,6 @@ pub fn figure<'py>(
             Ok(None)
         }
     }
-}
-
-/// The figure of a run as PNG.
-pub fn usual_png(py: Python<'_>, made_of: &CloudRun, dpi: f64) -> PyResult<Vec<u8>> {
-    let options = FigureOptions { panels: Vec::new(), dpi, ..FigureOptions::default() };
-    drawn(py, made_of, &Look { options, ..Look::default() }, Form::Png)
-}
-
-fn drawn(py: Python<'_>, made_of: &CloudRun, look: &Look, form: Form) -> PyResult<Vec<u8>> {
-    let (origin, taxonomy) = (&*made_of.origin, made_of.taxonomy.get());
-    let page = made_of.look(py, |frame| {
-        let scene = scene(frame, origin, taxonomy);
-        let scene = FrameScene { theme: look.theme, ..scene };
-        let mut options = look.options.clone();
-        if options.panels.is_empty() {
-            options.panels = Panel::usual(frame.config, frame.stages);
-        }
-        view::figure(&scene, &options)
-    });
-    encoded(&page.map_err(raised)?, form, look.options.dpi)
 }
 
 fn explained(
@@ -141,55 +98,6 @@ fn explained(
     encoded(&page.map_err(Problem::raised)?, form, look.options.dpi)
 }
 
-/// A run as it is drawn, with the headings of the command's figure.
-fn scene<'a>(
-    frame: &ClusteredCloud<'a>,
-    origin: &'a Origin,
-    taxonomy: &'a PyTaxonomy,
-) -> FrameScene<'a> {
-    let ClusteredCloud { cloud, config, stages, .. } = *frame;
-    let Origin { message, start_ns, semantics, intensity, .. } = origin;
-    let has_classes = semantics.starts_with("field:") || semantics == "classes";
-    let seconds = message.log_time_ns().saturating_sub(*start_ns) as f64 * 1e-9;
-    let image = &stages.image;
-    let run = format!(
-        "range image {} × {} ({})  ·  objects: {semantics}  ·  {}",
-        image.rows(),
-        image.columns(),
-        image.projection.describe(),
-        config.describe(),
-    );
-    let is_recorded = !message.topic.is_empty();
-    FrameScene {
-        cloud,
-        stages,
-        classes: if has_classes { taxonomy.inner.classes() } else { &[] },
-        intensity: intensity.as_deref(),
-        merge_ratio: config.cluster.merge_ratio,
-        colour_numbers: ColourTracker::default().colour_numbers(&stages.instances),
-        heading: match is_recorded {
-            true => format!("{}  ·  {seconds:.3} s", message.frames()),
-            false => format!("{} points", cloud.len()),
-        },
-        remark: match is_recorded {
-            true => format!("{}  ·  {run}", message.topic),
-            false => run,
-        },
-        theme: Theme::default(),
-    }
-}
-
-fn encoded(page: &Canvas, form: Form, dpi: f64) -> PyResult<Vec<u8>> {
-    match form {
-        Form::Svg => Ok(view::svg(page).into_bytes()),
-        Form::Pdf => Ok(view::pdf(page)),
-        Form::Png => view::png(page, dpi).ok_or_else(|| {
-            let [width, height] = view::size_in_pixels(page, dpi);
-            wrong("dpi", format!("a picture of {width} x {height} pixels is too large"))
-        }),
-    }
-}
-
 /// The form that is said, else that of the file's name, else PNG.
 fn form(out: Option<&std::path::Path>, said: Option<Form>) -> PyResult<Form> {
     let (None, Some(out)) = (said, out) else { return Ok(said.unwrap_or(Form::Png)) };
@@ -201,30 +109,28 @@ fn form(out: Option<&std::path::Path>, said: Option<Form>) -> PyResult<Form> {
     })
 }
 
-impl Look {
-    fn set(&mut self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
-        let options = &mut self.options;
-        match name {
-            "format" => self.format = Some(choice(name, value, &FORMS)?),
-            "theme" => {
-                self.theme =
-                    choice(name, value, &[("dark", Theme::Dark), ("light", Theme::Light)])?;
-            }
-            "panels" => {
-                let each = names(name, value)?.into_iter();
-                options.panels = each.map(panel).collect::<PyResult<_>>()?;
-            }
-            "aspect" => options.aspect = between(name, value, [0.01, 10.0])?,
-            "dpi" => options.dpi = between(name, value, [24.0, 1200.0])?,
-            "window" => {
-                let (columns, rows) = window(name, value)?;
-                options.crop = PixelCrop { columns, rows };
-            }
-            "view" => options.region = Some(region(name, value)?),
-            _ => self.force = flag(name, value)?,
+/// Sets one of the arguments about how a figure looks.
+fn set_look(look: &mut Look, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
+    let options = &mut look.options;
+    match name {
+        "format" => look.format = Some(choice(name, value, &FORMS)?),
+        "theme" => {
+            look.theme = choice(name, value, &[("dark", Theme::Dark), ("light", Theme::Light)])?;
         }
-        Ok(())
+        "panels" => {
+            let each = names(name, value)?.into_iter();
+            options.panels = each.map(panel).collect::<PyResult<_>>()?;
+        }
+        "aspect" => options.aspect = between(name, value, [0.01, 10.0])?,
+        "dpi" => options.dpi = between(name, value, [24.0, 1200.0])?,
+        "window" => {
+            let (columns, rows) = window(name, value)?;
+            options.crop = PixelCrop { columns, rows };
+        }
+        "view" => options.region = Some(region(name, value)?),
+        _ => look.force = flag(name, value)?,
     }
+    Ok(())
 }
 
 fn panel(said: String) -> PyResult<Panel> {

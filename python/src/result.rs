@@ -9,10 +9,12 @@ use divmerge::range_image::NOWHERE;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict};
 
 use crate::arrays::{keep_columns, records, shaped};
 use crate::cloud_run::CloudRun;
+use crate::drawing::usual_png;
+use crate::notebook;
 
 /// What became of the points of one cloud. N points, H x W pixels.
 ///
@@ -54,6 +56,7 @@ struct Lazy {
     merges: LazyArray,
     joins: LazyArray,
     instances: LazyArray,
+    png: LazyArray,
 }
 
 impl ClusterResult {
@@ -264,6 +267,20 @@ impl ClusterResult {
     #[getter]
     fn projection(&self) -> &'static str {
         self.stages.image.projection.describe()
+    }
+
+    /// For notebooks: the figure of `divmerge.figure(result)`, 96 pixels per inch, as PNG.
+    fn _repr_png_(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        lazily(py, &self.lazy.png, || {
+            let png = usual_png(py, &self.made_of, 96.0)?;
+            Ok(PyBytes::new(py, &png).into_any())
+        })
+    }
+
+    /// For notebooks: counts, a table of the classes, and the figure.
+    fn _repr_html_(&self, py: Python<'_>) -> PyResult<String> {
+        let png = self._repr_png_(py)?.into_bound(py).cast_into()?;
+        notebook::html(py, &self.__repr__(), &self.stages.instances, &png)
     }
 
     fn __repr__(&self) -> String {

@@ -4,8 +4,8 @@ use std::ops::{self, ControlFlow};
 use std::path::PathBuf;
 
 use divmerge::Error as LibraryError;
-use divmerge::annotate::{ObjectOptions, RunEvent};
 use divmerge::annotate::time_spec::{self, TimeSpec};
+use divmerge::annotate::{ObjectOptions, RunEvent};
 use divmerge::diagnose::triage::TriageParams;
 use divmerge::diagnose::triage::ranking::{RankedCase, Ranking};
 use divmerge::diagnose::triage::recording::{TriageOutput, triage_recording};
