@@ -16,11 +16,11 @@ use pyo3::types::{PyBool, PyDict, PyString};
 use serde::Serialize;
 
 use crate::errors::{Error, exists_already, raised, wrong, wrong_type};
+use crate::objects::{OBJECTS, set_objects};
 use crate::parameters::{
-    ALL, COORDINATES, OBJECTS, Parameters, choice, names, number, recording, set_objects, text,
-    within,
+    ALL, COORDINATES, Parameters, choice, names, number, recording, text, within,
 };
-use crate::warnings::warn;
+use crate::watch::{Progress, See, progress, watched};
 
 /// How the chunks of a recording are compressed.
 pub const COMPRESSIONS: [(&str, Compression); 3] =
@@ -39,7 +39,8 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
         assemble=None, track='auto', lag=None, ego_motion='auto', only=False, \
         in_place=False, resume=False, force=False, threads=None, progress=None, \
         tolerance=0.01, model_config=None, model_image='auto', \
-        remission_scale=None, batch=None, runtime='auto', onnxruntime=None, device='auto')"
+        remission_scale=None, batch=None, runtime='auto', onnxruntime=None, device='auto', \
+        **parameters)"
 )]
 /// Writes a recording again with instances in it: the bytes that `divmerge annotate` writes with
 /// the same parameters. A viewer's layout is not written. Returns the report that `divmerge
@@ -63,11 +64,12 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
 /// topics alone; in_place: put the fields into the clouds themselves. resume: go on where a run
 /// with resume=True was cut off, and leave what is done if this one is. force: replace an existing
 /// output. threads: that unpack, cluster and compress; one for each core up to eight if not said.
-/// progress: is called with the bytes read and the bytes in all (0 of a stream); what it raises
-/// ends the run.
+/// progress: True for a bar of tqdm, or what is called with the bytes read and the bytes in all (0
+/// of a stream); what it raises ends the run.
 ///
 /// Other threads of Python run meanwhile. KeyboardInterrupt ends the run, and nothing half written
-/// is left. What is odd in the recording is a UserWarning and stands in the report.
+/// is left. What is odd in the recording is a UserWarning and stands in the report. Every parameter
+/// that `parameters` lists is a keyword, too.
 pub fn annotate<'py>(
     py: Python<'py>,
     path: PathBuf,
@@ -117,38 +119,13 @@ pub fn run<'py>(
     reported(py, progress, |see| library::annotate(path, out, &options, see))
 }
 
-/// What happens, told to whoever looks on.
-pub type See<'a> = &'a mut dyn FnMut(RunEvent) -> ControlFlow<()>;
-
-/// What some work of the library comes to, which Python looks on.
-pub fn watched<T: Send>(
-    py: Python<'_>,
-    progress: Option<Py<PyAny>>,
-    work: impl FnOnce(See) -> divmerge::Result<T> + Send,
-) -> PyResult<T> {
-    let mut watch = Watch { progress, failure: None };
-    let made = py.detach(|| work(&mut |event| watch.see(event)));
-    match watch.failure {
-        Some(failure) => Err(failure),
-        None => made.map_err(raised),
-    }
-}
-
 /// The same of a report, as a dict.
 pub fn reported<'py>(
     py: Python<'py>,
-    progress: Option<Py<PyAny>>,
+    progress: Option<Progress>,
     work: impl FnOnce(See) -> divmerge::Result<AnnotationReport> + Send,
 ) -> PyResult<Bound<'py, PyAny>> {
     plain(py, &watched(py, progress, work)?)
-}
-
-/// A function of bytes read and bytes in all.
-pub fn progress(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
-    match value.is_callable() {
-        true => Ok(value.clone().unbind()),
-        false => Err(wrong_type(name, "expected a function of bytes read and bytes in all")),
-    }
 }
 
 /// Names of the arguments of `annotate` beside those about the method and about objects.
@@ -181,7 +158,7 @@ struct AnnotateArguments {
     from: Option<TimeSpec>,
     to: Option<TimeSpec>,
     lag: Option<f64>,
-    progress: Option<Py<PyAny>>,
+    progress: Option<Progress>,
 }
 
 impl AnnotateArguments {
@@ -226,7 +203,7 @@ impl AnnotateArguments {
             "resume" => options.resume = flag(name, value)?,
             "force" => options.force = flag(name, value)?,
             "threads" => options.threads = within(name, value, 1024)?,
-            "progress" => self.progress = Some(progress(name, value)?),
+            "progress" => self.progress = progress(name, value)?,
             _ => return set_objects(&mut self.objects, name, value),
         }
         Ok(())
@@ -265,35 +242,6 @@ pub fn moment(name: &str, value: &Bound<'_, PyAny>) -> PyResult<TimeSpec> {
         Err(_) => text(name, value)?,
     };
     said.parse().map_err(|problem: String| wrong(name, problem))
-}
-
-/// Looks on while the library works; what Python raises ends the work.
-struct Watch {
-    progress: Option<Py<PyAny>>,
-    failure: Option<PyErr>,
-}
-
-impl Watch {
-    fn see(&mut self, event: RunEvent) -> ControlFlow<()> {
-        if self.failure.is_none() {
-            self.failure = Python::attach(|py| self.tell(py, event)).err();
-        }
-        match self.failure {
-            Some(_) => ControlFlow::Break(()),
-            None => ControlFlow::Continue(()),
-        }
-    }
-
-    fn tell(&self, py: Python<'_>, event: RunEvent) -> PyResult<()> {
-        py.check_signals()?;
-        match (event, &self.progress) {
-            (RunEvent::Progress { bytes, total }, Some(progress)) => {
-                progress.call1(py, (bytes, total)).map(drop)
-            }
-            (RunEvent::Warning(warning), _) => warn(py, warning),
-            _ => Ok(()),
-        }
-    }
 }
 
 /// A value as Python's json reads it.

@@ -14,9 +14,8 @@ use crate::cloud_run::CloudRun;
 use crate::clustering::Columns;
 use crate::errors::{raised, type_of, wrong, wrong_type};
 use crate::frame::{Frame, FrameReader};
-use crate::parameters::{
-    ALL, COORDINATES, OBJECTS, Parameters, recording, set_objects, text, whole,
-};
+use crate::objects::{OBJECTS, set_objects};
+use crate::parameters::{ALL, COORDINATES, Parameters, recording, text, whole};
 use crate::result::ClusterResult;
 use crate::warnings::warn;
 

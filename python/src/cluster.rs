@@ -17,7 +17,7 @@ use crate::result::ClusterResult;
         taxonomy=None, preset='best', voxel=None, angle=None, gap_columns=None, gap_rows=None, \
         min_points=None, bev=None, method=None, set=None, \
         rows=None, columns=None, fov=None, \
-        sensor_frame=None)"
+        sensor_frame=None, **parameters)"
 )]
 /// Cuts a LiDAR cloud into object instances.
 ///
@@ -63,7 +63,7 @@ pub fn cluster<'py>(
     text_signature = "(x, y, z, mask, *, preset='best', voxel=None, angle=None, gap_columns=None, \
         gap_rows=None, min_points=None, bev=None, method=None, set=None, \
         rows=None, columns=None, fov=None, \
-        sensor_frame=None)"
+        sensor_frame=None, **parameters)"
 )]
 /// Cuts the objects of an organised range image into instances, as the paper's own Python function
 /// does.

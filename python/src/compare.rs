@@ -16,7 +16,8 @@ use crate::annotate::plain;
 use crate::asked::method;
 use crate::errors::{wrong, wrong_type};
 use crate::labelled::{LABELLED, LabelledClouds};
-use crate::parameters::{OBJECTS, OURS, Parameters, names, recording, set_objects, whole};
+use crate::objects::{OBJECTS, set_objects};
+use crate::parameters::{OURS, Parameters, names, recording, whole};
 
 /// Names of the arguments of `compare` beside those about clouds and objects.
 const OWN: &[&str] = &["methods", "voxels", "min_points", "taxonomy"];

@@ -196,7 +196,7 @@ pub fn report(
         bev=None, method=None, set=None, rows=None, columns=None, fov=None, sensor_frame='auto', \
         units=None, sensor_origin=(), min_range=None, max_range=None, crop=None, ego=None, \
         tolerance=0.01, model_config=None, model_image='auto', remission_scale=None, batch=None, \
-        runtime='auto', onnxruntime=None, device='auto')"
+        runtime='auto', onnxruntime=None, device='auto', **parameters)"
 )]
 /// Says why two points are one instance or not, or what one point belongs to. Returns the dict that
 /// `divmerge explain --json` prints, and in `text` what it prints without.

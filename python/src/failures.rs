@@ -18,7 +18,8 @@ use serde::Serialize;
 use crate::annotate::plain;
 use crate::asked::{assembly, method};
 use crate::labelled::{LABELLED, LabelledClouds};
-use crate::parameters::{ALL, COORDINATES, OBJECTS, Parameters, recording, set_objects, whole};
+use crate::objects::{OBJECTS, set_objects};
+use crate::parameters::{ALL, COORDINATES, Parameters, recording, whole};
 
 /// Names of the arguments of `failures` beside those about clouds, method and objects.
 const OWN: &[&str] = &["small", "assemble"];
@@ -58,7 +59,7 @@ struct Found<'a> {
         fov=None, sensor_frame='auto', units=None, sensor_origin=(), min_range=None, \
         max_range=None, crop=None, ego=None, tolerance=0.01, model_config=None, \
         model_image='auto', remission_scale=None, batch=None, runtime='auto', onnxruntime=None, \
-        device='auto')"
+        device='auto', **parameters)"
 )]
 /// Lists the objects that the clustering gets wrong, with the cause of each: the dict that
 /// `divmerge failures --json FILE` writes, without the commands in it.

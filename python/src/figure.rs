@@ -29,7 +29,7 @@ const OWN: &[&str] =
         bev=None, method=None, set=None, rows=None, columns=None, fov=None, sensor_frame='auto', \
         units=None, sensor_origin=(), min_range=None, max_range=None, crop=None, ego=None, \
         tolerance=0.01, model_config=None, model_image='auto', remission_scale=None, batch=None, \
-        runtime='auto', onnxruntime=None, device='auto')"
+        runtime='auto', onnxruntime=None, device='auto', **parameters)"
 )]
 /// Draws the clustering of a cloud: the bytes that `divmerge figure` writes, or with `a`, `b` or
 /// `instances` those of `divmerge explain -o`. Returns them, or None if they are written to `out`.

@@ -15,7 +15,8 @@ use pyo3::types::{PyDict, PySlice};
 
 use crate::errors::{raised, type_of, wrong, wrong_type};
 use crate::frame::{Frame, FrameReader, Read};
-use crate::parameters::{COORDINATES, OBJECTS, Parameters, names, recording, set_objects, whole};
+use crate::objects::{OBJECTS, set_objects};
+use crate::parameters::{COORDINATES, Parameters, names, recording, whole};
 
 /// Numbers of clouds: from `start` to before `end`, each `step`-th.
 #[derive(Clone, Copy)]

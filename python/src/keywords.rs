@@ -4,7 +4,11 @@
 const OTHER_NAMES: [(&str, &str); 3] =
     [("from", "from_"), ("in-place-fields", "in_place"), ("topic", "topics")];
 
-/// The text with `gap_columns` for each `--gap-columns`.
+/// Values that follow an option outside of backticks.
+const VALUES: [&str; 2] = ["auto", "estimate"];
+
+/// The text with `gap_columns` for each `--gap-columns`, and `units='mm'` for what stands in
+/// backticks as `--units mm`.
 pub fn as_keywords(text: &str) -> String {
     let mut said = String::new();
     let mut rest = text;
@@ -12,16 +16,35 @@ pub fn as_keywords(text: &str) -> String {
         let (before, option) = rest.split_at(place);
         let name = &option[2..];
         let end = name.find(|c: char| !c.is_ascii_lowercase() && c != '-').unwrap_or(name.len());
-        let starts_word =
-            before.chars().next_back().is_none_or(|c| !c.is_alphanumeric() && c != '-');
         said.push_str(before);
-        match starts_word && name.starts_with(|c: char| c.is_ascii_lowercase()) {
-            true => said.push_str(&keyword(&name[..end])),
-            false => said.push_str(&option[..2 + end]),
+        if !name.starts_with(|c: char| c.is_ascii_lowercase())
+            || before.ends_with(|c: char| c.is_alphanumeric() || c == '-')
+        {
+            said.push_str(&option[..2 + end]);
+            rest = &name[end..];
+            continue;
         }
+        said.push_str(&keyword(&name[..end]));
         rest = &name[end..];
+        if let Some(value) = value(before, rest) {
+            said.push_str(&format!("='{value}'"));
+            rest = &rest[1 + value.len()..];
+        }
     }
     said + rest
+}
+
+/// The value of an option, of which `before` stands before it and `rest` behind.
+fn value<'a>(before: &str, rest: &'a str) -> Option<&'a str> {
+    let behind = rest.strip_prefix(' ')?;
+    match before.ends_with('`') {
+        true => behind.find('`').map(|end| &behind[..end]),
+        false => VALUES.into_iter().find_map(|value| {
+            let is_word =
+                behind.strip_prefix(value)?.chars().next().is_none_or(|c| !c.is_alphanumeric());
+            is_word.then(|| &behind[..value.len()])
+        }),
+    }
 }
 
 fn keyword(option: &str) -> String {

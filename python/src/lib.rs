@@ -4,6 +4,7 @@
 mod annotate;
 mod arrays;
 mod asked;
+mod by_name;
 mod cloud_run;
 mod cluster;
 mod clustering;
@@ -21,6 +22,7 @@ mod frames;
 mod keywords;
 mod labelled;
 mod notebook;
+mod objects;
 mod parameters;
 mod registry;
 mod result;
@@ -29,6 +31,7 @@ mod slices;
 mod taxonomy;
 mod triage;
 mod warnings;
+mod watch;
 
 use pyo3::prelude::*;
 

@@ -15,13 +15,14 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::{Value, json};
 
-use crate::annotate::{COMPRESSIONS, flag, moment, plain, progress, watched};
+use crate::annotate::{COMPRESSIONS, flag, moment, plain};
 use crate::asked::{assembly, method};
 use crate::errors::{exists_already, raised, wrong};
+use crate::objects::{OBJECTS, set_objects};
 use crate::parameters::{
-    ALL, COORDINATES, OBJECTS, Parameters, choice, names, path, recording, set_objects, whole,
-    within,
+    ALL, COORDINATES, Parameters, choice, names, path, recording, whole, within,
 };
+use crate::watch::{Progress, progress, watched};
 
 /// Names of the arguments of `triage` beside those about the method and about objects.
 const OWN: &[&str] = &[
@@ -53,7 +54,7 @@ struct TriageArguments {
     out: Option<PathBuf>,
     compression: Compression,
     force: bool,
-    progress: Option<Py<PyAny>>,
+    progress: Option<Progress>,
 }
 
 impl TriageArguments {
@@ -90,7 +91,7 @@ impl TriageArguments {
             "out" => self.out = Some(path(name, value)?),
             "compression" => self.compression = choice(name, value, &COMPRESSIONS)?,
             "force" => self.force = flag(name, value)?,
-            "progress" => self.progress = Some(progress(name, value)?),
+            "progress" => self.progress = progress(name, value)?,
             _ => return set_objects(&mut self.objects, name, value),
         }
         Ok(())
@@ -119,7 +120,7 @@ pub fn numbers(start: usize, stop: Option<usize>) -> PyResult<MessageRange> {
         rows=None, columns=None, fov=None, sensor_frame='auto', units=None, sensor_origin=(), \
         min_range=None, max_range=None, crop=None, ego=None, tolerance=0.01, model_config=None, \
         model_image='auto', remission_scale=None, batch=None, runtime='auto', onnxruntime=None, \
-        device='auto')"
+        device='auto', **parameters)"
 )]
 /// Lists the most suspect decisions in a recording, without any truth, as `divmerge triage` does.
 ///
