@@ -1,12 +1,11 @@
 //! Recordings, annotated.
 
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use divmerge::annotate::time_spec::{self, TimeSpec};
 use divmerge::annotate::{
     self as library, AnnotateConfig, AnnotateOptions, AnnotationReport, BoxedInstances, Flavor,
-    Form, MessageTypes, ObjectOptions, RunEvent, Slice, TrackMode, TrackOptions,
+    Form, MessageTypes, ObjectOptions, Slice, TrackMode, TrackOptions,
 };
 use divmerge::messages::objects::ObjectKind;
 use divmerge::recording::Compression;

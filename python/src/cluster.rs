@@ -38,10 +38,11 @@ use crate::result::ClusterResult;
 /// "box", "rectangle" or "hull". method: another method in place of divide and merge:
 /// "depth-clustering", "scan-line-run", "euclidean", "dbscan", "supervoxel", "alpine" or
 /// "one-per-class". set: any parameters by path, as {"cluster.tree.gap": 0.02}; `parameters` lists
-/// them. rows, columns, fov: rows of equal elevation, columns of the full circle, and
-/// (upper, lower) elevation in degrees of the range image, in place of what is found in the cloud.
-/// sensor_frame: how the points' frame stands: where x, y and z look ("rfu", "frd", ...), or roll,
-/// pitch and yaw of the sensor in degrees ("180,0,0").
+/// them with their keywords, which set them too, as tree_gap=0.02. rows, columns, fov: rows of
+/// equal elevation, columns of the full circle, and (upper, lower) elevation in degrees of the
+/// range image, in place of what is found in the cloud. sensor_frame: how the points' frame stands:
+/// where x, y and z look ("rfu", "frd", ...), or roll, pitch and yaw of the sensor in degrees
+/// ("180,0,0").
 ///
 /// Other threads of Python run meanwhile.
 pub fn cluster<'py>(

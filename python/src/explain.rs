@@ -208,7 +208,8 @@ pub fn report(
 /// ids, instead of points: their nearest points are compared. within: how far a return may be from
 /// a position, metres. what_if: search for the smallest change of each single parameter that gives
 /// the other answer. topic, frame, time, assemble: which cloud of a recording, as for `figure`. All
-/// else is as for `annotate`, or `cluster` with a `Frame`; with a `Result` there is nothing else.
+/// else is as for `annotate`; with a `Frame` these are the parameters of the method alone, and with
+/// a `Result`, which has its own, none.
 ///
 /// Of the dict: `answer` ("one_instance", "apart", "has_instance", "no_instance"), `decided_by`,
 /// `points` (what is known of each: `index`, `position` in metres in the frame of `Frame.points`,

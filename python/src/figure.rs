@@ -46,7 +46,8 @@ const OWN: &[&str] =
 /// recording; the first with clouds if not said. frame: number of the cloud on its topic, from 0.
 /// time: take the cloud nearest to this log time: seconds from the start, or text as for
 /// `annotate`. assemble: put a whole turn together of several messages, as for `annotate`. All else
-/// is as for `annotate`, or `cluster` with a `Frame`; with a `Result` there is nothing else.
+/// is as for `annotate`; with a `Frame` these are the parameters of the method alone, and with a
+/// `Result`, which has its own, none.
 pub fn figure<'py>(
     py: Python<'py>,
     cloud: &Bound<'py, PyAny>,

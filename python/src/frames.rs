@@ -173,7 +173,7 @@ const OF_FRAMES: &[&str] =
         onnxruntime=None, device='auto')"
 )]
 /// The clouds of a topic of a recording, one at a time in memory, as `divmerge annotate` sees them:
-/// an iterator of `Frame`.
+/// `Frames`, an iterator of `Frame` and a sequence, as in `frames[7]`, `frames[-1]`, `frames[2:5]`.
 ///
 /// path: an MCAP recording. topic: the topic; the first with clouds if not said (`topics` lists
 /// them). start, stop: numbers of the first frame and of the one behind the last, from 0. fields:
@@ -188,9 +188,9 @@ const OF_FRAMES: &[&str] =
 /// ego: which returns are looked at, as at the command line: metres, and blocks as
 /// "-50..50,-20..20,.."; the others become NaN. ego may be "auto": the vehicle that carries the
 /// sensor, as found in the recording. rows, columns, fov: as for `cluster`, for the image that a
-/// network is given. tolerance: how far the stamps of "labels:" and "topic:" may be from
-/// that of their cloud, seconds. model_config, model_image, remission_scale, runtime, onnxruntime,
-/// device: how a network is run, as at the command line.
+/// network is given. tolerance: how far the stamps of "labels:" and "topic:" may be from that of
+/// their cloud, seconds. model_config, model_image, remission_scale, runtime, onnxruntime, device:
+/// how a network is run, as at the command line.
 ///
 /// A cloud that cannot be read raises `divmerge.Error`; `next` goes on with the one behind it.
 pub fn frames(

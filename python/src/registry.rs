@@ -15,8 +15,8 @@ use crate::parameters::parsed;
 #[pyo3(signature = (preset = None), text_signature = "(preset='best')")]
 /// Every parameter that `set` takes, as a list of dicts: path, doc, unit (None for shares and
 /// counts), source (None: ours), kind ("number", "whole", "flag", "switch", "choice" or "list"),
-/// limits (min, max, above, below), slider (what is usual), choices, value: that of the preset, None
-/// where its part of the method is off, and keyword: its name as an argument of `cluster`,
+/// limits (min, max, above, below), slider (what is usual), choices, value: that of the preset,
+/// None where its part of the method is off, and keyword: its name as an argument of `cluster`,
 /// `annotate` and all other functions that take `set`.
 pub fn parameters<'py>(
     py: Python<'py>,

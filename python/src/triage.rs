@@ -125,18 +125,18 @@ pub fn numbers(start: usize, stop: Option<usize>) -> PyResult<MessageRange> {
 /// Lists the most suspect decisions in a recording, without any truth, as `divmerge triage` does.
 ///
 /// path: the recording (MCAP). limit: most cases that are listed. weigh_points: instances of fewer
-/// points weigh less. topics, from_, to, assemble, progress: as for `annotate`. start, stop: numbers
-/// of the first cloud and of the one behind the last, from 0. out: also write the recording with a
-/// topic T/suspicion for each cloud topic T; compression, force: of that file. All else is as for
-/// `annotate`.
+/// points weigh less. topics, from_, to, assemble, progress: as for `annotate`. start, stop:
+/// numbers of the first cloud and of the one behind the last, from 0. out: also write the recording
+/// with a topic T/suspicion for each cloud topic T; compression, force: of that file. All else is
+/// as for `annotate`.
 ///
 /// Returns a dict: `frames`, `unreadable` (clouds that could not be read), `instances`, `suspects`
-/// (how many there are), `output_bytes`, and `cases`, the most suspect first. Of each case: `topic`,
-/// `frame` (number of its cloud), `seconds` from the start, `score` (how likely it is a failure, 0
-/// to 1), `instance` in words, `at` (one or two points, metres in the recording's frame: what
-/// `explain(path, *case["at"], topic=case["topic"], frame=case["frame"])` takes) and `suspects`
-/// (dicts of `kind`, `score`, `evidence`, `concerns`, `points` by number, `position`, `measured`,
-/// `bound`, `unit`, `sentence`).
+/// (how many there are), `output_bytes`, and `cases`, the most suspect first. Of each case:
+/// `topic`, `frame` (number of its cloud), `seconds` from the start, `score` (how likely it is a
+/// failure, 0 to 1), `instance` in words, `at` (one or two points, metres in the recording's frame:
+/// what `explain(path, *case["at"], topic=case["topic"], frame=case["frame"])` takes) and
+/// `suspects` (dicts of `kind`, `score`, `evidence`, `concerns`, `points` by number, `position`,
+/// `measured`, `bound`, `unit`, `sentence`).
 pub fn triage<'py>(
     py: Python<'py>,
     path: PathBuf,
