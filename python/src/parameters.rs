@@ -88,7 +88,9 @@ impl Parameters {
             if !names.iter().any(|names| names.contains(&name.as_str())) {
                 let path = path_of(&name).filter(|_| takes_settings(names));
                 let path = path.ok_or_else(|| unexpected(function, &name, names))?;
-                by_name.extend(settings_entry(path, &value)?);
+                if !value.is_none() {
+                    by_name.push(settings_entry(path, &value)?);
+                }
                 continue;
             }
             if !value.is_none() && !parameters.set(&name, &value)? {
@@ -261,16 +263,13 @@ fn settings(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Value
     let entries = entries.map(|(path, value)| {
         settings_entry(&path.extract::<String>().map_err(|_| problem())?, &value)
     });
-    entries.map(|entry| entry.and_then(|entry| entry.ok_or_else(problem))).collect()
+    entries.collect()
 }
 
-/// The path of a parameter and its value; nothing of None.
-fn settings_entry(path: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<(String, Value)>> {
-    if value.is_none() {
-        return Ok(None);
-    }
+/// The path of a parameter and its value.
+fn settings_entry(path: &str, value: &Bound<'_, PyAny>) -> PyResult<(String, Value)> {
     let problem = || wrong_type(path, format!("cannot be of type {}", type_of(value)));
-    Ok(Some((path.to_owned(), setting(value).ok_or_else(problem)?)))
+    Ok((path.to_owned(), setting(value).ok_or_else(problem)?))
 }
 
 /// True or false, a number, a text, or several of these.
