@@ -1,8 +1,10 @@
 //! Why two points are one instance or not.
 
+use std::sync::{Mutex, PoisonError};
+
 use divmerge::diagnose::explain::{
     ClusteredCloud, ExplanationReport, ExplanationText, Subject, distances, nearest_points,
-    return_at, what_if,
+    return_at, what_if_while,
 };
 use divmerge::view::explanation_report;
 use divmerge::{Error as LibraryError, PointCloud};
@@ -238,11 +240,23 @@ pub fn explain<'py>(
     })?;
     question.check()?;
     refuse_other_method(&made_of)?;
+    // Ctrl-C ends the search, which clusters the cloud many times.
+    let failure = Mutex::new(None);
+    let goes_on = || {
+        let mut failure = failure.lock().unwrap_or_else(PoisonError::into_inner);
+        if failure.is_none() {
+            *failure = Python::attach(|py| py.check_signals()).err();
+        }
+        failure.is_none()
+    };
     let explained = made_of.look(py, |frame| {
         let (subject, report) = report(&question, &made_of.origin, frame)?;
-        let what_if = searches.then(|| what_if(frame, subject));
+        let what_if = searches.then(|| what_if_while(frame, subject, &goes_on));
         Ok(ExplanationReport { what_if, ..report })
     });
+    if let Some(failure) = failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        return Err(failure);
+    }
     let report = explained.map_err(Problem::raised)?;
     let dict = plain(py, &report)?;
     let text = ExplanationText { report: &report, max_pairs: PAIRS }.to_string();

@@ -1,7 +1,11 @@
 """Explanations, figures, suspects, failures and comparisons: what the command prints and writes."""
 
 import csv
+import functools
 import json
+import os
+import signal
+import threading
 
 import numpy as np
 import pytest
@@ -134,6 +138,28 @@ def test_a_figure_is_not_replaced_unless_that_is_said(frame, tmp_path):
     divmerge.figure(frame, out, force=True)
     assert out.read_text().startswith("<svg")
     assert [path.name for path in tmp_path.iterdir()] == ["figure.svg"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of Unix")
+def test_ctrl_c_is_noticed_while_changes_are_searched(pair):
+    _, _, result, (a, b) = pair
+
+    class Stopped(Exception):
+        pass
+
+    def stop(number, frame):
+        raise Stopped
+
+    before, done = signal.signal(signal.SIGUSR1, stop), []
+    # No bytecode runs between these calls, so that Python itself would notice only behind the last.
+    calls = map(functools.partial(divmerge.explain, result), [a] * 5, [b] * 5)
+    try:
+        threading.Timer(0.01, os.kill, [os.getpid(), signal.SIGUSR1]).start()
+        with pytest.raises(Stopped):
+            done.extend(calls)
+    finally:
+        signal.signal(signal.SIGUSR1, before)
+    assert len(done) < 5
 
 
 def test_triage_ranks_as_the_command_does(drives, command_line, tmp_path):
