@@ -21,13 +21,18 @@ from ._divmerge import (
     annotate_slice,
     cluster,
     cluster_image,
+    compare,
     evaluate,
+    explain,
+    failures,
+    figure,
     frames,
     join,
     parameters,
     plan,
     simulate,
     topics,
+    triage,
 )
 
 __all__ = [
@@ -42,13 +47,18 @@ __all__ = [
     "annotate_slice",
     "cluster",
     "cluster_image",
+    "compare",
     "evaluate",
+    "explain",
+    "failures",
+    "figure",
     "frames",
     "join",
     "parameters",
     "plan",
     "simulate",
     "topics",
+    "triage",
 ]
 
 

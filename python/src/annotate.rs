@@ -1,25 +1,25 @@
 //! Recordings, annotated.
 
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use divmerge::annotate::time_spec::{self, TimeSpec};
 use divmerge::annotate::{
     self as library, AnnotateConfig, AnnotateOptions, AnnotationReport, BoxedInstances, Flavor,
-    Form, MessageTypes, ObjectOptions, RunEvent, Slice, TrackMode, TrackOptions,
+    Form, MessageTypes, ObjectOptions, Slice, TrackMode, TrackOptions,
 };
 use divmerge::messages::objects::ObjectKind;
 use divmerge::recording::Compression;
-use pyo3::exceptions::PyUserWarning;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
+use serde::Serialize;
 
 use crate::errors::{Error, exists_already, raised, wrong, wrong_type};
+use crate::objects::{OBJECTS, set_objects};
 use crate::parameters::{
-    ALL, COORDINATES, OBJECTS, Parameters, choice, names, number, recording, set_objects, text,
-    within,
+    ALL, COORDINATES, Parameters, choice, names, number, recording, text, within,
 };
+use crate::watch::{Progress, See, progress, watched};
 
 /// How the chunks of a recording are compressed.
 pub const COMPRESSIONS: [(&str, Compression); 3] =
@@ -38,7 +38,8 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
         assemble=None, track='auto', lag=None, ego_motion='auto', only=False, \
         in_place=False, resume=False, force=False, threads=None, progress=None, \
         tolerance=0.01, model_config=None, model_image='auto', \
-        remission_scale=None, batch=None, runtime='auto', onnxruntime=None, device='auto')"
+        remission_scale=None, batch=None, runtime='auto', onnxruntime=None, device='auto', \
+        **parameters)"
 )]
 /// Writes a recording again with instances in it: the bytes that `divmerge annotate` writes with
 /// the same parameters. A viewer's layout is not written. Returns the report that `divmerge
@@ -62,11 +63,12 @@ pub const COMPRESSIONS: [(&str, Compression); 3] =
 /// topics alone; in_place: put the fields into the clouds themselves. resume: go on where a run
 /// with resume=True was cut off, and leave what is done if this one is. force: replace an existing
 /// output. threads: that unpack, cluster and compress; one for each core up to eight if not said.
-/// progress: is called with the bytes read and the bytes in all (0 of a stream); what it raises
-/// ends the run.
+/// progress: True for a bar of tqdm, or what is called with the bytes read and the bytes in all (0
+/// of a stream); what it raises ends the run.
 ///
 /// Other threads of Python run meanwhile. KeyboardInterrupt ends the run, and nothing half written
-/// is left. What is odd in the recording is a UserWarning and stands in the report.
+/// is left. What is odd in the recording is a UserWarning and stands in the report. Every parameter
+/// that `parameters` lists is a keyword, too.
 pub fn annotate<'py>(
     py: Python<'py>,
     path: PathBuf,
@@ -113,34 +115,16 @@ pub fn run<'py>(
     if !options.force && out.symlink_metadata().is_ok() {
         return Err(exists_already(out));
     }
-    watched(py, progress, |see| library::annotate(path, out, &options, see))
+    reported(py, progress, |see| library::annotate(path, out, &options, see))
 }
 
-/// What happens, told to whoever looks on.
-type See<'a> = &'a mut dyn FnMut(RunEvent) -> ControlFlow<()>;
-
-/// The report of some work of the library, which Python looks on.
-pub fn watched<'py>(
+/// The same of a report, as a dict.
+pub fn reported<'py>(
     py: Python<'py>,
-    progress: Option<Py<PyAny>>,
+    progress: Option<Progress>,
     work: impl FnOnce(See) -> divmerge::Result<AnnotationReport> + Send,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let mut watch = Watch { progress, failure: None };
-    let report = py.detach(|| work(&mut |event| watch.see(event)));
-    if let Some(failure) = watch.failure {
-        return Err(failure);
-    }
-    let report = serde_json::to_string(&report.map_err(raised)?)
-        .map_err(|error| Error::new_err(error.to_string()))?;
-    from_json(py, &report)
-}
-
-/// A function of bytes read and bytes in all.
-pub fn progress(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
-    match value.is_callable() {
-        true => Ok(value.clone().unbind()),
-        false => Err(wrong_type(name, "expected a function of bytes read and bytes in all")),
-    }
+    plain(py, &watched(py, progress, work)?)
 }
 
 /// Names of the arguments of `annotate` beside those about the method and about objects.
@@ -173,7 +157,7 @@ struct AnnotateArguments {
     from: Option<TimeSpec>,
     to: Option<TimeSpec>,
     lag: Option<f64>,
-    progress: Option<Py<PyAny>>,
+    progress: Option<Progress>,
 }
 
 impl AnnotateArguments {
@@ -218,7 +202,7 @@ impl AnnotateArguments {
             "resume" => options.resume = flag(name, value)?,
             "force" => options.force = flag(name, value)?,
             "threads" => options.threads = within(name, value, 1024)?,
-            "progress" => self.progress = Some(progress(name, value)?),
+            "progress" => self.progress = progress(name, value)?,
             _ => return set_objects(&mut self.objects, name, value),
         }
         Ok(())
@@ -251,7 +235,7 @@ pub fn flag(name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
 }
 
 /// Seconds from the start as a number, or text as the command line has it.
-fn moment(name: &str, value: &Bound<'_, PyAny>) -> PyResult<TimeSpec> {
+pub fn moment(name: &str, value: &Bound<'_, PyAny>) -> PyResult<TimeSpec> {
     let said = match value.extract::<f64>() {
         Ok(_) => number(name, value)?.to_string(),
         Err(_) => text(name, value)?,
@@ -259,36 +243,10 @@ fn moment(name: &str, value: &Bound<'_, PyAny>) -> PyResult<TimeSpec> {
     said.parse().map_err(|problem: String| wrong(name, problem))
 }
 
-/// Looks on while the library works; what Python raises ends the work.
-struct Watch {
-    progress: Option<Py<PyAny>>,
-    failure: Option<PyErr>,
-}
-
-impl Watch {
-    fn see(&mut self, event: RunEvent) -> ControlFlow<()> {
-        if self.failure.is_none() {
-            self.failure = Python::attach(|py| self.tell(py, event)).err();
-        }
-        match self.failure {
-            Some(_) => ControlFlow::Break(()),
-            None => ControlFlow::Continue(()),
-        }
-    }
-
-    fn tell(&self, py: Python<'_>, event: RunEvent) -> PyResult<()> {
-        py.check_signals()?;
-        match (event, &self.progress) {
-            (RunEvent::Progress { bytes, total }, Some(progress)) => {
-                progress.call1(py, (bytes, total)).map(drop)
-            }
-            (RunEvent::Warning(warning), _) => {
-                let text = std::ffi::CString::new(warning.replace('\0', " ")).unwrap_or_default();
-                PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
-            }
-            _ => Ok(()),
-        }
-    }
+/// A value as Python's json reads it.
+pub fn plain<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
+    let json = serde_json::to_string(value).map_err(|error| Error::new_err(error.to_string()))?;
+    from_json(py, &json)
 }
 
 /// A value out of JSON.

@@ -1,13 +1,12 @@
 //! Clouds in arrays, clustered.
 
-use std::sync::Arc;
-
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{self, Numbers};
-use crate::clustering::{Columns, Objects, of_points, run, taxonomy, upright};
-use crate::frames::Frame;
+use crate::cloud_run::Objects;
+use crate::clustering::{Columns, of_arrays, of_points, run, upright};
+use crate::frame::Frame;
 use crate::parameters::{Parameters, WITHOUT_CLASSES};
 use crate::result::ClusterResult;
 
@@ -18,7 +17,7 @@ use crate::result::ClusterResult;
         taxonomy=None, preset='best', voxel=None, angle=None, gap_columns=None, gap_rows=None, \
         min_points=None, bev=None, method=None, set=None, \
         rows=None, columns=None, fov=None, \
-        sensor_frame=None)"
+        sensor_frame=None, **parameters)"
 )]
 /// Cuts a LiDAR cloud into object instances.
 ///
@@ -39,10 +38,11 @@ use crate::result::ClusterResult;
 /// "box", "rectangle" or "hull". method: another method in place of divide and merge:
 /// "depth-clustering", "scan-line-run", "euclidean", "dbscan", "supervoxel", "alpine" or
 /// "one-per-class". set: any parameters by path, as {"cluster.tree.gap": 0.02}; `parameters` lists
-/// them. rows, columns, fov: rows of equal elevation, columns of the full circle, and
-/// (upper, lower) elevation in degrees of the range image, in place of what is found in the cloud.
-/// sensor_frame: how the points' frame stands: where x, y and z look ("rfu", "frd", ...), or roll,
-/// pitch and yaw of the sensor in degrees ("180,0,0").
+/// them with their keywords, which set them too, as tree_gap=0.02. rows, columns, fov: rows of
+/// equal elevation, columns of the full circle, and (upper, lower) elevation in degrees of the
+/// range image, in place of what is found in the cloud. sensor_frame: how the points' frame stands:
+/// where x, y and z look ("rfu", "frd", ...), or roll, pitch and yaw of the sensor in degrees
+/// ("180,0,0").
 ///
 /// Other threads of Python run meanwhile.
 pub fn cluster<'py>(
@@ -64,7 +64,7 @@ pub fn cluster<'py>(
     text_signature = "(x, y, z, mask, *, preset='best', voxel=None, angle=None, gap_columns=None, \
         gap_rows=None, min_points=None, bev=None, method=None, set=None, \
         rows=None, columns=None, fov=None, \
-        sensor_frame=None)"
+        sensor_frame=None, **parameters)"
 )]
 /// Cuts the objects of an organised range image into instances, as the paper's own Python function
 /// does.
@@ -87,9 +87,6 @@ pub fn cluster_image<'py>(
     let (cloud, shape) = arrays::image_points([("x", x), ("y", y), ("z", z)])?;
     let (Numbers::Marks(marks) | Numbers::Whole(marks)) =
         arrays::numbers("mask", mask, &shape, |number| number != 0)?;
-    let objects = Objects::Marked(marks);
-    let taxonomy = taxonomy(py, &parameters, None)?;
     let cloud = upright(cloud, parameters.sensor_frame)?;
-    let parameters = parameters.all(&taxonomy.get().inner)?;
-    run(py, Arc::new(cloud), shape, (&objects, &taxonomy), &parameters)
+    run(py, of_arrays(py, cloud, Objects::Marked(marks), &parameters)?, shape)
 }

@@ -5,34 +5,18 @@ use std::time::Instant;
 
 use divmerge::cloud::Transforms;
 use divmerge::cloud::sensor_frame::SensorFrame;
-use divmerge::parameters::ParameterSet;
 use divmerge::pipeline;
 use divmerge::recording::stopwatch::ms_since;
-use divmerge::semantics::MaskSource;
 use divmerge::{PointCloud, PointColumns};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
 use crate::arrays::{self, Numbers};
+use crate::cloud_run::{CloudRun, Objects, Origin};
 use crate::errors::{raised, wrong};
 use crate::parameters::{ALL, Parameters, text};
 use crate::result::ClusterResult;
 use crate::taxonomy::PyTaxonomy;
-
-/// Which points are objects.
-#[derive(Clone)]
-pub enum Objects {
-    /// Those that ground removal leaves.
-    NotGround,
-    /// All returns.
-    All,
-    /// Things by the cloud's classes.
-    Classes,
-    /// The same, where a network found the classes.
-    NetworkClasses,
-    /// Those that are marked.
-    Marked(Vec<bool>),
-}
 
 /// Names of the arguments of `cluster` beside those of the method.
 const COLUMNS: &[&str] = &["confidence", "ring", "source"];
@@ -56,24 +40,32 @@ pub fn of_points<'py>(
     let (mut cloud, shape) = arrays::points(points)?;
     columns.set(&mut cloud, &shape)?;
     let objects = objects(semantics, &mut cloud, &shape)?.unwrap_or(Objects::NotGround);
-    let taxonomy = taxonomy(py, parameters, None)?;
     let cloud = upright(cloud, parameters.sensor_frame)?;
-    let parameters = parameters.all(&taxonomy.get().inner)?;
-    run(py, Arc::new(cloud), shape, (&objects, &taxonomy), &parameters)
+    let made_of = of_arrays(py, cloud, objects, parameters)?;
+    run(py, made_of, shape)
 }
 
-/// The instances of a frame, which is turned already and has its objects and taxonomy; others can
-/// be given.
-pub fn of_cloud<'py>(
+/// A cloud in arrays with its parameters.
+pub fn of_arrays(
+    py: Python<'_>,
+    cloud: PointCloud,
+    objects: Objects,
+    parameters: &Parameters,
+) -> PyResult<CloudRun> {
+    let taxonomy = taxonomy(py, parameters, None)?;
+    let parameters = parameters.all(&taxonomy.get().inner)?;
+    let origin = Arc::new(Origin::arrays(&objects));
+    Ok(CloudRun { cloud: Arc::new(cloud), objects, taxonomy, parameters, origin })
+}
+
+/// A frame, which is turned already and has its objects and taxonomy; others can be given.
+pub fn of_frame<'py>(
     py: Python<'py>,
     (cloud, own_objects, own_taxonomy): (&Arc<PointCloud>, &Objects, &Py<PyTaxonomy>),
     semantics: Option<&Bound<'py, PyAny>>,
-    columns: &Columns<'py>,
+    (columns, origin): (&Columns<'py>, &Arc<Origin>),
     parameters: &Parameters,
-) -> PyResult<ClusterResult> {
-    if parameters.sensor_frame.is_some() {
-        return Err(wrong("sensor_frame", "a frame is turned already; frames() takes it"));
-    }
+) -> PyResult<CloudRun> {
     let shape = vec![cloud.len()];
     let mut cloud = Arc::clone(cloud);
     let has_more =
@@ -88,35 +80,24 @@ pub fn of_cloud<'py>(
     let objects = given.unwrap_or_else(|| own_objects.clone());
     let taxonomy = taxonomy(py, parameters, Some(own_taxonomy))?;
     let parameters = parameters.all(&taxonomy.get().inner)?;
-    run(py, cloud, shape, (&objects, &taxonomy), &parameters)
+    Ok(CloudRun { cloud, objects, taxonomy, parameters, origin: Arc::clone(origin) })
 }
 
-/// Clusters a cloud while other threads of Python run.
-pub fn run(
-    py: Python<'_>,
-    cloud: Arc<PointCloud>,
-    shape: Vec<usize>,
-    (objects, taxonomy): (&Objects, &Py<PyTaxonomy>),
-    parameters: &ParameterSet,
-) -> PyResult<ClusterResult> {
-    let (taxonomy, config) = (&taxonomy.get().inner, parameters.config());
+/// Clusters a cloud, whose points have a shape, while other threads of Python run.
+pub fn run(py: Python<'_>, made_of: CloudRun, shape: Vec<usize>) -> PyResult<ClusterResult> {
+    let (cloud, parameters) = (&*made_of.cloud, &made_of.parameters);
+    let mask = made_of.objects.mask(&made_of.taxonomy.get().inner, &parameters.ground);
+    let config = parameters.config();
     let (stages, run_ms) = py.detach(|| {
-        let mask = match objects {
-            Objects::NotGround => MaskSource::NotGround(&parameters.ground),
-            Objects::All => MaskSource::All,
-            Objects::Classes => MaskSource::Classes(taxonomy),
-            Objects::NetworkClasses => MaskSource::NetworkClasses(taxonomy, &parameters.ground),
-            Objects::Marked(marks) => MaskSource::Marked(marks),
-        };
         let started = Instant::now();
-        let stages = pipeline::run(&cloud, mask, &config);
+        let stages = pipeline::run(cloud, mask, &config);
         (stages, ms_since(started))
     });
-    ClusterResult::new(py, cloud, stages, shape, run_ms)
+    ClusterResult::new(py, made_of, stages, shape, run_ms)
 }
 
 /// The taxonomy of the arguments, else the cloud's own, else SemanticKITTI's.
-pub fn taxonomy(
+fn taxonomy(
     py: Python<'_>,
     parameters: &Parameters,
     own: Option<&Py<PyTaxonomy>>,

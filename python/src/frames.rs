@@ -1,187 +1,58 @@
-//! The clouds of a recording, one after the other.
+//! The clouds of a recording, one after the other or by number.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use divmerge::annotate::{AnnotateConfig, Decoded, ObjectOptions};
-use divmerge::frames::{EncodedClouds, choose_topics};
-use divmerge::messages::clouds::CloudMessage;
+use divmerge::Error as LibraryError;
+use divmerge::annotate::ObjectOptions;
+use divmerge::error::NoCloud;
+use divmerge::frames::{CloudTopic, EncodedClouds, Selection, choose_topics};
+use divmerge::messages::clouds::CloudChannel;
 use divmerge::recording::Overview;
-use divmerge::semantics::MaskSource;
-use divmerge::{FrameError, PointCloud, Taxonomy};
-use numpy::PyArray1;
+use pyo3::exceptions::{PyIndexError, PyOverflowError};
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PySlice};
 
-use crate::arrays::shaped;
-use crate::clustering::{Columns, Objects, of_cloud};
-use crate::errors::{raised, wrong};
-use crate::parameters::{COORDINATES, OBJECTS, Parameters, names, recording, set_objects, whole};
-use crate::result::{ClusterResult, rotation};
-use crate::taxonomy::PyTaxonomy;
+use crate::errors::{raised, type_of, wrong, wrong_type};
+use crate::frame::{Frame, FrameReader, Read};
+use crate::objects::{OBJECTS, set_objects};
+use crate::parameters::{COORDINATES, Parameters, names, recording, whole};
 
-/// One cloud of a recording, as the clustering sees it: N points with z up, and classes where those
-/// are asked for.
-#[pyclass(frozen, module = "divmerge")]
-pub struct Frame {
-    topic: String,
-    number: u64,
-    stamp_ns: i64,
-    log_time_ns: u64,
-    frame_id: String,
-    semantics: String,
-    fields: Py<PyDict>,
-    points: PyOnceLock<Py<PyAny>>,
-    cloud: Arc<PointCloud>,
-    objects: Objects,
-    taxonomy: Py<PyTaxonomy>,
+/// Numbers of clouds: from `start` to before `end`, each `step`-th.
+#[derive(Clone, Copy)]
+struct Numbers {
+    start: u64,
+    end: u64,
+    step: u64,
 }
 
-#[pymethods]
-impl Frame {
-    /// Topic of the cloud.
-    #[getter]
-    fn topic(&self) -> &str {
-        &self.topic
+impl Numbers {
+    fn count(&self) -> u64 {
+        (self.end - self.start).div_ceil(self.step)
     }
 
-    /// Number of the cloud on its topic, from 0.
-    #[getter]
-    fn number(&self) -> u64 {
-        self.number
+    /// The number at a place.
+    fn at(&self, place: u64) -> u64 {
+        self.start + place * self.step
     }
 
-    /// Stamp of the cloud's header, nanoseconds since 1970.
-    #[getter]
-    fn stamp_ns(&self) -> i64 {
-        self.stamp_ns
-    }
-
-    /// When the cloud was logged, nanoseconds since 1970.
-    #[getter]
-    fn log_time_ns(&self) -> u64 {
-        self.log_time_ns
-    }
-
-    /// Coordinate frame of the cloud.
-    #[getter]
-    fn frame_id(&self) -> &str {
-        &self.frame_id
-    }
-
-    /// Rows and columns: (H, W) of an organised cloud, else (1, N).
-    #[getter]
-    fn shape(&self) -> (usize, usize) {
-        (self.cloud.height, self.cloud.width)
-    }
-
-    /// x, y and z: (N, 3) float32, metres, in the cloud's own frame turned by `rotation`.
-    #[getter]
-    fn points(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        let make = || {
-            let cloud = &self.cloud;
-            let axes = cloud.x.iter().zip(&cloud.y).zip(&cloud.z);
-            let points = axes.flat_map(|((&x, &y), &z)| [x, y, z]).collect();
-            shaped::<f32>(py, points, &[cloud.len(), 3]).map(Bound::unbind)
-        };
-        self.points.get_or_try_init(py, make).map(|points| points.clone_ref(py))
-    }
-
-    /// Class of each point in the recording's ids: (N,) uint16; None where there are none.
-    #[getter]
-    fn classes<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<u16>>> {
-        self.cloud.class.as_deref().map(|class| PyArray1::from_slice(py, class))
-    }
-
-    /// How sure each class is, 0 to 1: (N,) float32; None where that is not known.
-    #[getter]
-    fn confidence<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f32>>> {
-        self.cloud.confidence.as_deref().map(|confidence| PyArray1::from_slice(py, confidence))
-    }
-
-    /// Beam number of each point: (N,) uint16; None where the cloud has none.
-    #[getter]
-    fn ring<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<u16>>> {
-        self.cloud.ring.as_deref().map(|ring| PyArray1::from_slice(py, ring))
-    }
-
-    /// Sensor of each point of a cloud merged of several: (N,) uint16; None where that is not told.
-    #[getter]
-    fn source<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<u16>>> {
-        self.cloud.source.as_deref().map(|source| PyArray1::from_slice(py, source))
-    }
-
-    /// The fields that `frames(fields=...)` asked for, by name: (N,) int64, or float64 of fields of
-    /// floats.
-    #[getter]
-    fn fields(&self, py: Python<'_>) -> Py<PyDict> {
-        self.fields.clone_ref(py)
-    }
-
-    /// Where objects come from, in words: `field:label`, `ground`, `all`, `onnx`, ...
-    #[getter]
-    fn semantics(&self) -> &str {
-        &self.semantics
-    }
-
-    /// What the ids of `classes` mean.
-    #[getter]
-    fn taxonomy(&self, py: Python<'_>) -> Py<PyTaxonomy> {
-        self.taxonomy.clone_ref(py)
-    }
-
-    /// Takes points as they are recorded to `points`: (3, 3) float64; the identity unless the
-    /// sensor is mounted otherwise than with z up.
-    #[getter]
-    fn rotation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        rotation(py, &self.cloud)
-    }
-
-    /// The same as `divmerge.cluster(frame, semantics, **parameters)`.
-    #[pyo3(signature = (semantics=None, **parameters))]
-    fn cluster<'py>(
-        &self,
-        py: Python<'py>,
-        semantics: Option<&Bound<'py, PyAny>>,
-        parameters: Option<&Bound<'py, PyDict>>,
-    ) -> PyResult<ClusterResult> {
-        let (columns, parameters) = Columns::take(parameters)?;
-        self.cluster_with(py, semantics, &columns, &parameters)
-    }
-
-    fn __len__(&self) -> usize {
-        self.cloud.len()
-    }
-
-    fn __repr__(&self) -> String {
-        format!("Frame({} of {}, {} points)", self.number, self.topic, self.cloud.len())
-    }
-}
-
-impl Frame {
-    /// Its instances, given what `cluster` takes beside the points.
-    pub fn cluster_with<'py>(
-        &self,
-        py: Python<'py>,
-        semantics: Option<&Bound<'py, PyAny>>,
-        columns: &Columns<'py>,
-        parameters: &Parameters,
-    ) -> PyResult<ClusterResult> {
-        let own = (&self.cloud, &self.objects, &self.taxonomy);
-        of_cloud(py, own, semantics, columns, parameters)
+    fn contain(&self, number: u64) -> bool {
+        (number - self.start).is_multiple_of(self.step)
     }
 }
 
 /// The clouds of a topic in the order of the file, one at a time in memory.
+///
+/// An iterator, and a sequence: `frames[7]`, `frames[-1]` and `frames[2:5]` read the chunks of
+/// these clouds alone where the recording has an index, and leave the iterator where it is. Numbers
+/// count from `start`. A slice is `Frames` again; its step is 1 or more.
 #[pyclass(frozen, module = "divmerge")]
 pub struct Frames {
-    messages: Mutex<EncodedClouds>,
-    method: AnnotateConfig,
-    taxonomy: Py<PyTaxonomy>,
-    fields: Vec<String>,
+    /// None where nothing is selected.
+    messages: Mutex<Option<EncodedClouds>>,
+    reader: Arc<FrameReader>,
     topic: String,
-    count: u64,
+    numbers: Numbers,
 }
 
 #[pymethods]
@@ -193,7 +64,7 @@ impl Frames {
     }
 
     fn __len__(&self) -> usize {
-        self.count as usize
+        self.numbers.count() as usize
     }
 
     fn __iter__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
@@ -201,104 +72,88 @@ impl Frames {
     }
 
     fn __next__(&self, py: Python<'_>) -> PyResult<Option<Frame>> {
-        match py.detach(|| self.read()) {
-            Some(read) => read.map_err(raised)?.frame(py, self).map(Some),
+        match py.detach(|| self.read_next()) {
+            Some(read) => read.map_err(raised)?.frame(py, &self.reader).map(Some),
             None => Ok(None),
         }
     }
-}
 
-/// A cloud that has been read.
-struct Read {
-    topic: String,
-    number: u64,
-    log_time_ns: u64,
-    stamp_ns: i64,
-    frame_id: String,
-    cloud: PointCloud,
-    objects: Objects,
-    /// The taxonomy of the classes, where it is not the one that was assumed.
-    recognised: Option<Taxonomy>,
-    semantics: String,
-    fields: Vec<Field>,
-}
-
-enum Field {
-    Whole(Vec<i64>),
-    Real(Vec<f64>),
+    /// The frame of a number, of a negative one counted from the end; of a slice `Frames` again.
+    fn __getitem__<'py>(
+        &self,
+        py: Python<'py>,
+        index: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        if let Ok(slice) = index.cast::<PySlice>() {
+            return Ok(Bound::new(py, self.slice(py, slice)?)?.into_any());
+        }
+        let problem =
+            || wrong_type("index", format!("expected an int or a slice, got {}", type_of(index)));
+        let number: isize = index.extract().map_err(|error: PyErr| {
+            match error.is_instance_of::<PyOverflowError>(py) {
+                true => self.no_such(index),
+                false => problem(),
+            }
+        })?;
+        let count = self.numbers.count() as isize;
+        let place = if number < 0 { number + count } else { number };
+        if !(0..count).contains(&place) {
+            return Err(self.no_such(index));
+        }
+        let frame = py.detach(|| self.read_at(self.numbers.at(place as u64))).map_err(raised)?;
+        Ok(Bound::new(py, frame.frame(py, &self.reader)?)?.into_any())
+    }
 }
 
 impl Frames {
-    fn read(&self) -> Option<divmerge::Result<Read>> {
-        let message = self.messages.lock().unwrap_or_else(PoisonError::into_inner).next()?;
-        Some(message.and_then(|message| {
-            let wire = message.decode()?;
-            let decoded = self.method.decode(&wire, &message.key(&wire))?;
-            let own = &self.method.taxonomy.name;
-            let (objects, recognised) = match decoded.mask {
-                MaskSource::All => (Objects::All, None),
-                MaskSource::Classes(taxonomy) => {
-                    let other = Some(taxonomy).filter(|taxonomy| taxonomy.name != *own);
-                    (Objects::Classes, other.cloned())
-                }
-                MaskSource::NetworkClasses(..) => (Objects::NetworkClasses, None),
-                _ => (Objects::NotGround, None),
-            };
-            let fields = self
-                .fields
-                .iter()
-                .map(|name| field(&wire, name))
-                .collect::<Result<_, FrameError>>()?;
-            let Decoded { cloud, semantics, .. } = decoded;
-            Ok(Read {
-                topic: message.topic.to_string(),
-                number: message.number,
-                log_time_ns: message.log_time_ns(),
-                stamp_ns: wire.stamp_ns(),
-                frame_id: wire.frame_id.clone(),
-                cloud,
-                objects,
-                recognised,
-                semantics,
-                fields,
-            })
-        }))
+    fn no_such(&self, index: &Bound<'_, PyAny>) -> PyErr {
+        let (topic, count) = (&self.topic, self.numbers.count());
+        PyIndexError::new_err(format!("no frame {index}: {topic} has {count} here"))
     }
-}
 
-fn field(wire: &CloudMessage, name: &str) -> Result<Field, FrameError> {
-    match wire.field(name).is_some_and(|field| field.datatype.is_integer()) {
-        true => wire.column_i64(name).map(Field::Whole),
-        false => wire.column_f64(name).map(Field::Real),
-    }
-}
-
-impl Read {
-    fn frame(self, py: Python<'_>, frames: &Frames) -> PyResult<Frame> {
-        let fields = PyDict::new(py);
-        for (name, field) in frames.fields.iter().zip(self.fields) {
-            let column = match field {
-                Field::Whole(column) => PyArray1::from_vec(py, column).into_any(),
-                Field::Real(column) => PyArray1::from_vec(py, column).into_any(),
-            };
-            fields.set_item(name, column)?;
+    fn slice(&self, py: Python<'_>, slice: &Bound<'_, PySlice>) -> PyResult<Self> {
+        let of = slice.indices(self.numbers.count() as isize)?;
+        if of.step < 1 {
+            return Err(wrong("step", format!("must be 1 or more, got {}", of.step)));
         }
-        Ok(Frame {
-            topic: self.topic,
-            number: self.number,
-            stamp_ns: self.stamp_ns,
-            log_time_ns: self.log_time_ns,
-            frame_id: self.frame_id,
-            semantics: self.semantics,
-            fields: fields.unbind(),
-            points: PyOnceLock::new(),
-            cloud: Arc::new(self.cloud),
-            objects: self.objects,
-            taxonomy: match self.recognised {
-                Some(inner) => Py::new(py, PyTaxonomy { inner })?,
-                None => frames.taxonomy.clone_ref(py),
-            },
-        })
+        let start = self.numbers.at(of.start as u64);
+        let end = start + (of.stop - of.start).max(0) as u64 * self.numbers.step;
+        let step = self.numbers.step * of.step as u64;
+        let numbers = Numbers { start, end: end.min(self.numbers.end).max(start), step };
+        let messages = match numbers.count() {
+            0 => None,
+            _ => Some(py.detach(|| self.open(start, numbers.end - 1)).map_err(raised)?),
+        };
+        let (reader, topic) = (Arc::clone(&self.reader), self.topic.clone());
+        Ok(Frames { messages: Mutex::new(messages), reader, topic, numbers })
+    }
+
+    /// The messages of some numbers.
+    fn open(&self, first: u64, last: u64) -> divmerge::Result<EncodedClouds> {
+        let overview = self.reader.overview()?;
+        let clouds = overview.channels_of(&self.topic);
+        let clouds = clouds.filter_map(|channel| {
+            let format = CloudChannel::of(overview, channel).format()?;
+            Some((channel.id, CloudTopic { topic: channel.topic.as_str().into(), format }))
+        });
+        EncodedClouds::of_channels(overview, clouds.collect(), &Selection::of_frames(first..=last))
+    }
+
+    fn read_at(&self, number: u64) -> divmerge::Result<Read> {
+        let path = || self.reader.path.clone();
+        let problem = NoCloud::LostFrame { frame: number };
+        let lost = || LibraryError::NoCloud { path: path(), problem };
+        let message = self.open(number, number)?.next().ok_or_else(lost)??;
+        self.reader.read(&message)
+    }
+
+    fn read_next(&self) -> Option<divmerge::Result<Read>> {
+        let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
+        let message = messages.as_mut()?.find(|message| {
+            message.as_ref().map_or(true, |message| self.numbers.contain(message.number))
+        })?;
+        drop(messages);
+        Some(message.and_then(|message| self.reader.read(&message)))
     }
 }
 
@@ -318,7 +173,7 @@ const OF_FRAMES: &[&str] =
         onnxruntime=None, device='auto')"
 )]
 /// The clouds of a topic of a recording, one at a time in memory, as `divmerge annotate` sees them:
-/// an iterator of `Frame`.
+/// `Frames`, an iterator of `Frame` and a sequence, as in `frames[7]`, `frames[-1]`, `frames[2:5]`.
 ///
 /// path: an MCAP recording. topic: the topic; the first with clouds if not said (`topics` lists
 /// them). start, stop: numbers of the first frame and of the one behind the last, from 0. fields:
@@ -333,9 +188,9 @@ const OF_FRAMES: &[&str] =
 /// ego: which returns are looked at, as at the command line: metres, and blocks as
 /// "-50..50,-20..20,.."; the others become NaN. ego may be "auto": the vehicle that carries the
 /// sensor, as found in the recording. rows, columns, fov: as for `cluster`, for the image that a
-/// network is given. tolerance: how far the stamps of "labels:" and "topic:" may be from
-/// that of their cloud, seconds. model_config, model_image, remission_scale, runtime, onnxruntime,
-/// device: how a network is run, as at the command line.
+/// network is given. tolerance: how far the stamps of "labels:" and "topic:" may be from that of
+/// their cloud, seconds. model_config, model_image, remission_scale, runtime, onnxruntime, device:
+/// how a network is run, as at the command line.
 ///
 /// A cloud that cannot be read raises `divmerge.Error`; `next` goes on with the one behind it.
 pub fn frames(
@@ -365,16 +220,15 @@ pub fn frames(
         return Err(wrong("stop", "must be above start"));
     }
     let method = parameters.annotate_config(py, objects, &path)?;
-    let taxonomy = match parameters.taxonomy {
-        Some(taxonomy) => taxonomy,
-        None => Py::new(py, PyTaxonomy { inner: method.taxonomy.clone() })?,
-    };
     let last = stop.map_or(u64::MAX, |stop| stop - 1);
     let opened = py.detach(|| EncodedClouds::open(&path, topic.as_deref(), start..=last));
     let messages = opened.map_err(raised)?;
-    let count = messages.message_count().min(last.saturating_add(1)).saturating_sub(start);
+    let opened = (&*path, messages.start_ns());
+    let reader = FrameReader::new(py, opened, method, parameters.taxonomy, fields)?;
+    let end = messages.message_count().min(last.saturating_add(1));
     let topic = messages.topic().to_owned();
-    Ok(Frames { messages: Mutex::new(messages), method, taxonomy, fields, topic, count })
+    let numbers = Numbers { start, end: end.max(start), step: 1 };
+    Ok(Frames { messages: Mutex::new(Some(messages)), reader: Arc::new(reader), topic, numbers })
 }
 
 #[pyfunction]

@@ -3,19 +3,35 @@
 
 mod annotate;
 mod arrays;
+mod asked;
+mod by_name;
+mod cloud_run;
 mod cluster;
 mod clustering;
 mod command;
+mod compare;
+mod drawing;
 mod environment;
 mod errors;
 mod evaluate;
+mod explain;
+mod failures;
+mod figure;
+mod frame;
 mod frames;
+mod keywords;
+mod labelled;
+mod notebook;
+mod objects;
 mod parameters;
 mod registry;
 mod result;
 mod simulate;
 mod slices;
 mod taxonomy;
+mod triage;
+mod warnings;
+mod watch;
 
 use pyo3::prelude::*;
 
@@ -28,11 +44,21 @@ mod _divmerge {
     #[pymodule_export]
     use super::cluster::{cluster, cluster_image};
     #[pymodule_export]
+    use super::compare::compare;
+    #[pymodule_export]
     use super::errors::Error;
     #[pymodule_export]
     use super::evaluate::evaluate;
     #[pymodule_export]
-    use super::frames::{Frame, Frames, frames, topics};
+    use super::explain::explain;
+    #[pymodule_export]
+    use super::failures::failures;
+    #[pymodule_export]
+    use super::figure::figure;
+    #[pymodule_export]
+    use super::frame::Frame;
+    #[pymodule_export]
+    use super::frames::{Frames, frames, topics};
     #[pymodule_export]
     use super::registry::parameters;
     #[pymodule_export]
@@ -43,6 +69,8 @@ mod _divmerge {
     use super::slices::{annotate_slice, join, plan};
     #[pymodule_export]
     use super::taxonomy::PyTaxonomy;
+    #[pymodule_export]
+    use super::triage::triage;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

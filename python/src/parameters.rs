@@ -9,18 +9,16 @@ use divmerge::cloud::sensor_frame::SensorFrame;
 use divmerge::cloud::{CloudFrames, Crop, Ego, LengthUnit, SensorOrigin};
 use divmerge::comparison::methods;
 use divmerge::frames::{EgoBodies, recorded_transforms};
-use divmerge::network::NetworkImage;
-use divmerge::network::runtime::{Device, RuntimeKind};
 use divmerge::parameters::ParameterSet;
-use divmerge::pipeline::overrides::limits;
 use divmerge::pipeline::{Config, Overrides};
 use divmerge::recording::address::put_secrets_aside;
 use divmerge::semantics::GroundParams;
-use pyo3::exceptions::{PyOverflowError, PyTypeError};
+use pyo3::exceptions::PyOverflowError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString};
 use serde_json::Value;
 
+use crate::by_name::{path_of, takes_settings, unexpected};
 use crate::environment;
 use crate::errors::{raised, type_of, wrong, wrong_type};
 use crate::taxonomy::PyTaxonomy;
@@ -73,7 +71,7 @@ pub const COORDINATES: &[&str] =
     &["units", "sensor_origin", "min_range", "max_range", "crop", "ego"];
 
 /// Who cuts objects into instances unless another method is named.
-const OURS: &str = "divide-and-merge";
+pub const OURS: &str = "divide-and-merge";
 
 impl Parameters {
     /// Takes the arguments of a function that takes those names, and gives `other` the ones that
@@ -84,18 +82,22 @@ impl Parameters {
         arguments: Option<&Bound<'py, PyDict>>,
         mut other: impl FnMut(&str, &Bound<'py, PyAny>) -> PyResult<()>,
     ) -> PyResult<Self> {
-        let mut parameters = Parameters::default();
+        let (mut parameters, mut by_name) = (Parameters::default(), Vec::new());
         for (name, value) in arguments.into_iter().flatten() {
             let name: String = name.extract()?;
             if !names.iter().any(|names| names.contains(&name.as_str())) {
-                return Err(PyTypeError::new_err(format!(
-                    "{function}() got an unexpected keyword argument '{name}'"
-                )));
+                let path = path_of(&name).filter(|_| takes_settings(names));
+                let path = path.ok_or_else(|| unexpected(function, &name, names))?;
+                if !value.is_none() {
+                    by_name.push(settings_entry(path, &value)?);
+                }
+                continue;
             }
             if !value.is_none() && !parameters.set(&name, &value)? {
                 other(&name, &value)?;
             }
         }
+        parameters.settings.append(&mut by_name);
         Ok(parameters)
     }
 
@@ -204,74 +206,6 @@ impl Parameters {
     }
 }
 
-/// Names of the arguments about where a recording's objects come from.
-pub const OBJECTS: &[&str] = &[
-    "semantics",
-    "tolerance",
-    "model_config",
-    "model_image",
-    "remission_scale",
-    "runtime",
-    "onnxruntime",
-    "device",
-    "batch",
-];
-
-/// Sets one of them.
-pub fn set_objects(
-    objects: &mut ObjectOptions,
-    name: &str,
-    value: &Bound<'_, PyAny>,
-) -> PyResult<()> {
-    let network = &mut objects.network;
-    match name {
-        "semantics" => objects.source = parsed::<ObjectSource>(name, value)?,
-        "tolerance" => {
-            let seconds = limits::not_negative(number(name, value)?);
-            objects.tolerance_ns = (seconds.map_err(|p| wrong(name, p))? * 1e9).round() as u64;
-        }
-        "model_config" => network.config = paths(name, value)?,
-        "model_image" => {
-            network.image = choice(
-                name,
-                value,
-                &[("auto", NetworkImage::Auto), ("clustering", NetworkImage::Clustering)],
-            )?;
-        }
-        "remission_scale" => {
-            let scale = limits::above_zero(number(name, value)?).map_err(|p| wrong(name, p))?;
-            network.remission_scale = Some(scale as f32);
-        }
-        "batch" => network.batch = within(name, value, 256)?,
-        "runtime" => {
-            network.runtime.kind = choice(
-                name,
-                value,
-                &[
-                    ("auto", RuntimeKind::Auto),
-                    ("onnxruntime", RuntimeKind::OnnxRuntime),
-                    ("tract", RuntimeKind::Tract),
-                ],
-            )?;
-        }
-        "onnxruntime" => network.runtime.library = Some(path(name, value)?),
-        "device" => {
-            network.runtime.device = choice(
-                name,
-                value,
-                &[
-                    ("auto", Device::Auto),
-                    ("cpu", Device::Cpu),
-                    ("cuda", Device::Cuda),
-                    ("tensorrt", Device::TensorRt),
-                ],
-            )?;
-        }
-        _ => {}
-    }
-    Ok(())
-}
-
 /// One of some words, and what it stands for.
 pub fn choice<T: Clone>(name: &str, value: &Bound<'_, PyAny>, words: &[(&str, T)]) -> PyResult<T> {
     let said = text(name, value)?;
@@ -327,12 +261,15 @@ fn settings(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Value
     let problem = || wrong_type(name, "expected a dict of paths of parameters and their values");
     let entries = value.cast::<PyDict>().map_err(|_| problem())?.iter();
     let entries = entries.map(|(path, value)| {
-        let path: String = path.extract().map_err(|_| problem())?;
-        let value = setting(&value)
-            .ok_or_else(|| wrong_type(&path, format!("cannot be of type {}", type_of(&value))))?;
-        Ok((path, value))
+        settings_entry(&path.extract::<String>().map_err(|_| problem())?, &value)
     });
     entries.collect()
+}
+
+/// The path of a parameter and its value.
+fn settings_entry(path: &str, value: &Bound<'_, PyAny>) -> PyResult<(String, Value)> {
+    let problem = || wrong_type(path, format!("cannot be of type {}", type_of(value)));
+    Ok((path.to_owned(), setting(value).ok_or_else(problem)?))
 }
 
 /// True or false, a number, a text, or several of these.

@@ -7,6 +7,7 @@ use pyo3::types::PyString;
 use serde_json::{Value, json};
 
 use crate::annotate::from_json;
+use crate::by_name::keyword;
 use crate::errors::Error;
 use crate::parameters::parsed;
 
@@ -14,8 +15,9 @@ use crate::parameters::parsed;
 #[pyo3(signature = (preset = None), text_signature = "(preset='best')")]
 /// Every parameter that `set` takes, as a list of dicts: path, doc, unit (None for shares and
 /// counts), source (None: ours), kind ("number", "whole", "flag", "switch", "choice" or "list"),
-/// limits (min, max, above, below), slider (what is usual), choices, and value: that of the preset,
-/// None where its part of the method is off.
+/// limits (min, max, above, below), slider (what is usual), choices, value: that of the preset,
+/// None where its part of the method is off, and keyword: its name as an argument of `cluster`,
+/// `annotate` and all other functions that take `set`.
 pub fn parameters<'py>(
     py: Python<'py>,
     preset: Option<&Bound<'py, PyString>>,
@@ -24,8 +26,9 @@ pub fn parameters<'py>(
     let set = ParameterSet::of_preset(preset);
     let rows = set.parameters().into_iter().map(|parameter| {
         let value = set.get(&parameter.path).ok().flatten();
-        let mut row = json!(parameter);
+        let mut row = json!(&parameter);
         row["value"] = value.unwrap_or_default();
+        row["keyword"] = keyword(&parameter.path).into();
         row
     });
     let rows: Vec<Value> = rows.collect();

@@ -9,9 +9,12 @@ use divmerge::range_image::NOWHERE;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict};
 
 use crate::arrays::{keep_columns, records, shaped};
+use crate::cloud_run::CloudRun;
+use crate::drawing::usual_png;
+use crate::notebook;
 
 /// What became of the points of one cloud. N points, H x W pixels.
 ///
@@ -27,7 +30,7 @@ pub struct ClusterResult {
     reasons: Vec<Reason>,
     /// Without what has been taken above.
     stages: Stages,
-    cloud: Arc<PointCloud>,
+    made_of: CloudRun,
     shape: Vec<usize>,
     times: Py<PyDict>,
     lazy: Lazy,
@@ -53,13 +56,14 @@ struct Lazy {
     merges: LazyArray,
     joins: LazyArray,
     instances: LazyArray,
+    png: LazyArray,
 }
 
 impl ClusterResult {
     /// The stages of a cloud whose points have a shape; `run_ms` is what the library took.
     pub fn new(
         py: Python<'_>,
-        cloud: Arc<PointCloud>,
+        made_of: CloudRun,
         mut stages: Stages,
         shape: Vec<usize>,
         run_ms: f64,
@@ -74,17 +78,22 @@ impl ClusterResult {
             times: times(py, &stages.times, run_ms)?.unbind(),
             reasons: labels.reason,
             stages,
-            cloud,
+            made_of,
             shape,
             lazy: Lazy::default(),
         })
+    }
+
+    /// What it was made of.
+    pub fn made_of(&self) -> &CloudRun {
+        &self.made_of
     }
 }
 
 /// Its columns are used again.
 impl Drop for ClusterResult {
     fn drop(&mut self) {
-        if let Some(cloud) = Arc::into_inner(std::mem::take(&mut self.cloud)) {
+        if let Some(cloud) = Arc::into_inner(std::mem::take(&mut self.made_of.cloud)) {
             keep_columns(cloud);
         }
     }
@@ -149,7 +158,7 @@ impl ClusterResult {
                 let pixels = band.rows.start * image.columns()..band.rows.end * image.columns();
                 for (range, pixel) in ranges[pixels.clone()].iter_mut().zip(pixels) {
                     if let Some(point) = image.point_at(pixel) {
-                        let [x, y, z] = band.in_sensor(self.cloud.position(point));
+                        let [x, y, z] = band.in_sensor(self.made_of.cloud.position(point));
                         *range = (x * x + y * y + z * z).sqrt() as f32;
                     }
                 }
@@ -245,7 +254,7 @@ impl ClusterResult {
     /// unless a sensor frame asked for more.
     #[getter]
     pub fn rotation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        rotation(py, &self.cloud)
+        rotation(py, &self.made_of.cloud)
     }
 
     /// Milliseconds: of each stage, and `run_ms` of the whole method.
@@ -260,10 +269,24 @@ impl ClusterResult {
         self.stages.image.projection.describe()
     }
 
+    /// For notebooks: the figure of `divmerge.figure(result)`, 96 pixels per inch, as PNG.
+    fn _repr_png_(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        lazily(py, &self.lazy.png, || {
+            let png = usual_png(py, &self.made_of, 96.0)?;
+            Ok(PyBytes::new(py, &png).into_any())
+        })
+    }
+
+    /// For notebooks: counts, a table of the classes, and the figure.
+    fn _repr_html_(&self, py: Python<'_>) -> PyResult<String> {
+        let png = self._repr_png_(py)?.into_bound(py).cast_into()?;
+        notebook::html(py, &self.__repr__(), &self.stages.instances, &png)
+    }
+
     fn __repr__(&self) -> String {
         format!(
             "Result({} points, {} instances of {} components)",
-            self.cloud.len(),
+            self.made_of.cloud.len(),
             self.stages.instances.len(),
             self.stages.components.count
         )

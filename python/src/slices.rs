@@ -8,9 +8,10 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::annotate::{from_json, progress, run, watched};
+use crate::annotate::{from_json, reported, run};
 use crate::errors::{exists_already, raised, wrong, wrong_type};
 use crate::parameters::{names, paths, recording, within};
+use crate::watch;
 
 #[pyfunction]
 #[pyo3(signature = (inputs, shards, *, topics=None))]
@@ -51,7 +52,7 @@ pub fn plan<'py>(
         from_=None, to=None, objects=None, flavor='auto', compression=None, unchecked=False, \
         only=False, in_place=False, resume=False, force=False, threads=None, progress=None, \
         tolerance=0.01, model_config=None, model_image='auto', remission_scale=None, batch=None, \
-        runtime='auto', onnxruntime=None, device='auto')"
+        runtime='auto', onnxruntime=None, device='auto', **parameters)"
 )]
 /// Annotates a slice of a plan into a folder, as `divmerge annotate --slice` does; `join` puts
 /// slices together. Returns the report, whose `output` is the file.
@@ -103,7 +104,7 @@ pub fn join<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let files = paths("slices", slices)?;
     let threads = threads.map(|threads| within("threads", threads, 1024)).transpose()?;
-    let progress = progress.map(|said| self::progress("progress", said)).transpose()?;
+    let progress = progress.map(|said| watch::progress("progress", said)).transpose()?.flatten();
     let sorted = py.detach(|| {
         let opened = files.iter().map(|file| SliceFile::open(file)).collect::<Result<_, _>>()?;
         library::by_recording(opened, None)
@@ -119,5 +120,5 @@ pub fn join<'py>(
         return Err(exists_already(&out));
     }
     let options = JoinOptions { input: input.map(recording), force, threads: threads.unwrap_or(0) };
-    watched(py, progress, |see| library::join(slices, &out, &options, see))
+    reported(py, progress, |see| library::join(slices, &out, &options, see))
 }

@@ -187,7 +187,7 @@ def test_recordings_asked_for_what_they_do_not_have(drives, tmp_path):
         (dict(only=True, in_place=True), "in_place: not together with only", ValueError),
         (dict(resume=True, force=True), "force: not together with resume", ValueError),
         (dict(force="yes"), "force: expected a bool", TypeError),
-        (dict(progress=3), "progress: expected a function", TypeError),
+        (dict(progress=3), "progress: expected True, or a function", TypeError),
         (dict(start=1), "unexpected keyword argument 'start'", TypeError),
     ],
 )

@@ -67,6 +67,12 @@ for frame in divmerge.frames("a.mcap", start=3):
     print(frame.points.shape, divmerge.Reason(frame.cluster().reason[0]).name)
 figures = divmerge.evaluate([((ids, ids), result)])
 print(figures["things"]["pq"])
+part: divmerge.Frames = divmerge.frames("a.mcap")[2:5]
+picture: bytes = divmerge.figure(part[-1], panels=["bev"], tree_gap=0.02)
+divmerge.figure("a.mcap", "figure.svg", frame=3, a=5)
+for case in divmerge.triage("a.mcap", progress=True)["cases"]:
+    print(divmerge.explain("a.mcap", *case["at"])["text"], divmerge.failures("a.mcap")["causes"])
+print(divmerge.compare("a.mcap", methods="best")[0]["things"], result._repr_html_())
 divmerge.cluster(ids, presett="best")
 """
     )

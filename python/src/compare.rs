@@ -1,0 +1,172 @@
+//! Methods side by side on clouds with truth.
+
+use std::path::PathBuf;
+
+use divmerge::Taxonomy;
+use divmerge::annotate::{AnnotateConfig, ObjectOptions};
+use divmerge::comparison::{MethodScores, measure, methods};
+use divmerge::evaluate::panoptic::MIN_POINTS;
+use divmerge::pipeline::overrides::limits;
+use divmerge::pipeline::{Config, Preset};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde::Serialize;
+
+use crate::annotate::plain;
+use crate::asked::method;
+use crate::errors::{wrong, wrong_type};
+use crate::labelled::{LABELLED, LabelledClouds};
+use crate::objects::{OBJECTS, set_objects};
+use crate::parameters::{OURS, Parameters, names, recording, whole};
+
+/// Names of the arguments of `compare` beside those about clouds and objects.
+const OWN: &[&str] = &["methods", "voxels", "min_points", "taxonomy"];
+
+/// What is compared if nothing is said: what the command compares.
+const USUAL: [&str; 10] = [
+    "best",
+    "paper",
+    "authors",
+    "alpine",
+    "euclidean",
+    "dbscan",
+    "scan-line-run",
+    "depth-clustering",
+    "supervoxel",
+    "one-per-class",
+];
+
+/// A line of the command's JSON without the memory of a process.
+#[derive(Serialize)]
+struct Row {
+    method: String,
+    #[serde(flatten)]
+    measured: MethodScores,
+}
+
+/// A method or parameters to compare.
+enum Contender {
+    Named(String),
+    /// Preset `paper` with another voxel size.
+    Voxel(f64),
+}
+
+impl Contender {
+    fn name(&self) -> String {
+        match self {
+            Contender::Named(name) if name == OURS => "best".to_owned(),
+            Contender::Named(name) => name.clone(),
+            Contender::Voxel(side) => format!("paper, {side} m"),
+        }
+    }
+
+    fn config(&self, taxonomy: &Taxonomy) -> PyResult<Config> {
+        if let Contender::Voxel(side) = self {
+            let mut config = Config::paper();
+            config.cluster.voxel = *side;
+            return Ok(config);
+        }
+        let name = self.name();
+        if let Ok(preset) = name.parse::<Preset>() {
+            return Ok(preset.config());
+        }
+        match methods::named(&name, taxonomy) {
+            Some(other) => Ok(Config { other_method: Some(other), ..Config::best() }),
+            None => {
+                let names = USUAL.join(", ");
+                Err(wrong("methods", format!("`{name}` is none of {OURS}, {names}")))
+            }
+        }
+    }
+}
+
+#[pyfunction]
+#[pyo3(
+    signature = (path, **parameters),
+    text_signature = "(path, *, methods=('best', 'paper', 'authors', 'alpine', 'euclidean', \
+        'dbscan', 'scan-line-run', 'depth-clustering', 'supervoxel', 'one-per-class'), voxels=(), \
+        min_points=50, topic=None, sequences=(), start=0, stop=None, labels=None, \
+        true_class_field='label', true_instance_field='true_instance', semantics='auto', \
+        taxonomy=None, tolerance=0.01, model_config=None, model_image='auto', \
+        remission_scale=None, batch=None, runtime='auto', onnxruntime=None, device='auto')"
+)]
+/// Compares methods on clouds with truth: the dicts, one a method, that `divmerge compare -o
+/// FILE.json` writes, but for `peak_memory`, since all are measured in this process.
+///
+/// path, topic, sequences, start, stop, labels, true_class_field, true_instance_field: as for
+/// `failures`. methods: presets ("best", "paper", "authors") and other methods (those of
+/// `cluster`), one or several. voxels: also preset "paper" with these sides of a voxel, metres.
+/// min_points: unmatched objects of fewer points are neither spurious nor missed. semantics,
+/// taxonomy and how a network is run: as for `annotate`.
+///
+/// Of each: `method`, `frames`, `all` and `things` (panoptic quality, 0 to 1; None where methods
+/// are given no classes), `classes`, `over` and `under` (mean and deviation of the over- and
+/// under-segmentation entropy, nats), `cut_ms` (median from object mask to instances), `frame_ms`
+/// (from cloud to labels) and `slowest_ms`. Times are those of one thread while others of Python
+/// run.
+///
+/// Raises `divmerge.Error` where there is no truth, or the taxonomy does not know a class of it.
+pub fn compare<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    parameters: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let path = recording(path);
+    let (mut clouds, mut objects) = (LabelledClouds::default(), ObjectOptions::default());
+    let (mut min_points, mut voxels) = (MIN_POINTS, Vec::new());
+    let mut named = USUAL.map(str::to_owned).to_vec();
+    // `Parameters` takes it for the method, all of whose parameters are a contender's here.
+    let said = parameters.map(|all| all.get_item("min_points")).transpose()?.flatten();
+    if let Some(said) = said.filter(|said| !said.is_none()) {
+        min_points = whole("min_points", &said)? as u64;
+    }
+    let known = [LABELLED, OWN, OBJECTS];
+    let parameters = Parameters::take("compare", &known, parameters, |name, value| {
+        match name {
+            "methods" => named = names(name, value)?,
+            "voxels" => voxels = sides(name, value)?,
+            _ if LABELLED.contains(&name) => clouds.set(name, value)?,
+            _ => set_objects(&mut objects, name, value)?,
+        }
+        Ok(())
+    })?;
+    let method = method(py, &parameters, objects, (&path, &clouds.topics(), None))?;
+    let named = named.into_iter().map(Contender::Named);
+    let contenders = named.chain(voxels.into_iter().map(Contender::Voxel));
+    let configs = contenders.map(|one| Ok((one.name(), one.config(&method.taxonomy)?)));
+    let mut rows = Vec::new();
+    for (name, pipeline) in configs.collect::<PyResult<Vec<_>>>()? {
+        let method = AnnotateConfig { pipeline, ..method.clone() };
+        let frames = clouds.open(py, &path, &method)?;
+        let measured = measured(py, frames, &method, min_points)?;
+        rows.push(Row { method: name, measured });
+    }
+    plain(py, &rows)
+}
+
+/// The scores of a method; Ctrl-C ends it behind the next cloud.
+fn measured(
+    py: Python<'_>,
+    frames: divmerge::LabelledFrames,
+    method: &AnnotateConfig,
+    min_points: u64,
+) -> PyResult<MethodScores> {
+    let mut failure = None;
+    let goes_on = frames.take_while(|_| {
+        failure = Python::attach(|py| py.check_signals()).err();
+        failure.is_none()
+    });
+    let measured = py.detach(|| measure(goes_on, method, min_points, || ()));
+    match failure {
+        Some(failure) => Err(failure),
+        None => measured.map_err(LabelledClouds::raised),
+    }
+}
+
+fn sides(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    let problem = || wrong_type(name, "expected sides of voxels in metres");
+    let sides = value.try_iter().map_err(|_| problem())?;
+    let sides: PyResult<Vec<f64>> = sides.map(|side| side?.extract()).collect();
+    let each = sides.map_err(|_| problem())?.into_iter();
+    each.map(|side| limits::above_zero(side).map_err(|problem| wrong(name, problem))).collect()
+}
