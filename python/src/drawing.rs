@@ -1,12 +1,12 @@
 //! Figures of a cloud with its parameters.
 
+use divmerge::Taxonomy;
 use divmerge::diagnose::explain::ClusteredCloud;
 use divmerge::view::{self, Canvas, ColourTracker, FigureOptions, FrameScene, Panel, Theme};
 use pyo3::prelude::*;
 
 use crate::cloud_run::{CloudRun, Origin};
 use crate::errors::{raised, wrong};
-use crate::taxonomy::PyTaxonomy;
 
 /// The forms of figures.
 #[derive(Debug, Clone, Copy)]
@@ -43,9 +43,9 @@ pub fn usual_png(py: Python<'_>, made_of: &CloudRun, dpi: f64) -> PyResult<Vec<u
 
 /// The figure of a run.
 pub fn drawn(py: Python<'_>, made_of: &CloudRun, look: &Look, form: Form) -> PyResult<Vec<u8>> {
-    let (origin, taxonomy) = (&*made_of.origin, made_of.taxonomy.get());
+    let origin = &*made_of.origin;
     let page = made_of.look(py, |frame| {
-        let scene = scene(frame, origin, taxonomy);
+        let scene = scene(frame, origin);
         let scene = FrameScene { theme: look.theme, ..scene };
         let mut options = look.options.clone();
         if options.panels.is_empty() {
@@ -57,14 +57,9 @@ pub fn drawn(py: Python<'_>, made_of: &CloudRun, look: &Look, form: Form) -> PyR
 }
 
 /// A run as it is drawn, with the headings of the command's figure.
-fn scene<'a>(
-    frame: &ClusteredCloud<'a>,
-    origin: &'a Origin,
-    taxonomy: &'a PyTaxonomy,
-) -> FrameScene<'a> {
+fn scene<'a>(frame: &ClusteredCloud<'a>, origin: &'a Origin) -> FrameScene<'a> {
     let ClusteredCloud { cloud, config, stages, .. } = *frame;
     let Origin { message, start_ns, semantics, intensity, .. } = origin;
-    let has_classes = semantics.starts_with("field:") || semantics == "classes";
     let seconds = message.log_time_ns().saturating_sub(*start_ns) as f64 * 1e-9;
     let image = &stages.image;
     let run = format!(
@@ -78,7 +73,7 @@ fn scene<'a>(
     FrameScene {
         cloud,
         stages,
-        classes: if has_classes { taxonomy.inner.classes() } else { &[] },
+        classes: frame.mask.taxonomy().map_or(&[], Taxonomy::classes),
         intensity: intensity.as_deref(),
         merge_ratio: config.cluster.merge_ratio,
         colour_numbers: ColourTracker::default().colour_numbers(&stages.instances),

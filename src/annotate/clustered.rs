@@ -9,6 +9,7 @@ use super::odd_field::OddField;
 use crate::error::{FrameError, Result, Unsupported, frame};
 use crate::frames::{CloudKey, FrameDetections, Remark};
 use crate::messages::clouds::CloudMessage;
+use divmerge_core::cloud::taxonomy::Taxonomy;
 use divmerge_core::cloud::up::unusual_up;
 use divmerge_core::cloud::{PointCloud, Reason};
 use divmerge_core::pipeline;
@@ -25,8 +26,8 @@ pub struct Clustered {
     pub stages: Stages,
     /// Where objects came from, as in `field:label`.
     pub semantics: String,
-    /// Name of the taxonomy of the classes, if there are classes.
-    pub taxonomy: String,
+    /// The taxonomy of the classes, if there are classes: the one that was recognised, or given.
+    pub taxonomy: Option<Taxonomy>,
     /// What `auto` found wrong with the ids of a field.
     pub odd_field: Option<OddField>,
     /// What is odd about its place.
@@ -62,7 +63,7 @@ pub(super) fn cluster_decoded(
 ) -> Result<Clustered> {
     refuse_moved_boxes(wire, method)?;
     let Decoded { cloud, mask, semantics, odd_field, remarks, decode_ms, semantics_ms } = decoded;
-    let taxonomy = mask.taxonomy().map_or(String::new(), |taxonomy| taxonomy.name.clone());
+    let taxonomy = mask.taxonomy().cloned();
     let started = Instant::now();
     let FrameDetections { detections, missing: missing_boxes } = method.boxes.of(key)?;
     let decode_ms = decode_ms + ms_since(started);
@@ -129,10 +130,10 @@ pub fn remarks(clustered: &Clustered) -> Vec<Remark> {
         );
         remarks.push(("with most returns shadowed", problem));
     }
-    if stages.mask.unknown_ids > 0 {
+    if let Some(taxonomy) = clustered.taxonomy.as_ref().filter(|_| stages.mask.unknown_ids > 0) {
         let problem = format!(
             "{} points have a class that the taxonomy `{}` does not know",
-            stages.mask.unknown_ids, clustered.taxonomy
+            stages.mask.unknown_ids, taxonomy.name
         );
         remarks.push(("with unknown classes", problem));
     }

@@ -10,6 +10,7 @@ use crate::diagnose::explain::{ClusteredCloud, ExplanationReport, Subject, expla
 use crate::error::Result;
 use crate::frames::EncodedCloud;
 use crate::messages::clouds::CloudMessage;
+use divmerge_core::cloud::taxonomy::Taxonomy;
 
 /// A clustered cloud message and its intensities.
 #[derive(Debug, Clone)]
@@ -40,13 +41,12 @@ impl<'a> ClusteredMessage<'a> {
         start_ns: u64,
         colours: &mut ColourTracker,
     ) -> FrameScene<'s> {
-        let Clustered { cloud, stages, semantics, .. } = &self.clustered;
-        let has_classes = semantics.starts_with("field:");
+        let Clustered { cloud, stages, semantics, taxonomy, .. } = &self.clustered;
         let seconds = self.message.log_time_ns().saturating_sub(start_ns) as f64 * 1e-9;
         FrameScene {
             cloud,
             stages,
-            classes: if has_classes { method.taxonomy.classes() } else { &[] },
+            classes: taxonomy.as_ref().map_or(&[], Taxonomy::classes),
             intensity: self.intensity.as_deref(),
             merge_ratio: method.pipeline.cluster.merge_ratio,
             colour_numbers: colours.colour_numbers(&stages.instances),

@@ -4,10 +4,12 @@ use std::ops::ControlFlow;
 
 use divmerge::datasets::cloud_recording::CloudRecording;
 use divmerge::datasets::drive::cloud_message;
+use divmerge::frames::EncodedCloud;
 use divmerge::messages::clouds::CloudFormat;
 use divmerge::recording::WriteOptions;
 use divmerge::semantics::evidence::{Belief, Doubt, DoubtReason, judge, judge_ids};
 use divmerge::simulate::{Clutter, Drive, Mount, Scene, Sensor};
+use divmerge::view::{ClusteredMessage, ColourTracker};
 use divmerge::{
     AnnotateConfig, AnnotateOptions, GroundParams, PointCloud, ProjectionParams, Semantics,
     Taxonomy, annotate,
@@ -134,6 +136,21 @@ fn known_taxonomies_are_recognised() {
                 assert!(is_recognised, "{} of {sensor} in {scene}: {belief:?}", taxonomy.name);
             }
         }
+    }
+}
+
+#[test]
+fn figures_name_the_classes_of_the_taxonomy_that_was_recognised() {
+    let config = AnnotateConfig::default();
+    for taxonomy in &Taxonomy::known()[1..] {
+        let mut frame = Drive::new(Sensor::Hdl32e, Scene::Street, 5).frame(1);
+        frame.cloud = renamed(Sensor::Hdl32e, Scene::Street, |name| id_in(taxonomy, name));
+        let mut message = Vec::new();
+        cloud_message(&frame, &mut message).unwrap();
+        let message = EncodedCloud::of_message(CloudFormat::Ros2, message);
+        let clustered = ClusteredMessage::new(&message, &config).unwrap();
+        let scene = clustered.scene(&config, 0, &mut ColourTracker::default());
+        assert_eq!(scene.classes, taxonomy.classes(), "{}", taxonomy.name);
     }
 }
 
