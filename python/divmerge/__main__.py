@@ -10,7 +10,8 @@ from divmerge._divmerge import _main
 
 def main() -> int:
     """Runs the words of ``sys.argv`` and returns the exit code."""
-    # Python would note Ctrl-C and wait for the command to return. It ends the process, or is the command's to answer.
+    # Python would note Ctrl-C and wait for the command to return. It ends the process, or is the
+    # command's to answer.
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     libraries = _environment.onnxruntime()

@@ -61,14 +61,7 @@ fn scene<'a>(frame: &ClusteredCloud<'a>, origin: &'a Origin) -> FrameScene<'a> {
     let ClusteredCloud { cloud, config, stages, .. } = *frame;
     let Origin { message, start_ns, semantics, intensity, .. } = origin;
     let seconds = message.log_time_ns().saturating_sub(*start_ns) as f64 * 1e-9;
-    let image = &stages.image;
-    let run = format!(
-        "range image {} × {} ({})  ·  objects: {semantics}  ·  {}",
-        image.rows(),
-        image.columns(),
-        image.projection.describe(),
-        config.describe(),
-    );
+    let run = view::describe_run(stages, semantics, config);
     let is_recorded = !message.topic.is_empty();
     FrameScene {
         cloud,

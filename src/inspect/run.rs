@@ -6,7 +6,7 @@ use super::cloud::InspectedCloud;
 use super::setting::Setting;
 use crate::annotate::AnnotateConfig;
 use crate::diagnose::explain::ClusteredCloud;
-use crate::view::{FrameScene, Theme};
+use crate::view::{FrameScene, Theme, describe_run};
 use divmerge_core::cloud::taxonomy::Taxonomy;
 use divmerge_core::pipeline::{self, Stages};
 
@@ -47,7 +47,6 @@ impl Run {
         let InspectedCloud { message, semantics, intensity, cloud, .. } = &*self.cloud;
         let classes = self.cloud.mask(&self.config).taxonomy().map_or(&[][..], Taxonomy::classes);
         let seconds = message.log_time_ns().saturating_sub(start_ns) as f64 * 1e-9;
-        let image = &self.stages.image;
         FrameScene {
             cloud,
             stages: &self.stages,
@@ -57,12 +56,9 @@ impl Run {
             colour_numbers,
             heading: format!("frame {}  ·  {seconds:.3} s", message.number),
             remark: format!(
-                "{}  ·  range image {} × {} ({})  ·  objects: {semantics}  ·  {}{}",
+                "{}  ·  {}{}",
                 message.topic,
-                image.rows(),
-                image.columns(),
-                image.projection.describe(),
-                self.config.pipeline.describe(),
+                describe_run(&self.stages, semantics, &self.config.pipeline),
                 self.setting.in_words(),
             ),
             theme: Theme::default(),

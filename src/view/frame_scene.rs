@@ -11,6 +11,7 @@ use crate::error::Result;
 use crate::frames::EncodedCloud;
 use crate::messages::clouds::CloudMessage;
 use divmerge_core::cloud::taxonomy::Taxonomy;
+use divmerge_core::pipeline::{Config, Stages};
 
 /// A clustered cloud message and its intensities.
 #[derive(Debug, Clone)]
@@ -52,16 +53,26 @@ impl<'a> ClusteredMessage<'a> {
             colour_numbers: colours.colour_numbers(&stages.instances),
             heading: format!("{}  ·  {seconds:.3} s", self.message.frames()),
             remark: format!(
-                "{}  ·  range image {} × {} ({})  ·  objects: {semantics}  ·  {}",
+                "{}  ·  {}",
                 self.message.topic,
-                stages.image.rows(),
-                stages.image.columns(),
-                stages.image.projection.describe(),
-                method.pipeline.describe(),
+                describe_run(stages, semantics, &method.pipeline)
             ),
             theme: Theme::default(),
         }
     }
+}
+
+/// A run in the heading of a figure: its range image, where objects came from, and how they were
+/// clustered.
+pub fn describe_run(stages: &Stages, semantics: &str, config: &Config) -> String {
+    let image = &stages.image;
+    format!(
+        "range image {} × {} ({})  ·  objects: {semantics}  ·  {}",
+        image.rows(),
+        image.columns(),
+        image.projection.describe(),
+        config.describe(),
+    )
 }
 
 /// N: intensity of the points of a message, if it has a field for it.

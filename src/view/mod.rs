@@ -54,7 +54,9 @@ pub use colour_tracker::ColourTracker;
 pub use dark_page::dark_page;
 pub use explanation::explanation;
 pub use figure::{brightest, far, figure};
-pub use frame_scene::{ClusteredMessage, explained_scene, explanation_report, intensity};
+pub use frame_scene::{
+    ClusteredMessage, describe_run, explained_scene, explanation_report, intensity,
+};
 pub use look::Theme;
 pub use matrix::merge_moves;
 pub use options::{FigureOptions, Panel};

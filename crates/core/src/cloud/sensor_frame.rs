@@ -92,17 +92,11 @@ fn upright(up: &Vector3<f64>) -> UnitQuaternion<f64> {
     const CAMERA: f64 = std::f64::consts::FRAC_PI_4;
     if up.angle(&-Vector3::y()) < CAMERA {
         let level = UnitQuaternion::rotation_between(up, &-Vector3::y());
-        return camera() * level.unwrap_or_default();
+        return axes("rdf").expect("axes of a camera") * level.unwrap_or_default();
     }
     UnitQuaternion::rotation_between(up, &Vector3::z()).unwrap_or_else(|| {
         UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
     })
-}
-
-/// From x to the right, y down, z ahead to x ahead, y to the left, z up.
-fn camera() -> UnitQuaternion<f64> {
-    let axes = Matrix3::new(0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0);
-    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
 }
 
 /// Which way a frame's x, y and z look, as in `flu`, `right-forward-up` or

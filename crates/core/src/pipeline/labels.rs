@@ -1,5 +1,7 @@
 //! From the segmentation to a label for each point.
 
+use std::cell::LazyCell;
+
 use crate::cloud::{PointLabels, Reason};
 use crate::cluster::back_projection::BackProjector;
 use crate::cluster::{Components, MethodInput, Segmentation};
@@ -105,7 +107,7 @@ pub(super) fn label_points(
         labels.semantic[point as usize] = id;
     }
     let label = &segmentation.components.label;
-    let pixels_of_points = BackProjector::new(input);
+    let pixels_of_points = LazyCell::new(|| BackProjector::new(input));
     for point in objects.points.iter().map(|&point| point as usize) {
         let component = match &segmentation.of_point {
             Some(of_point) => Some(of_point[point]),

@@ -126,9 +126,11 @@ fn count(sweep: &Sweep, row: &[u16], rows: usize) -> Option<usize> {
     Some(((TAU / mean).round() as usize).clamp(64, 8192))
 }
 
+/// Of about so many rows a sample is taken.
+const SAMPLED_BEAMS: usize = 8;
+
 /// The azimuths of all returns of a few rows, row by row.
 fn sampled_beams(sweep: &Sweep, row: &[u16], rows: usize) -> Vec<Vec<f32>> {
-    const SAMPLED_BEAMS: usize = 8;
     let stride = rows.div_ceil(SAMPLED_BEAMS);
     let mut samples: Vec<Vec<f32>> = vec![Vec::new(); rows.div_ceil(stride)];
     let is_chosen: Vec<bool> = (0..rows).map(|row| row.is_multiple_of(stride)).collect();
@@ -164,7 +166,6 @@ fn count_of_fixed_shots(
     /// Sectors of the circle within which a few columns more or less make no difference.
     const SECTORS: usize = 128;
     const FARTHEST: i32 = 24;
-    const SAMPLED_BEAMS: usize = 8;
     let stride = rows.div_ceil(SAMPLED_BEAMS);
     let mut sums = vec![[[0.0; 2]; SECTORS]; rows.div_ceil(stride)];
     let mut all = 0.0;
