@@ -36,8 +36,8 @@ pub struct FailureInFrame {
 }
 
 impl FailureInFrame {
-    /// The part of the image to look at: the object and as much again on both sides, 20 columns at
-    /// least. `None` for an object without pixels or on both sides of the first column.
+    /// The part of the image to look at: the object and as much again on both sides, 20 columns
+    /// at least. `None` for an object without pixels or on both sides of the first column.
     pub fn window(&self) -> Option<std::ops::Range<usize>> {
         let PixelBounds { columns, .. } = self.failure.pixels.as_ref()?;
         let around = columns.len().max(20);
@@ -87,7 +87,8 @@ impl<'a, F> FailureReport<'a, F> {
     }
 }
 
-/// Clusters a cloud and finds its failures; its verdicts are added to the summary. Unmatched objects of fewer than `min_points` points are no failures.
+/// Clusters a cloud and finds its failures; its verdicts are added to the summary. Unmatched objects
+/// of fewer than `min_points` points are no failures.
 ///
 /// # Errors
 /// Those of [`AnnotateConfig::prepare`], [`AnnotateConfig::detections`] and
