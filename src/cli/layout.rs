@@ -9,6 +9,7 @@ use crate::cli::exit::RefusedOutput;
 use crate::cli::output::{OutputFile, Outputs};
 use crate::cli::viewer;
 use crate::frames::{INSTANCES, OBJECTS};
+use crate::messages::clouds::CloudFormat;
 use crate::recording::STANDARD_STREAM;
 use crate::text::path_word;
 use crate::view::{ShownTopic, viewer_layout};
@@ -69,7 +70,11 @@ impl Layout {
     pub fn how_to_look(&self, report: &AnnotationReport) -> String {
         let output = path_word(&report.output);
         let is_alone = report.form != Form::Beside.describe();
+        let is_drawn = report.topics.values().any(|topic| is_drawn_by_rerun(topic.format));
         let rerun = match &self.rerun {
+            _ if !is_drawn => {
+                "a stock Rerun draws no clouds in this encoding, `divmerge view` does".to_owned()
+            }
             Some(file) => format!("`rerun {output} {}`", path_word(file.path())),
             None if is_alone => format!("`rerun {output}`"),
             None => {
@@ -84,6 +89,11 @@ impl Layout {
             .map(|file| format!("; in Lichtblick and Foxglove, import {}", path_word(file.path())));
         format!("to look at it: {rerun}{}", json.unwrap_or_default())
     }
+}
+
+/// Whether a stock Rerun (0.36) draws clouds of a format.
+fn is_drawn_by_rerun(format: CloudFormat) -> bool {
+    matches!(format, CloudFormat::Ros2 | CloudFormat::LivoxRos2 | CloudFormat::FoxgloveProtobuf)
 }
 
 /// The topics to show.

@@ -194,7 +194,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         [task] if !tasks.has_folder => {
             let report = one(arguments, task, None)?;
             print_json(arguments, task, &report)?;
-            if task.output.path() != STANDARD_STREAM && !terminal::is_quiet() {
+            let is_seen = !arguments.json && !terminal::is_quiet();
+            if is_seen && task.output.path() != STANDARD_STREAM {
                 eprintln!("{}", task.layout.how_to_look(&report));
             }
             Ok(Outcome::of(report.is_complete()))

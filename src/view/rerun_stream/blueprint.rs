@@ -57,9 +57,11 @@ pub fn send_blueprint(
     let mut layout = Layout::new(APPLICATION)?;
     let mut pages = Vec::new();
     if let Some(pair) = pair {
+        layout.begin("explanation");
         pages.push(layout.explanation(pair)?);
     }
     for (topic, shown) in topics {
+        layout.begin(topic);
         pages.push(layout.topic(topic, shown)?);
     }
     let (messages, activation) = layout.finish(&pages, "frame")?;

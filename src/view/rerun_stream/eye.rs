@@ -4,7 +4,7 @@ use crate::view::numbers::quantile;
 use divmerge_core::cloud::PointCloud;
 
 /// Reach of a cloud that is shown, least and most, metres: a few far returns make no scene larger.
-const REACH: [f64; 2] = [4.0, 60.0];
+const REACH: [f64; 2] = [8.0, 60.0];
 
 /// An eye, and what it looks at, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,7 +38,7 @@ impl Eye {
         };
         let [x, y] = [middle(0), middle(1)];
         let distances = returns.iter().map(|at| (at[0] - x).hypot(at[1] - y));
-        let reach = 1.5 * quantile(distances, 0.8);
+        let reach = 1.3 * quantile(distances, 0.9);
         Eye::behind([x, y, part(2, 0.1)], reach.clamp(REACH[0], REACH[1]))
     }
 
@@ -57,7 +57,7 @@ impl Eye {
         let away = x.hypot(y);
         let toward = if away > 0.0 { [-x / away, -y / away] } else { [-1.0, 0.0] };
         let (up, along) = UP_DEGREES.to_radians().sin_cos();
-        let distance = 1.7 * reach;
+        let distance = 2.2 * reach;
         let [dx, dy] = toward.map(|part| part * along * distance);
         Eye { position: [x + dx, y + dy, z + up * distance], target }
     }
@@ -87,7 +87,7 @@ mod tests {
     #[test]
     fn small_clouds_are_seen_from_near() {
         let [room, street] = [4.0, 25.0].map(|radius| Eye::of_cloud(&ring(radius)));
-        assert!(room.position[2] < 4.0 && street.position[2] > 15.0, "{room:?} {street:?}");
+        assert!(room.position[2] < 6.0 && street.position[2] > 15.0, "{room:?} {street:?}");
     }
 
     #[test]

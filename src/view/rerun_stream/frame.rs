@@ -100,7 +100,7 @@ impl FrameLogger<'_> {
         self.log_3d("boxes/objects", &titled_boxes(&objects, colour))?;
         self.log_3d("boxes/background", &titled_boxes(&background, |_| BACKGROUND_COLOUR))?;
         let mut largest = objects;
-        largest.sort_by_key(|instance| (std::cmp::Reverse(instance.points), instance.id));
+        largest.sort_by(|a, b| weight(b).total_cmp(&weight(a)).then(a.id.cmp(&b.id)));
         largest.truncate(MOST_NAMES);
         let tops = largest.iter().map(|instance| {
             let ([x, y, z], height) = (instance.bounds.centre, instance.bounds.size[2]);
@@ -178,6 +178,12 @@ impl FrameLogger<'_> {
         }
         Ok(())
     }
+}
+
+/// How much an object is worth a name: its points, and how sure it is that it is an object.
+fn weight(instance: &Instance) -> f64 {
+    let probability = instance.coarse_class.map_or(1.0, |found| found.probability);
+    f64::from(instance.points) * probability
 }
 
 /// Logs an entity in a coordinate frame, if it has a name.

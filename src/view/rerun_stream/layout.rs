@@ -18,7 +18,9 @@ use crate::view::look;
 pub struct Layout {
     stream: RecordingStream,
     storage: MemorySinkStorage,
-    /// The last number given.
+    /// Number of the page that is being made.
+    page: u64,
+    /// The last number given on it.
     last: u64,
 }
 
@@ -42,7 +44,15 @@ impl Layout {
         let application = ApplicationId::new_or_unknown(application);
         let (stream, storage) = RecordingStreamBuilder::new(application).blueprint().memory()?;
         stream.set_time_sequence("blueprint", 0);
-        Ok(Layout { stream, storage, last: 0 })
+        Ok(Layout { stream, storage, page: 0, last: 0 })
+    }
+
+    /// Begins a page. Its views have numbers of their own, the same in every layout: the viewer
+    /// keeps by them how each was left.
+    pub fn begin(&mut self, name: &str) {
+        // FNV-1a.
+        let step = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
+        (self.page, self.last) = (name.bytes().fold(0xcbf2_9ce4_8422_2325, step), 0);
     }
 
     /// Ends it with its pages, each a tab, the first in front; gives what tells a viewer of it, and
@@ -52,10 +62,8 @@ impl Layout {
         pages: &[String],
         timeline: &str,
     ) -> RecordingStreamResult<(Vec<LogMsg>, Option<BlueprintActivationCommand>)> {
-        if pages.len() > 1 {
-            self.container(Tabs, pages, None)?;
-        }
-        // The last container holds all others.
+        self.begin("");
+        self.container(Tabs, pages, None)?;
         let root = self.uuid();
         let viewport = archetypes::ViewportBlueprint::new()
             .with_root_container(rerun::datatypes::Uuid { bytes: root.to_be_bytes() })
@@ -152,8 +160,10 @@ impl Layout {
 
     /// The last number given, as a UUID.
     fn uuid(&self) -> u128 {
-        const OURS: u128 = 0x6469_766d_6572_4765_8000 << 48;
-        OURS | u128::from(self.last)
+        /// Version and variant of a UUID that is made as one likes.
+        const FREE: u128 = 0x8000_8000 << 48;
+        const ELSEWHERE: u128 = !(0xf000_c000 << 48);
+        u128::from(self.page) << 64 & ELSEWHERE | FREE | u128::from(self.last)
     }
 
     /// Logs what a view takes where its entities say nothing.

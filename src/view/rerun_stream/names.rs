@@ -66,14 +66,14 @@ pub fn class_ids(taxonomy: Option<&Taxonomy>) -> Vec<AnnotationInfo> {
 }
 
 /// Id of a true segment: class, and from the 17th bit its instance. Objects of one number and of
-/// different classes have different ids; what has no instance is no object.
+/// different classes have different colours; what has no instance is no object.
 pub fn truth_id(segment: u32) -> u16 {
     /// Coprime to the number of colours.
     const CLASS_STEP: u32 = 61;
     let (class, instance) = (segment & 0xffff, segment >> 16);
     match instance {
         0 => reason_id(Reason::NotAnObject),
-        instance => shown_id(instance + CLASS_STEP * class, Reason::None),
+        instance => ((instance + CLASS_STEP * class) % u32::from(NAMED_IDS)) as u16 + 1,
     }
 }
 
@@ -120,6 +120,8 @@ mod tests {
     fn true_objects_of_two_classes_differ() {
         let [car, person] = [10, 30].map(|class| truth_id(class | 7 << 16));
         assert_ne!(car, person);
+        let last = truth_id(u32::MAX);
+        assert!(truth_ids().iter().any(|info| info.id == last), "{last}");
         assert_eq!(truth_id(10), reason_id(Reason::NotAnObject));
     }
 
