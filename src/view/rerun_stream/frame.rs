@@ -15,6 +15,8 @@ use divmerge_core::cloud::{Instance, Reason, UprightBox};
 
 /// Most objects whose names stand beside them; the others show theirs under the pointer.
 pub const MOST_NAMES: usize = 15;
+/// Without classes, least probability of what is named.
+const LEAST_PROBABILITY: f64 = 0.1;
 /// Names and colours of the stages of a run, as in `T/series/milliseconds`.
 pub const STAGES: [(&str, [u8; 3]); 5] = [
     ("projection", [116, 184, 255]),
@@ -100,6 +102,7 @@ impl FrameLogger<'_> {
         self.log_3d("boxes/objects", &titled_boxes(&objects, colour))?;
         self.log_3d("boxes/background", &titled_boxes(&background, |_| BACKGROUND_COLOUR))?;
         let mut largest = objects;
+        largest.retain(|instance| probability(instance) >= LEAST_PROBABILITY);
         largest.sort_by(|a, b| weight(b).total_cmp(&weight(a)).then(a.id.cmp(&b.id)));
         largest.truncate(MOST_NAMES);
         let tops = largest.iter().map(|instance| {
@@ -182,8 +185,12 @@ impl FrameLogger<'_> {
 
 /// How much an object is worth a name: its points, and how sure it is that it is an object.
 fn weight(instance: &Instance) -> f64 {
-    let probability = instance.coarse_class.map_or(1.0, |found| found.probability);
-    f64::from(instance.points) * probability
+    f64::from(instance.points) * probability(instance)
+}
+
+/// How sure it is that an instance is what it seems to be; it is, where there are classes.
+fn probability(instance: &Instance) -> f64 {
+    instance.coarse_class.map_or(1.0, |found| found.probability)
 }
 
 /// Logs an entity in a coordinate frame, if it has a name.
