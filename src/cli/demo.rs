@@ -23,8 +23,8 @@ use crate::simulate::{Drive, Scene, Sensor};
 
 /// Simulate a drive, annotate it, and score it against its truth
 ///
-/// Needs no data. Writes the simulated and the annotated recording, layouts for viewers and a figure
-/// of one frame to a folder, and suggests what to open next.
+/// Needs no data. Writes the simulated and the annotated recording, layouts for viewers and a
+/// figure of one frame to a folder, and suggests what to open next.
 #[derive(Args)]
 pub struct Arguments {
     /// Folder for the recordings and the figure; replaces those of an earlier demo

@@ -107,8 +107,9 @@ pub struct Arguments {
     #[arg(long)]
     no_layout: bool,
 
-    /// Also write OUT.rbl, a blueprint for `rerun OUT OUT.rbl`, with which Rerun shows the instances
-    /// in colour and not the clouds over them; needs a divmerge built with `--features rerun`
+    /// Also write OUT.rbl, a blueprint for `rerun OUT OUT.rbl`, with which Rerun shows the
+    /// instances in colour and not the clouds over them; needs a divmerge built with `--features
+    /// rerun`
     #[arg(long, conflicts_with = "slice")]
     blueprint: bool,
 

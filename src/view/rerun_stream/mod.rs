@@ -7,13 +7,14 @@
 //! | `T/cloud/class`, `.../component`, `.../instance` | the returns, coloured by what each is |
 //! | `T/cloud/reason` | the returns by why each has no instance |
 //! | `T/cloud/truth` | the returns by true object, where the truth is known |
-//! | `T/boxes/objects`, `.../background` | the instances' boxes; their names show under the pointer |
+//! | `T/boxes/objects`, `.../background` | boxes, with their names under the pointer |
 //! | `T/boxes/names` | names of the largest objects |
-//! | `T/votes/merged`, `.../rejoined`, `.../apart` | lines between centroids of components with votes |
+//! | `T/votes/merged`, `.../rejoined`, `.../apart` | lines between components with votes |
 //! | `T/dropped/unreached`, `.../too_small` | points of objects that ended without an instance |
 //! | `T/tracks/boxes` | the objects as their tracks know them, where they are followed |
-//! | `T/tracks/trails`, `.../sensor` | where what moves and the sensor were over the ground, as the cloud sees it |
-//! | `T/image/range`, `.../component`, `.../instance`, `.../reason` | the range image, highest beam on top, stretched as in figures |
+//! | `T/tracks/trails`, `.../sensor` | where over the ground what moves and the sensor were |
+//! | `T/image/range`, `.../component`, `.../instance` | the range image, highest beam on top |
+//! | `T/image/reason` | the same by reason |
 //! | `T/series/milliseconds` | time of each stage |
 //! | `T/series/instances` | number of instances |
 //! | `T/series/suspicion` | how suspect the decisions are ([`triage`](crate::diagnose::triage)) |
@@ -29,8 +30,8 @@
 //! coordinate frame.
 //!
 //! Colours go through class ids and an annotation context, two bytes a point instead of four. Ids
-//! above 65520 stand for reasons ([`Reason`](divmerge_core::cloud::Reason)); component and instance
-//! numbers above that start again at 1 in the clouds and images, but not in the labels. A `.rrd`
+//! from 65520 on stand for reasons ([`Reason`](divmerge_core::cloud::Reason)); component and instance
+//! numbers beyond start again at 1 in the clouds and images, but not in the labels. A `.rrd`
 //! holds random ids and is never the same twice.
 
 mod annotated;
