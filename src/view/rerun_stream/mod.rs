@@ -30,9 +30,9 @@
 //! coordinate frame.
 //!
 //! Colours go through class ids and an annotation context, two bytes a point instead of four. Ids
-//! from 65520 on stand for reasons ([`Reason`](divmerge_core::cloud::Reason)); component and instance
-//! numbers beyond start again at 1 in the clouds and images, but not in the labels. A `.rrd`
-//! holds random ids and is never the same twice.
+//! from 65520 on stand for reasons ([`Reason`](divmerge_core::cloud::Reason)). Numbers of
+//! components and instances beyond start again at 1 in the clouds and images, but not in the
+//! labels. A `.rrd` holds random ids and is never the same twice.
 
 mod annotated;
 mod blueprint;
