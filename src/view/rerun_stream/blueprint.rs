@@ -141,9 +141,10 @@ impl Layout {
         let images = path.join(&"image".into());
         let range = |[from, to]: [f64; 2]| rerun::datatypes::Range1D([from, to]);
         let bounds = pair.window.map(|[x, y]| {
-            archetypes::VisualBounds2D::new(components::VisualBounds2D(
-                rerun::datatypes::Range2D { x_range: range(x), y_range: range(y) }.into(),
-            ))
+            archetypes::VisualBounds2D::new(components::VisualBounds2D(rerun::datatypes::Range2D {
+                x_range: range(x),
+                y_range: range(y),
+            }))
         });
         let bounds = bounds.iter().map(|bounds| ("VisualBounds2D", bounds as &dyn AsComponents));
         let bounds: Vec<(&str, &dyn AsComponents)> = bounds.collect();
