@@ -37,8 +37,8 @@ pub trait FrameVisitor {
         false
     }
 
-    /// Where the truth of clouds is, if the visitor wants it, and whether somebody said so: else a
-    /// cloud without it has none.
+    /// Where the truth of clouds is, if the visitor wants it, and whether somebody said so: then a
+    /// cloud without it ends the walk, else it has none.
     fn truth(&self) -> Option<(&TruthSource, bool)> {
         None
     }
@@ -193,6 +193,10 @@ impl Visit<'_> {
         match source.of(encoded, wire) {
             Ok(truth) => Ok(Some(truth)),
             Err(Error::Frame(FrameError::MissingField { .. })) if !is_said => Ok(None),
+            // It is wrong in all clouds.
+            Err(Error::Frame(problem @ FrameError::MissingField { .. })) => {
+                Err(Error::Unreadable { at: encoded.describe(), problem })
+            }
             Err(error) => Err(error),
         }
     }

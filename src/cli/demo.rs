@@ -164,7 +164,7 @@ fn print_next(drive: &Path, how_to_look: &str, figure: &Path) {
         let figure = figure.display();
         println!("  look at {figure}: mask, components, instances and votes of one frame");
     }
-    println!("  {how_to_look}");
+    println!("  look at the annotated recording: {how_to_look}");
     println!(
         "    {CLOUD_TOPIC}/instances shows instances in colour, {CLOUD_TOPIC}/objects their boxes"
     );

@@ -87,7 +87,7 @@ impl Layout {
             .json
             .as_ref()
             .map(|file| format!("; in Lichtblick and Foxglove, import {}", path_word(file.path())));
-        format!("to look at it: {rerun}{}", json.unwrap_or_default())
+        format!("{rerun}{}", json.unwrap_or_default())
     }
 }
 

@@ -29,7 +29,10 @@ fn demo_ends_in_a_table_and_says_what_to_open() {
     assert!(folder.path().join("drive.mcap").exists());
     assert!(said.contains("figure.png") && folder.path().join("figure.png").exists(), "{said}");
     let layout = folder.path().join("annotated.layout.json");
-    assert!(said.contains("to look at it: ") && said.contains(path(&layout)), "{said}");
+    assert!(
+        said.contains("look at the annotated recording: ") && said.contains(path(&layout)),
+        "{said}"
+    );
     assert!(layout.exists());
 }
 

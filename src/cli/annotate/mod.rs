@@ -197,7 +197,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
             print_json(arguments, task, &report)?;
             let is_seen = !arguments.json && !terminal::is_quiet();
             if is_seen && task.output.path() != STANDARD_STREAM {
-                eprintln!("{}", task.layout.how_to_look(&report));
+                eprintln!("to look at it: {}", task.layout.how_to_look(&report));
             }
             Ok(Outcome::of(report.is_complete()))
         }

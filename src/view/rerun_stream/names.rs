@@ -40,7 +40,7 @@ pub fn shown_id(number: u32, reason: Reason) -> u16 {
     match number {
         0 if reason == Reason::None => 0,
         0 => reason_id(reason),
-        number => ((number - 1) % u32::from(REASONS)) as u16 + 1,
+        number => ((number - 1) % u32::from(REASONS - 1)) as u16 + 1,
     }
 }
 
