@@ -4,7 +4,7 @@ use super::requests::{FigureForm, Outcome, Problem};
 use super::run::Run;
 use super::session::Session;
 use super::why::{Question, explained};
-use crate::view::{self, FigureOptions, Panel, PlaneRegion};
+use crate::view::{self, FigureOptions, Panel, PlaneRegion, Theme};
 
 /// Dots per inch of a picture.
 const DPI: f64 = 192.0;
@@ -19,7 +19,8 @@ pub(super) fn figure(
     question: Option<&Question>,
     form: &FigureForm,
 ) -> Outcome<(&'static str, Vec<u8>)> {
-    let scene = run.scene(session.start_ns, session.colours(run)?);
+    let mut scene = run.scene(session.start_ns, session.colours(run)?);
+    scene.theme = if form.light_panels { Theme::Light } else { Theme::Dark };
     let page = match question {
         Some(question) => {
             let found = explained(session, run, question)?.explanation;
@@ -30,11 +31,14 @@ pub(super) fn figure(
     let page = if form.dark { view::dark_page(page) } else { page };
     match form.format.as_str() {
         "svg" => Ok(("image/svg+xml", view::svg(&page).into_bytes())),
+        "pdf" => Ok(("application/pdf", view::pdf(&page))),
         "png" => {
             let bytes = view::png(&page, DPI);
             Ok(("image/png", bytes.ok_or_else(|| Problem::wrong("the figure is too large"))?))
         }
-        other => Err(Problem::wrong(format!("`{other}` is no form of a figure: use svg or png"))),
+        other => {
+            Err(Problem::wrong(format!("`{other}` is no form of a figure: use svg, png or pdf")))
+        }
     }
 }
 

@@ -70,11 +70,14 @@ pub(super) enum CommandKind {
 /// What a figure looks like.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub(super) struct FigureForm {
-    /// `svg` or `png`.
+    /// `svg`, `png` or `pdf`.
     pub format: String,
     /// Whether its page is dark.
     #[serde(default)]
     pub dark: bool,
+    /// Whether its panels are light.
+    #[serde(default)]
+    pub light_panels: bool,
     /// The panels, by the names of the command line; none means those of `figure`.
     #[serde(default)]
     pub panels: Vec<String>,

@@ -102,7 +102,10 @@ function figurePart() {
       figure("svg", true),
       figure("png", false),
       figure("png", true),
+      figure("pdf", false),
+      figure("pdf", true),
     ),
+    h("label", {}, h("input", { type: "checkbox", id: "light-panels" }), " light panels"),
     h("h3", {}, "Case"),
     h(
       "p",
@@ -148,7 +151,7 @@ async function saveFigure(format, dark) {
   ];
   try {
     save(
-      await source.file("figure", request({ figure: { format, dark, view } })),
+      await source.file("figure", request({ figure: { format, dark, view, light_panels: byId("light-panels").checked } })),
       format,
       "figure",
     );
