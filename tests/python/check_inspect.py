@@ -153,6 +153,25 @@ def check_explained(page, binary, recording):
     return len(page.evaluate("inspector.state.explanation.changes"))
 
 
+def check_figures(page):
+    """Each form of figure is one, and its page and its panels are light or dark as was asked."""
+    page.evaluate("document.activeElement.blur()")
+    page.keyboard.press("Escape")
+    page.keyboard.press("y")
+    starts, drawn = {"svg": b"<", "png": b"\x89PNG", "pdf": b"%PDF-"}, set()
+    for light in (False, True):
+        page.locator("#light-panels").set_checked(light)
+        for form, start in starts.items():
+            for side in ("light", "dark"):
+                with page.expect_download() as download:
+                    page.locator(f'[data-figure="{form}-{side}"]').click()
+                content = Path(download.value.path()).read_bytes()
+                assert content.startswith(start), (form, content[:20])
+                drawn.add(content)
+    assert len(drawn) == 12, f"{len(drawn)} of 12 figures differ"
+    page.keyboard.press("Escape")
+
+
 def check_case(browser, page, folder):
     """A saved case opens from the disk without a network, with the explanation and a change that was run."""
     page.keyboard.press("y")
@@ -331,6 +350,7 @@ def main():
             with opened(browser, address) as page:
                 check_slider(page)
                 check_compared(page)
+                check_figures(page)
                 changes = check_explained(page, arguments.binary, arguments.recording)
                 size = check_case(browser, page, folder)
                 check_keys(page)
