@@ -10,6 +10,7 @@ mod compare;
 mod compressed;
 mod convert;
 mod coordinates;
+mod documents;
 mod ego_motion;
 mod encodings;
 mod evaluate;
