@@ -41,6 +41,7 @@ macro_rules! pages {
 
 pages! {
     readme: "README.md",
+    python_readme: "python/README.md",
     cluster: "docs/cluster.md",
     evaluation: "docs/evaluation.md",
     figures: "docs/figures.md",
