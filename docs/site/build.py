@@ -23,7 +23,11 @@ TARGET = ROOT / "target"
 PAGES = TARGET / "site-pages"
 SITE = TARGET / "site"
 # Files at the root that are pages, by the name of the page.
-AT_ROOT = {"README.md": "index.md", "CONTRIBUTING.md": "CONTRIBUTING.md", "CHANGELOG.md": "CHANGELOG.md"}
+AT_ROOT = {
+    "README.md": "index.md",
+    "CONTRIBUTING.md": "CONTRIBUTING.md",
+    "CHANGELOG.md": "CHANGELOG.md",
+}
 LANGUAGES = {".py": "python", ".rs": "rust", ".toml": "toml", ".yml": "yaml", "": "sh"}
 LINK = re.compile(r"\]\(([^)#\s]*)((?:#[^)\s]*)?)\)")
 
@@ -89,7 +93,12 @@ def gather_all() -> None:
 
 
 def list_decisions() -> None:
-    lines = ["# Decisions", "", "Large choices, each with its date, its reasons and what it cost.", ""]
+    lines = [
+        "# Decisions",
+        "",
+        "Large choices, each with its date, its reasons and what it cost.",
+        "",
+    ]
     for file in sorted((ROOT / "docs/decisions").glob("*.md")):
         number, title = re.match(r"# (\d+)\. (.*)", file.read_text()).groups()
         date = re.search(r"\d{4}-\d{2}-\d{2}", file.read_text())
@@ -144,7 +153,10 @@ def read_parameters(text: str) -> dict[str, tuple[str, str]]:
 def parameters(program: Path) -> None:
     """Every parameter with its meaning, and its value in each preset."""
     presets = ["best", "paper", "authors"]
-    values = {preset: read_parameters(printed(program, "params", "--preset", preset)) for preset in presets}
+    values = {
+        preset: read_parameters(printed(program, "params", "--preset", preset))
+        for preset in presets
+    }
     text = (
         "# Parameters\n\nWhat `divmerge params` prints. Each is set by `--set PATH=VALUE`, in a file"
         " for `--config`, and as a\nkeyword in Python ([guide](../guide.md#parameters)).\n"
@@ -156,7 +168,9 @@ def parameters(program: Path) -> None:
             text += f"\n## `{path}`\n\n{says}\n"
             continue
         level = "##" if "." not in path else "###"
-        shown = [f"{preset} `{values[preset][path][1]}`" for preset in presets if path in values[preset]]
+        shown = [
+            f"{preset} `{values[preset][path][1]}`" for preset in presets if path in values[preset]
+        ]
         text += f"\n{level} `{path}`\n\n{says}\n\nPresets: {', '.join(shown)}.\n"
     write("reference/parameters.md", text)
 
@@ -164,7 +178,9 @@ def parameters(program: Path) -> None:
 def docstrings() -> dict[str, str]:
     """What the sources of the Python package say of functions and classes, by name."""
     found = {}
-    item = re.compile(r"((?:^[ ]*///.*\n)+)(?:^[ ]*#\[.*\n)*^[ ]*(?:pub )?(?:fn|struct) (\w+)", re.MULTILINE)
+    item = re.compile(
+        r"((?:^[ ]*///.*\n)+)(?:^[ ]*#\[.*\n)*^[ ]*(?:pub )?(?:fn|struct) (\w+)", re.MULTILINE
+    )
     for file in sorted((ROOT / "python/src").rglob("*.rs")):
         for lines, name in item.findall(file.read_text()):
             found.setdefault(name, re.sub(r"^ */// ?", "", lines, flags=re.MULTILINE))
@@ -183,7 +199,9 @@ def python() -> None:
     for node in ast.parse(stub).body:
         if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and not node.name.startswith("_"):
             first = min([node.lineno, *(mark.lineno for mark in node.decorator_list)])
-            signatures.setdefault(node.name, []).append("\n".join(lines[first - 1 : node.end_lineno]))
+            signatures.setdefault(node.name, []).append(
+                "\n".join(lines[first - 1 : node.end_lineno])
+            )
     for name, codes in signatures.items():
         code = "\n".join(codes)
         text += f"\n## `{name}`\n\n{says.get(name, '')}\n```python\n{code}\n```\n"
@@ -212,7 +230,9 @@ def main() -> None:
     mkdocs = [sys.executable, "-m", "mkdocs", "build", "--strict", "-f", config]
     # Without the theme's note on its successor (docs/decisions/0029-true-documents.md).
     environment = {**os.environ, "NO_MKDOCS_2_WARNING": "1"}
-    done = subprocess.run(mkdocs, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
+    done = subprocess.run(
+        mkdocs, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment
+    )
     if done.returncode != 0:
         sys.exit(done.stdout)
     if fetched := fetched_from_elsewhere():

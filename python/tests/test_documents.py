@@ -11,9 +11,17 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = ["README.md", "docs/evaluation.md", "docs/networks.md", "docs/python.md", "python/README.md"]
+PAGES = [
+    "README.md",
+    "docs/evaluation.md",
+    "docs/networks.md",
+    "docs/python.md",
+    "python/README.md",
+]
 
-BLOCK = re.compile(r"((?:^<!--(?:(?!-->).)*-->\n)*)^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(
+    r"((?:^<!--(?:(?!-->).)*-->\n)*)^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL
+)
 NOTE = re.compile(r"<!--(.*?)-->", re.DOTALL)
 
 
