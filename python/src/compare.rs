@@ -2,12 +2,11 @@
 
 use std::path::PathBuf;
 
-use divmerge::Taxonomy;
 use divmerge::annotate::{AnnotateConfig, ObjectOptions};
-use divmerge::comparison::{MethodScores, measure, methods};
+use divmerge::comparison::methods::BOXES;
+use divmerge::comparison::{Contender, MethodScores, USUAL_CONTENDERS, measure};
 use divmerge::evaluate::panoptic::MIN_POINTS;
 use divmerge::pipeline::overrides::limits;
-use divmerge::pipeline::{Config, Preset};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Serialize;
@@ -17,24 +16,10 @@ use crate::asked::method;
 use crate::errors::{wrong, wrong_type};
 use crate::labelled::{LABELLED, LabelledClouds};
 use crate::objects::{OBJECTS, set_objects};
-use crate::parameters::{OURS, Parameters, names, recording, whole};
+use crate::parameters::{NEEDS_BOXES, Parameters, names, recording, whole};
 
 /// Names of the arguments of `compare` beside those about clouds and objects.
 const OWN: &[&str] = &["methods", "voxels", "min_points", "taxonomy"];
-
-/// What is compared if nothing is said: what the command compares.
-const USUAL: [&str; 10] = [
-    "best",
-    "paper",
-    "authors",
-    "alpine",
-    "euclidean",
-    "dbscan",
-    "scan-line-run",
-    "depth-clustering",
-    "supervoxel",
-    "one-per-class",
-];
 
 /// A line of the command's JSON without the memory of a process.
 #[derive(Serialize)]
@@ -42,42 +27,6 @@ struct Row {
     method: String,
     #[serde(flatten)]
     measured: MethodScores,
-}
-
-/// A method or parameters to compare.
-enum Contender {
-    Named(String),
-    /// Preset `paper` with another voxel size.
-    Voxel(f64),
-}
-
-impl Contender {
-    fn name(&self) -> String {
-        match self {
-            Contender::Named(name) if name == OURS => "best".to_owned(),
-            Contender::Named(name) => name.clone(),
-            Contender::Voxel(side) => format!("paper, {side} m"),
-        }
-    }
-
-    fn config(&self, taxonomy: &Taxonomy) -> PyResult<Config> {
-        if let Contender::Voxel(side) = self {
-            let mut config = Config::paper();
-            config.cluster.voxel = *side;
-            return Ok(config);
-        }
-        let name = self.name();
-        if let Ok(preset) = name.parse::<Preset>() {
-            return Ok(preset.config());
-        }
-        match methods::named(&name, taxonomy) {
-            Some(other) => Ok(Config { other_method: Some(other), ..Config::best() }),
-            None => {
-                let names = USUAL.join(", ");
-                Err(wrong("methods", format!("`{name}` is none of {OURS}, {names}")))
-            }
-        }
-    }
 }
 
 #[pyfunction]
@@ -114,7 +63,7 @@ pub fn compare<'py>(
     let path = recording(path);
     let (mut clouds, mut objects) = (LabelledClouds::default(), ObjectOptions::default());
     let (mut min_points, mut voxels) = (MIN_POINTS, Vec::new());
-    let mut named = USUAL.map(str::to_owned).to_vec();
+    let mut named: Vec<String> = USUAL_CONTENDERS.split(',').map(str::to_owned).collect();
     // `Parameters` takes it for the method, all of whose parameters are a contender's here.
     let said = parameters.map(|all| all.get_item("min_points")).transpose()?.flatten();
     if let Some(said) = said.filter(|said| !said.is_none()) {
@@ -131,17 +80,25 @@ pub fn compare<'py>(
         Ok(())
     })?;
     let method = method(py, &parameters, objects, (&path, &clouds.topics(), None))?;
-    let named = named.into_iter().map(Contender::Named);
-    let contenders = named.chain(voxels.into_iter().map(Contender::Voxel));
-    let configs = contenders.map(|one| Ok((one.name(), one.config(&method.taxonomy)?)));
+    let mut contenders =
+        named.iter().map(|name| contender(name)).collect::<PyResult<Vec<Contender>>>()?;
+    contenders.extend(voxels.into_iter().map(Contender::Voxel));
     let mut rows = Vec::new();
-    for (name, pipeline) in configs.collect::<PyResult<Vec<_>>>()? {
+    for contender in contenders {
+        let pipeline = contender.config(&method.taxonomy);
         let method = AnnotateConfig { pipeline, ..method.clone() };
         let frames = clouds.open(py, &path, &method)?;
         let measured = measured(py, frames, &method, min_points)?;
-        rows.push(Row { method: name, measured });
+        rows.push(Row { method: contender.name(), measured });
     }
     plain(py, &rows)
+}
+
+fn contender(name: &str) -> PyResult<Contender> {
+    if name == BOXES {
+        return Err(wrong("methods", NEEDS_BOXES));
+    }
+    name.parse().map_err(|known| wrong("methods", format!("`{name}` is no method: {known}")))
 }
 
 /// The scores of a method; Ctrl-C ends it behind the next cloud.

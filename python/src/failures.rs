@@ -1,19 +1,14 @@
 //! The objects that the clustering gets wrong, each with its cause.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use divmerge::annotate::{AnnotateConfig, ObjectOptions};
-use divmerge::diagnose::explain::ClusteredCloud;
+use divmerge::annotate::ObjectOptions;
 use divmerge::diagnose::failures::{
-    Failure, FailureSummary, LabelledRun, check_classes, failures as failures_of,
+    FailureInFrame, FailureReport, FailureSummary, failures_in_frame,
 };
-use divmerge::diagnose::triage::ranking::recorded_positions;
 use divmerge::evaluate::panoptic::MIN_POINTS;
-use divmerge::frames::LabelledFrame;
-use divmerge::pipeline;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use serde::Serialize;
 
 use crate::annotate::plain;
 use crate::asked::{assembly, method};
@@ -23,31 +18,6 @@ use crate::parameters::{ALL, COORDINATES, Parameters, recording, whole};
 
 /// Names of the arguments of `failures` beside those about clouds, method and objects.
 const OWN: &[&str] = &["small", "assemble"];
-
-/// A failure and where it is: a line of the command's JSON without the commands.
-#[derive(Serialize)]
-struct Row {
-    topic: String,
-    frame: u64,
-    log_time_ns: Option<u64>,
-    #[serde(flatten)]
-    failure: Failure,
-    cause_in_words: String,
-    at: Vec<[f32; 3]>,
-}
-
-/// The command's JSON.
-#[derive(Serialize)]
-struct Found<'a> {
-    input: &'a Path,
-    method: &'a str,
-    preset: &'a str,
-    taxonomy: &'a str,
-    min_points: u64,
-    #[serde(flatten)]
-    summary: FailureSummary,
-    failures: Vec<Row>,
-}
 
 #[pyfunction]
 #[pyo3(
@@ -101,55 +71,10 @@ pub fn failures<'py>(
     let mut frames = clouds.open(py, &path, &method)?;
     while let Some(frame) = py.detach(|| frames.next()) {
         py.check_signals()?;
-        let found = frame
-            .and_then(|frame| py.detach(|| of_frame(&path, &method, (frame, small), &mut summary)));
+        let mut in_frame = |frame| failures_in_frame(frame, &method, small, &mut summary);
+        let found = frame.and_then(|frame| py.detach(|| in_frame(frame)));
         rows.extend(found.map_err(LabelledClouds::raised)?);
     }
-    rows.sort_by_key(|row: &Row| std::cmp::Reverse(row.failure.judged.points));
-    let found = Found {
-        input: &path,
-        method: method.pipeline.method_name(),
-        preset: method.pipeline.preset,
-        taxonomy: &method.taxonomy.name,
-        min_points: small,
-        summary,
-        failures: rows,
-    };
-    plain(py, &found)
-}
-
-/// The failures of a frame, which is added to the summary.
-fn of_frame(
-    path: &Path,
-    method: &AnnotateConfig,
-    (mut frame, min_points): (LabelledFrame, u64),
-    summary: &mut FailureSummary,
-) -> divmerge::Result<Vec<Row>> {
-    method.prepare(&mut frame)?;
-    let LabelledFrame { source, number, log_time_ns, cloud, truth, .. } = &frame;
-    let at = format!("{}: cloud {number} of {source}", path.display());
-    check_classes(&truth.class, &method.taxonomy, &at)?;
-    let (mask, config) = (method.mask(cloud), &method.pipeline);
-    let stages = pipeline::run(cloud, mask, config);
-    let found = failures_of(&LabelledRun {
-        frame: ClusteredCloud { cloud, mask, config, stages: &stages },
-        detections: &[],
-        true_class: &truth.class,
-        true_id: &truth.id,
-        taxonomy: &method.taxonomy,
-        min_points,
-    });
-    summary.add(&found);
-    let row = |failure: Failure| {
-        let at = recorded_positions(cloud, &failure.show);
-        Row {
-            topic: source.clone(),
-            frame: *number,
-            log_time_ns: (*log_time_ns != 0).then_some(*log_time_ns),
-            cause_in_words: failure.cause.describe(),
-            at: at.iter().map(|at| at.map(|along| along as f32)).collect(),
-            failure,
-        }
-    };
-    Ok(found.failures.into_iter().map(row).collect())
+    rows.sort_by_key(|row: &FailureInFrame| std::cmp::Reverse(row.failure.judged.points));
+    plain(py, &FailureReport::new(&path, &method, small, (&summary, &rows)))
 }

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use divmerge::Error as LibraryError;
-use divmerge::annotate::{AnnotateConfig, Semantics};
+use divmerge::annotate::AnnotateConfig;
 use divmerge::error::FrameError;
-use divmerge::frames::{LabelledFrames, LabelledOptions, SeenClasses, TruthSource};
+use divmerge::frames::{LabelledFrames, LabelledOptions, TruthSource};
 use pyo3::prelude::*;
 
 use crate::errors::{Error, raised, wrong};
@@ -61,11 +61,7 @@ impl LabelledClouds {
             sequences: self.sequences.clone(),
             frames: numbers(self.start, self.stop)?,
             truth: self.truth()?,
-            classes: match &method.semantics {
-                Semantics::Auto => SeenClasses::Auto,
-                Semantics::Field(name) => SeenClasses::Field(name.clone()),
-                _ => SeenClasses::Nothing,
-            },
+            classes: method.seen_classes(),
             remission: method.wants_remission(),
             assemble: method.assemble,
         };

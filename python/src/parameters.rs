@@ -7,7 +7,8 @@ use divmerge::Taxonomy;
 use divmerge::annotate::{AnnotateConfig, ObjectOptions, ObjectSource};
 use divmerge::cloud::sensor_frame::SensorFrame;
 use divmerge::cloud::{CloudFrames, Crop, Ego, LengthUnit, SensorOrigin};
-use divmerge::comparison::methods;
+use divmerge::comparison::DIVIDE_AND_MERGE;
+use divmerge::comparison::methods::{self, BOXES};
 use divmerge::frames::{EgoBodies, recorded_transforms};
 use divmerge::parameters::ParameterSet;
 use divmerge::pipeline::{Config, Overrides};
@@ -70,8 +71,8 @@ pub const WITHOUT_CLASSES: &[&str] = ALL.split_at(1).1;
 pub const COORDINATES: &[&str] =
     &["units", "sensor_origin", "min_range", "max_range", "crop", "ego"];
 
-/// Who cuts objects into instances unless another method is named.
-pub const OURS: &str = "divide-and-merge";
+/// Why the method of boxes cannot be had here.
+pub const NEEDS_BOXES: &str = "`boxes` needs boxes, which only the command line reads";
 
 impl Parameters {
     /// Takes the arguments of a function that takes those names, and gives `other` the ones that
@@ -150,23 +151,13 @@ impl Parameters {
     fn config(&self, taxonomy: &Taxonomy) -> PyResult<Config> {
         let mut config = self.overrides.config().map_err(raised)?;
         config.other_method = match self.method.as_deref() {
-            None | Some(OURS) => None,
-            Some("boxes") => {
-                return Err(wrong(
-                    "method",
-                    "`boxes` needs boxes, which only the command line \
-                    reads",
-                ));
-            }
+            None | Some(DIVIDE_AND_MERGE) => None,
+            Some(BOXES) => return Err(wrong("method", NEEDS_BOXES)),
             Some(name) => Some(methods::named(name, taxonomy).ok_or_else(|| {
-                wrong(
-                    "method",
-                    format!(
-                        "`{name}` is no method: use {OURS}, depth-clustering, scan-line-run, \
-                         euclidean, dbscan, \
-                         supervoxel, alpine or one-per-class"
-                    ),
-                )
+                let known = methods::NAMES.into_iter().filter(|name| *name != BOXES);
+                let known = known.collect::<Vec<_>>().join(", ");
+                let problem = format!("`{name}` is no method: use {DIVIDE_AND_MERGE}, {known}");
+                wrong("method", problem)
             })?),
         };
         Ok(config)

@@ -8,7 +8,7 @@ use std::time::Instant;
 use super::odd_field::OddField;
 use crate::error::{Conflict, Error, Result, frame};
 use crate::frames::{
-    Assemble, CloudKey, EgoBodies, FrameBoxes, FrameClasses, LabelledFrame, Remark,
+    Assemble, CloudKey, EgoBodies, FrameBoxes, FrameClasses, LabelledFrame, Remark, SeenClasses,
 };
 use crate::messages::clouds::CloudMessage;
 use crate::network::Network;
@@ -198,6 +198,15 @@ impl AnnotateConfig {
     /// Those of [`FrameBoxes::of`].
     pub fn detections(&self, frame: &LabelledFrame) -> Result<Cow<'_, [Detection]>> {
         Ok(self.boxes.of(&frame.key())?.detections)
+    }
+
+    /// Which of the classes that stand beside a truth the method gets to see.
+    pub fn seen_classes(&self) -> SeenClasses {
+        match &self.semantics {
+            Semantics::Auto => SeenClasses::Auto,
+            Semantics::Field(name) => SeenClasses::Field(name.clone()),
+            _ => SeenClasses::Nothing,
+        }
     }
 
     /// Brings a cloud with truth into the form that the method sees, and gives it the classes of

@@ -7,20 +7,18 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use serde::{Deserialize, Serialize};
 
-use crate::Taxonomy;
 use crate::cli::arguments::boxes::BoxArguments;
-use crate::cli::arguments::method::{BOXES, DIVIDE_AND_MERGE, METHODS, PRESETS};
 use crate::cli::arguments::objects::ObjectArguments;
 use crate::cli::arguments::truth::TruthArguments;
-use crate::cli::arguments::values::{find, positive};
+use crate::cli::arguments::values::positive;
 use crate::cli::exit::{NotThere, Outcome, WRONG_USAGE};
 use crate::cli::invocation;
 use crate::cli::output::{Outputs, chart_or_table};
 use crate::cli::progress::frame_bar;
 use crate::cli::table::{measurements, write_measurements};
 use crate::cli::text::{counted, peak_memory};
-use crate::comparison::{MethodScores, measure, methods};
-use crate::pipeline::{Config, Preset};
+use crate::comparison::methods::BOXES;
+use crate::comparison::{Contender, MethodScores, USUAL_CONTENDERS, measure};
 use crate::view::{Line, LineChart};
 
 /// Compare methods on clouds with truth
@@ -47,9 +45,8 @@ pub struct Arguments {
         long,
         value_delimiter = ',',
         value_name = "LIST",
-        value_parser = contender,
-        default_value = "best,paper,authors,alpine,euclidean,dbscan,scan-line-run,\
-                         depth-clustering,supervoxel,one-per-class"
+        value_parser = str::parse::<Contender>,
+        default_value = USUAL_CONTENDERS
     )]
     methods: Vec<Contender>,
 
@@ -72,55 +69,6 @@ pub struct Arguments {
     /// Measure one contender, by its number, and print JSON: each is measured in its own process
     #[arg(long, hide = true)]
     one: Option<usize>,
-}
-
-/// A method or parameters to compare.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Contender {
-    Preset(Preset),
-    /// Preset `paper` with another voxel size.
-    Voxel(f64),
-    Method(&'static str),
-}
-
-impl Contender {
-    fn name(self) -> String {
-        match self {
-            Contender::Preset(preset) => preset.config().preset.to_owned(),
-            Contender::Voxel(side) => format!("paper, {side} m"),
-            Contender::Method(name) => name.to_owned(),
-        }
-    }
-
-    fn config(self, taxonomy: &Taxonomy) -> Config {
-        match self {
-            Contender::Preset(preset) => preset.config(),
-            Contender::Voxel(side) => {
-                let mut config = Config::paper();
-                config.cluster.voxel = side;
-                config
-            }
-            Contender::Method(name) => {
-                Config { other_method: methods::named(name, taxonomy), ..Config::best() }
-            }
-        }
-    }
-}
-
-/// Reads the name of a preset or a method.
-fn contender(text: &str) -> Result<Contender, String> {
-    if let Some(preset) = find(PRESETS, text) {
-        return Ok(Contender::Preset(preset));
-    }
-    match find(METHODS, text) {
-        Some(DIVIDE_AND_MERGE) => Ok(Contender::Preset(Preset::Best)),
-        Some(method) => Ok(Contender::Method(method)),
-        None => {
-            let presets = PRESETS.iter().map(|(name, ..)| *name);
-            let names: Vec<&str> = presets.chain(METHODS.iter().map(|(name, ..)| *name)).collect();
-            Err(format!("use some of {}", names.join(", ")))
-        }
-    }
 }
 
 /// A row of the table.

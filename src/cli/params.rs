@@ -5,10 +5,11 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use crate::Taxonomy;
-use crate::cli::arguments::method::{DIVIDE_AND_MERGE, METHODS, PRESETS};
+use crate::cli::arguments::method::{METHODS, PRESETS};
 use crate::cli::arguments::parameters::ParameterArguments;
 use crate::cli::arguments::values::one_of;
 use crate::cli::exit::{NotThere, Outcome};
+use crate::comparison::DIVIDE_AND_MERGE;
 use crate::comparison::methods;
 use crate::parameter_file::explained_toml;
 use crate::parameters::{Parameter, ParameterSet};

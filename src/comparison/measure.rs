@@ -3,10 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use crate::annotate::AnnotateConfig;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::evaluate::entropy::{Entropies, entropies, true_parts};
 use crate::evaluate::panoptic::{ClassQuality, MIN_POINTS, Panoptic, PanopticQuality};
-use crate::frames::{LabelledFrame, Truth};
+use crate::frames::LabelledFrame;
 use divmerge_core::cloud::taxonomy::Taxonomy;
 use divmerge_core::geometry::statistics::{mean_and_deviation, median};
 use divmerge_core::pipeline::{self, Stages};
@@ -41,8 +41,8 @@ pub struct MethodScores {
 /// of [`entropy`](crate::evaluate::entropy).
 ///
 /// # Errors
-/// Those of the clouds, of [`AnnotateConfig::prepare`] and of [`AnnotateConfig::detections`];
-/// [`Error::UnknownClass`] if a true class is not in the taxonomy.
+/// Those of the clouds, of [`AnnotateConfig::prepare`], of [`AnnotateConfig::detections`] and of
+/// [`LabelledFrame::true_class_numbers`].
 pub fn measure(
     frames: impl IntoIterator<Item = Result<LabelledFrame>>,
     method: &AnnotateConfig,
@@ -83,7 +83,7 @@ impl ScoreSums {
 
     fn add(&mut self, frame: &LabelledFrame, method: &AnnotateConfig) -> Result<()> {
         let taxonomy = &method.taxonomy;
-        let true_class = class_numbers(&frame.truth, taxonomy, frame)?;
+        let true_class = frame.true_class_numbers(taxonomy)?;
         let (mask, detections) = (method.mask(&frame.cloud), method.detections(frame)?);
         let stages = pipeline::run_with(&frame.cloud, mask, &detections, &method.pipeline);
         let found = &stages.labels.instance;
@@ -120,16 +120,6 @@ impl ScoreSums {
             slowest_ms: self.frame_ms.iter().copied().fold(0.0, f64::max),
         }
     }
-}
-
-/// True class numbers.
-fn class_numbers(truth: &Truth, taxonomy: &Taxonomy, frame: &LabelledFrame) -> Result<Vec<u16>> {
-    taxonomy.known_class_numbers(&truth.class).map_err(|class| Error::UnknownClass {
-        at: format!("cloud {} of {}", frame.number, frame.source),
-        class,
-        points: truth.class.iter().filter(|&&raw| raw == class).count() as u64,
-        taxonomy: taxonomy.name.clone(),
-    })
 }
 
 /// The entropies of a frame; where classes are seen, of the true things alone, points of no thing

@@ -220,6 +220,19 @@ pub enum Error {
     Recording(divmerge_recording::Error),
 }
 
+impl Error {
+    /// [`Error::UnknownClass`] for one of the `raw` classes of all points at `at`.
+    pub(crate) fn unknown_class(
+        at: impl Into<String>,
+        class: u16,
+        raw: impl IntoIterator<Item = u16>,
+        taxonomy: &str,
+    ) -> Self {
+        let points = raw.into_iter().filter(|&raw| raw == class).count() as u64;
+        Error::UnknownClass { at: at.into(), class, points, taxonomy: taxonomy.to_owned() }
+    }
+}
+
 impl From<CloudError> for Error {
     fn from(error: CloudError) -> Self {
         Error::Frame(error.into())

@@ -231,9 +231,7 @@ impl<'a> Evaluation<'a> {
     fn classes(&self, (labels, place): (&ScanLabels, &str)) -> Result<Vec<u16>> {
         let taxonomy = self.metrics.taxonomy;
         taxonomy.known_class_numbers(&labels.class).map_err(|class| {
-            let points = labels.class.iter().filter(|&&raw| raw == class).count() as u64;
-            let taxonomy = taxonomy.name.clone();
-            Error::UnknownClass { at: place.to_owned(), class, points, taxonomy }
+            Error::unknown_class(place, class, labels.class.iter().copied(), &taxonomy.name)
         })
     }
 

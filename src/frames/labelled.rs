@@ -16,6 +16,7 @@ use crate::error::{Error, FrameError, NoCloud, Result};
 use crate::evaluate::evaluation::segments;
 use crate::messages::clouds::CloudMessage;
 use divmerge_core::cloud::PointCloud;
+use divmerge_core::cloud::taxonomy::Taxonomy;
 use divmerge_recording::MessageRange;
 
 /// A cloud of N points and what is true of it.
@@ -42,6 +43,18 @@ impl LabelledFrame {
     pub fn key(&self) -> CloudKey<'_> {
         let LabelledFrame { source, number, stamp_ns, frame_id, .. } = self;
         CloudKey { topic: source, number: *number, stamp_ns: *stamp_ns, frame_id }
+    }
+
+    /// N: number of the true class.
+    ///
+    /// # Errors
+    /// [`Error::UnknownClass`] if a true class is not in the taxonomy.
+    pub fn true_class_numbers(&self, taxonomy: &Taxonomy) -> Result<Vec<u16>> {
+        let raw = &self.truth.class;
+        taxonomy.known_class_numbers(raw).map_err(|class| {
+            let at = format!("cloud {} of {}", self.number, self.source);
+            Error::unknown_class(at, class, raw.iter().copied(), &taxonomy.name)
+        })
     }
 }
 

@@ -163,8 +163,6 @@ mod tests {
     use crate::comparison::methods::Dbscan;
     use divmerge_core::parameters::ParameterSet;
 
-    const PRESETS: [Preset; 3] = [Preset::Best, Preset::Paper, Preset::Authors];
-
     /// Parameters that are those of no preset.
     fn odd() -> ParameterSet {
         let mut odd = ParameterSet::of_preset(Preset::Paper);
@@ -188,7 +186,7 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read_back_to_the_last_digit() {
-        let presets = PRESETS.map(ParameterSet::of_preset);
+        let presets = Preset::ALL.map(ParameterSet::of_preset);
         for parameters in presets.into_iter().chain([odd()]) {
             let options = RunOptions {
                 given: BTreeMap::from([
@@ -262,7 +260,7 @@ mod tests {
 
     #[test]
     fn each_parameter_stands_with_its_meaning_in_lines_that_fit() {
-        for preset in PRESETS {
+        for preset in Preset::ALL {
             let text = explained_toml(&ParameterSet::of_preset(preset), |_| true);
             for parameter in registry() {
                 let key = parameter.path.rsplit('.').next().unwrap();

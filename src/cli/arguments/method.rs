@@ -16,7 +16,8 @@ use crate::annotate::AnnotateConfig;
 use crate::cli::shell::option_words;
 use crate::cli::terminal;
 use crate::cluster::params::Region;
-use crate::comparison::methods;
+use crate::comparison::DIVIDE_AND_MERGE;
+use crate::comparison::methods::{self, BOXES};
 use crate::frames::sweeps_in_parts;
 use crate::parameters::ParameterSet;
 use crate::pipeline::{BirdsEyeMerge, Overrides, Preset};
@@ -82,11 +83,6 @@ pub const PRESETS: &[NamedValue<Preset>] = &[
     ("paper", "The paper to the letter", Preset::Paper),
     ("authors", "The authors' released C++ without its memory errors", Preset::Authors),
 ];
-
-/// The program's own method.
-pub const DIVIDE_AND_MERGE: &str = "divide-and-merge";
-/// The method that needs `--boxes`.
-pub const BOXES: &str = "boxes";
 
 /// Clustering methods.
 pub const METHODS: &[NamedValue<&str>] = &[

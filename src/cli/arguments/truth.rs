@@ -6,11 +6,11 @@ use anyhow::Result;
 use clap::Args;
 
 use super::values::frames;
-use crate::annotate::{AnnotateConfig, Semantics};
+use crate::annotate::AnnotateConfig;
 use crate::cli::exit::NotThere;
 use crate::error::{Error, FrameError};
 use crate::evaluate::panoptic::MIN_POINTS;
-use crate::frames::{LabelledFrames, LabelledOptions, SeenClasses, TruthSource};
+use crate::frames::{LabelledFrames, LabelledOptions, TruthSource};
 use crate::recording::MessageRange;
 
 /// Clouds with truth, and the minimum size of objects that count.
@@ -71,11 +71,7 @@ impl CloudArguments {
             sequences: self.sequences.clone(),
             frames: self.frames,
             truth: self.truth.source(),
-            classes: match &method.semantics {
-                Semantics::Auto => SeenClasses::Auto,
-                Semantics::Field(name) => SeenClasses::Field(name.clone()),
-                _ => SeenClasses::Nothing,
-            },
+            classes: method.seen_classes(),
             remission: method.wants_remission(),
             assemble: method.assemble,
         };

@@ -3,26 +3,20 @@
 mod row;
 mod text;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use serde::Serialize;
 
 use row::{Commands, Row};
 
-use crate::annotate::AnnotateConfig;
 use crate::cli::arguments::method::MethodArguments;
 use crate::cli::arguments::truth::CloudArguments;
 use crate::cli::exit::Outcome;
 use crate::cli::output::Outputs;
 use crate::cli::progress::frame_bar;
-use crate::diagnose::explain::ClusteredCloud;
-use crate::diagnose::failures::{Failure, FailureSummary, LabelledRun, check_classes, failures};
-use crate::diagnose::triage::ranking::recorded_positions;
+use crate::diagnose::failures::{FailureReport, FailureSummary, failures_in_frame};
 use crate::evaluate::panoptic::MIN_POINTS;
-use crate::frames::LabelledFrame;
-use crate::pipeline;
 
 /// List the objects that the clustering gets wrong, with the cause of each
 ///
@@ -67,19 +61,6 @@ pub struct Arguments {
     force: bool,
 }
 
-/// The JSON file.
-#[derive(Serialize)]
-struct FailuresJson<'a> {
-    input: &'a Path,
-    method: &'a str,
-    preset: &'a str,
-    taxonomy: &'a str,
-    min_points: u64,
-    #[serde(flatten)]
-    summary: &'a FailureSummary,
-    failures: &'a [Row],
-}
-
 pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let inputs = arguments.clouds.files().chain(arguments.method.files());
     let mut outputs = Outputs::new(inputs, arguments.force);
@@ -90,11 +71,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let frames = arguments.clouds.open(&method)?;
     let bar = frame_bar("searching", frames.remaining());
     let (mut summary, mut rows) = (FailureSummary::default(), Vec::new());
+    let commands = Commands {
+        input: &clouds.input,
+        topic: clouds.topic.as_deref(),
+        method: arguments.method.words(),
+        has_explanation: method.pipeline.other_method.is_none(),
+    };
     let keeps_all = csv.is_some() || json.is_some();
     for frame in frames {
         let frame = frame.map_err(|error| arguments.clouds.with_hint(error))?;
-        rows.extend(of_frame(arguments, &method, frame, &mut summary)?);
-        rows.sort_by_key(|row: &Row| std::cmp::Reverse(row.failure.judged.points));
+        let found = failures_in_frame(frame, &method, arguments.small, &mut summary)?;
+        rows.extend(found.into_iter().map(|failure| commands.row(failure)));
+        rows.sort_by_key(|row: &Row| std::cmp::Reverse(row.found.failure.judged.points));
         if !keeps_all {
             rows.truncate(arguments.limit);
         }
@@ -107,65 +95,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         csv.write(row::csv(&rows).as_bytes())?;
     }
     if let Some(json) = json {
-        let value = FailuresJson {
-            input: &arguments.clouds.input,
-            method: method.pipeline.method_name(),
-            preset: method.pipeline.preset,
-            taxonomy: &method.taxonomy.name,
-            min_points: arguments.small,
-            summary: &summary,
-            failures: &rows,
-        };
-        json.write_json(&value)?;
+        let all = (&summary, &rows[..]);
+        json.write_json(&FailureReport::new(&clouds.input, &method, small, all))?;
     }
     Ok(Outcome::Done)
-}
-
-/// The failures of a frame, which is added to the summary.
-fn of_frame(
-    arguments: &Arguments,
-    method: &AnnotateConfig,
-    mut frame: LabelledFrame,
-    summary: &mut FailureSummary,
-) -> Result<Vec<Row>> {
-    method.prepare(&mut frame)?;
-    let detections = method.detections(&frame)?;
-    let LabelledFrame { source, number, log_time_ns, cloud, truth, .. } = &frame;
-    let at = format!("{}: cloud {number} of {source}", arguments.clouds.input.display());
-    check_classes(&truth.class, &method.taxonomy, &at)?;
-    let (mask, config) = (method.mask(cloud), &method.pipeline);
-    let stages = pipeline::run_with(cloud, mask, &detections, config);
-    let found = failures(&LabelledRun {
-        frame: ClusteredCloud { cloud, mask, config, stages: &stages },
-        detections: &detections,
-        true_class: &truth.class,
-        true_id: &truth.id,
-        taxonomy: &method.taxonomy,
-        min_points: arguments.small,
-    });
-    summary.add(&found);
-    let commands = Commands {
-        input: &arguments.clouds.input,
-        topic: arguments.clouds.topic.as_deref(),
-        source,
-        number: *number,
-        method: arguments.method.words(),
-    };
-    let columns = stages.image.columns();
-    let row = |failure: Failure| {
-        let at = recorded_positions(cloud, &failure.show);
-        let at: Vec<[f32; 3]> = at.iter().map(|at| at.map(|along| along as f32)).collect();
-        let pixels = failure.pixels.as_ref();
-        Row {
-            topic: source.clone(),
-            frame: *number,
-            log_time_ns: (*log_time_ns != 0).then_some(*log_time_ns),
-            cause_in_words: failure.cause.describe(),
-            explain: config.other_method.is_none().then(|| commands.explain(&at)),
-            figure: pixels.and_then(|pixels| commands.figure(pixels, columns)),
-            at,
-            failure,
-        }
-    };
-    Ok(found.failures.into_iter().map(row).collect())
 }

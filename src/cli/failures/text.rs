@@ -72,20 +72,21 @@ fn causes(summary: &FailureSummary) -> Table {
 }
 
 fn print_failure(number: usize, row: &Row) {
-    let Failure { side, judged, cause, .. } = &row.failure;
+    let Failure { side, judged, cause, .. } = &row.found.failure;
     let [x, y, z] = judged.centre;
     let name = if judged.class_name.is_empty() { "instance" } else { &judged.class_name };
-    let time = row.log_time_ns.map_or(String::new(), |ns| format!(", log time {}", seconds(ns)));
+    let time =
+        row.found.log_time_ns.map_or(String::new(), |ns| format!(", log time {}", seconds(ns)));
     println!(
         "{number}. {} frame {}{time}: {} {name} of {} at {x:.1},{y:.1},{z:.1}: {}",
-        row.topic,
-        row.frame,
+        row.found.topic,
+        row.found.frame,
         side_name(*side),
         counted(judged.points, "point"),
         judged.verdict.name()
     );
     println!("   {}", shared_points(*side, judged));
-    println!("   cause: {}: {}", cause.step(), row.cause_in_words);
+    println!("   cause: {}: {}", cause.step(), row.found.cause_in_words);
     for command in row.explain.iter().chain(&row.figure) {
         println!("   {command}");
     }

@@ -66,10 +66,13 @@ pub use one_per_class::OnePerClass;
 pub use scan_line_run::ScanLineRun;
 pub use supervoxel::Supervoxel;
 
+/// The method that cuts along detections, which have to be given.
+pub const BOXES: &str = "boxes";
+
 /// The names of all methods.
 pub const NAMES: [&str; 8] = [
     "alpine",
-    "boxes",
+    BOXES,
     "dbscan",
     "depth-clustering",
     "euclidean",
@@ -82,7 +85,7 @@ pub const NAMES: [&str; 8] = [
 pub fn named(name: &str, taxonomy: &Taxonomy) -> Option<Arc<dyn Method>> {
     Some(match name {
         "alpine" => Arc::new(Alpine::new(taxonomy)),
-        "boxes" => Arc::new(Boxes::default()),
+        BOXES => Arc::new(Boxes::default()),
         "dbscan" => Arc::new(Dbscan::default()),
         "depth-clustering" => Arc::new(DepthClustering::default()),
         "euclidean" => Arc::new(Euclidean::default()),

@@ -102,14 +102,9 @@ pub(super) fn check_classes(
     taxonomy: &str,
     path: &Path,
 ) -> Result<()> {
-    let class = |word: u32| (word & 0xffff) as usize;
-    let Some(unknown) = words.iter().map(|&word| class(word)).find(|&id| !is_known[id]) else {
+    let classes = || words.iter().map(|&word| word as u16);
+    let Some(unknown) = classes().find(|&id| !is_known[usize::from(id)]) else {
         return Ok(());
     };
-    Err(Error::UnknownClass {
-        at: path.display().to_string(),
-        class: unknown as u16,
-        points: words.iter().filter(|&&word| class(word) == unknown).count() as u64,
-        taxonomy: taxonomy.to_owned(),
-    })
+    Err(Error::unknown_class(path.display().to_string(), unknown, classes(), taxonomy))
 }

@@ -38,6 +38,7 @@
 mod case;
 mod cause;
 mod find;
+mod frame;
 mod oracles;
 mod search;
 mod summary;
@@ -50,4 +51,5 @@ mod tests;
 pub use case::{LabelledRun, ObjectOrigin};
 pub use cause::{Cause, DivideCause, MergeCause, PostMergeCause};
 pub use find::{Failure, Failures, PixelBounds, failures};
-pub use summary::{FailureSummary, VerdictCount, check_classes};
+pub use frame::{FailureInFrame, FailureReport, failures_in_frame};
+pub use summary::{FailureSummary, VerdictCount};

@@ -5,9 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::find::Failures;
-use crate::error::{Error, Result};
 use crate::evaluate::JudgedObject;
-use divmerge_core::cloud::taxonomy::Taxonomy;
 
 /// Objects with one verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -60,22 +58,4 @@ impl FailureSummary {
             *side(count) += 1;
         }
     }
-}
-
-/// Refuses true classes that the taxonomy does not know; `at` names the cloud.
-///
-/// # Errors
-/// [`Error::UnknownClass`] for the first unknown class.
-pub fn check_classes(true_class: &[u16], taxonomy: &Taxonomy, at: &str) -> Result<()> {
-    let mut is_known = vec![false; 1 << 16];
-    taxonomy.known_ids().for_each(|(id, _)| is_known[usize::from(id)] = true);
-    let Some(&class) = true_class.iter().find(|&&id| !is_known[usize::from(id)]) else {
-        return Ok(());
-    };
-    Err(Error::UnknownClass {
-        at: at.to_owned(),
-        class,
-        points: true_class.iter().filter(|&&id| id == class).count() as u64,
-        taxonomy: taxonomy.name.clone(),
-    })
 }

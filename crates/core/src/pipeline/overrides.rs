@@ -20,6 +20,9 @@ pub enum Preset {
 }
 
 impl Preset {
+    /// All presets.
+    pub const ALL: [Preset; 3] = [Preset::Best, Preset::Paper, Preset::Authors];
+
     /// Its name, as at the command line.
     pub fn name(self) -> &'static str {
         self.config().preset
