@@ -198,11 +198,13 @@ pub fn report(
 #[pyo3(
     signature = (cloud, a=None, b=None, **parameters),
     text_signature = "(cloud, a=None, b=None, *, instances=None, within=0.3, what_if=True, \
-        track=None, link=None, start=0, stop=None, lag=None, ego_motion='auto', topic=None, frame=0, time=None, assemble=None, semantics='auto', taxonomy=None, \
-        preset='best', voxel=None, angle=None, gap_columns=None, gap_rows=None, min_points=None, \
-        bev=None, method=None, set=None, rows=None, columns=None, fov=None, sensor_frame='auto', \
-        units=None, sensor_origin=(), min_range=None, max_range=None, crop=None, ego=None, \
-        tolerance=0.01, model_config=None, model_image='auto', remission_scale=None, batch=None, \
+        track=None, \
+        link=None, start=0, stop=None, lag=None, ego_motion='auto', topic=None, frame=0, \
+        time=None, assemble=None, semantics='auto', taxonomy=None, preset='best', voxel=None, \
+        angle=None, gap_columns=None, gap_rows=None, min_points=None, bev=None, method=None, \
+        set=None, rows=None, columns=None, fov=None, sensor_frame='auto', units=None, \
+        sensor_origin=(), min_range=None, max_range=None, crop=None, ego=None, tolerance=0.01, \
+        model_config=None, model_image='auto', remission_scale=None, batch=None, \
         runtime='auto', onnxruntime=None, device='auto', **parameters)"
 )]
 /// Says why two points are one instance or not, or what one point belongs to. Returns the dict that
@@ -227,8 +229,8 @@ pub fn report(
 /// `points` (what is known of each: `index`, `position` in metres in the frame of `Frame.points`,
 /// ...), `votes`, `later` (the steps after the merge), `what_if` and more.
 ///
-/// Raises `divmerge.Error` if no return, no such instance or no such track is there, ValueError if `method` is
-/// another one than ours, which has nothing to explain.
+/// Raises `divmerge.Error` if no return, no such instance or no such track is there, ValueError if
+/// `method` is another one than ours, which has nothing to explain.
 pub fn explain<'py>(
     py: Python<'py>,
     cloud: &Bound<'py, PyAny>,

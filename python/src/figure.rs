@@ -24,14 +24,15 @@ const OWN: &[&str] =
 #[pyo3(
     signature = (cloud, out=None, **parameters),
     text_signature = "(cloud, out=None, *, format=None, panels=(), theme='dark', aspect=0.125, \
-        dpi=192, window=None, view=None, force=False, a=None, b=None, instances=None, within=0.3, \
-        tracks=False, start=0, stop=None, lag=None, ego_motion='auto', topic=None, frame=0, \
-        time=None, assemble=None, semantics='auto', taxonomy=None, preset='best', \
-        voxel=None, angle=None, gap_columns=None, gap_rows=None, min_points=None, \
-        bev=None, method=None, set=None, rows=None, columns=None, fov=None, sensor_frame='auto', \
-        units=None, sensor_origin=(), min_range=None, max_range=None, crop=None, ego=None, \
-        tolerance=0.01, model_config=None, model_image='auto', remission_scale=None, batch=None, \
-        runtime='auto', onnxruntime=None, device='auto', **parameters)"
+        dpi=192, window=None, view=None, force=False, a=None, b=None, instances=None, \
+        within=0.3, tracks=False, start=0, stop=None, lag=None, ego_motion='auto', \
+        topic=None, frame=0, time=None, assemble=None, semantics='auto', taxonomy=None, \
+        preset='best', voxel=None, angle=None, gap_columns=None, gap_rows=None, \
+        min_points=None, bev=None, method=None, set=None, rows=None, columns=None, \
+        fov=None, sensor_frame='auto', units=None, sensor_origin=(), min_range=None, \
+        max_range=None, crop=None, ego=None, tolerance=0.01, model_config=None, \
+        model_image='auto', remission_scale=None, batch=None, runtime='auto', \
+        onnxruntime=None, device='auto', **parameters)"
 )]
 /// Draws the clustering of a cloud: the bytes that `divmerge figure` writes, or with `a`, `b` or
 /// `instances` those of `divmerge explain -o`. Returns them, or None if they are written to `out`.
@@ -44,14 +45,14 @@ const OWN: &[&str] =
 /// pixels per inch, 24 to 1200; a figure is 10.4 inches wide. window: ((first, end), (first, end)),
 /// the columns and the rows from the top that are shown, None for all. view: ((x, x), (y, y)), the
 /// part of the bird's-eye plane, metres. force: replace an existing file. a, b, instances, within:
-/// draw what `explain` says of these; aspect, panels, window and view are then its own. tracks: draw
-/// the ways of all objects of a recording, as `divmerge figure --tracks`; start, stop: numbers of
-/// the first cloud that is followed and of the one behind the last, from 0; lag, ego_motion: as for
-/// `annotate`. topic: of a recording; the first with clouds if not said. frame: number of the cloud on its topic, from 0.
-/// time: take the cloud nearest to this log time: seconds from the start, or text as for
-/// `annotate`. assemble: put a whole turn together of several messages, as for `annotate`. All else
-/// is as for `annotate`; with a `Frame` these are the parameters of the method alone, and with a
-/// `Result`, which has its own, none.
+/// draw what `explain` says of these; aspect, panels, window and view are then its own. tracks:
+/// draw the ways of all objects of a recording, as `divmerge figure --tracks`; start, stop: numbers
+/// of the first cloud that is followed and of the one behind the last, from 0; lag, ego_motion: as
+/// for `annotate`. topic: of a recording; the first with clouds if not said. frame: number of the
+/// cloud on its topic, from 0. time: take the cloud nearest to this log time: seconds from the
+/// start, or text as for `annotate`. assemble: put a whole turn together of several messages, as
+/// for `annotate`. All else is as for `annotate`; with a `Frame` these are the parameters of the
+/// method alone, and with a `Result`, which has its own, none.
 pub fn figure<'py>(
     py: Python<'py>,
     cloud: &Bound<'py, PyAny>,

@@ -1,8 +1,8 @@
 //! Every block of shell in README.md and docs/ is run, or says why it is not.
 //!
 //! Blocks of a page run in order in a folder of its own, where an error of a command, or another
-//! output than the page shows, is a failure. Comments in the page's source ([`page::Note`]) say what
-//! a block needs, and why it is not run:
+//! output than the page shows, is a failure. Comments in the page's source ([`page::Note`]) say
+//! what a block needs, and why it is not run:
 //!
 //! ```sh
 //! cargo test --test integration documents -- --nocapture     # lists what was not run
