@@ -323,5 +323,5 @@ def test_truth_that_is_not_there(drives, tmp_path):
     for function in (divmerge.failures, divmerge.compare):
         with pytest.raises(divmerge.Error, match="true_class_field and true_instance_field name"):
             function(drives("small"), true_class_field="none")
-    with pytest.raises(ValueError, match="methods: `magic` is none of divide-and-merge, best"):
+    with pytest.raises(ValueError, match="methods: `magic` is no method: use some of best"):
         divmerge.compare(drives("small"), methods="magic")

@@ -53,10 +53,7 @@ const USELESS: &[(&str, &str)] =
 
 /// What `-h` says of options of which `--help` says more.
 const SHORT_HELP: &[(&str, &str)] = &[
-    (
-        "semantics",
-        "Objects: auto, ground, all, field:NAME, topic:T, labels:DIR or onnx:MODEL.onnx",
-    ),
+    ("semantics", "Objects: auto, ground, all, field:NAME, topic:T, labels:DIR or onnx:MODEL.onnx"),
     ("taxonomy", "What the ids of classes mean: a name, as nuscenes, or a YAML file"),
     ("preset", "Parameters to start from"),
     ("set", "Set any parameter, as cluster.voxel=0.3 (see `params`)"),
