@@ -1,6 +1,7 @@
 //! One binary for all integration tests.
 
 mod addresses;
+mod bleeding_classes;
 mod boxes;
 mod broken;
 mod class_evidence;

@@ -16,7 +16,7 @@ use crate::cluster::params::{ClusterParams, Region};
 use crate::over_time::TrackParams;
 use crate::over_time::ego_motion::{EgoMotionParams, ScanParams};
 use crate::pipeline::overrides::limits;
-use crate::pipeline::{Config, Preset};
+use crate::pipeline::{Config, Preset, SegmentVote};
 use crate::range_image::ProjectionParams;
 use crate::semantics::{GroundBleed, GroundParams, Smoothing};
 
@@ -32,6 +32,9 @@ pub struct ParameterSet {
     pub smoothing: Option<Smoothing>,
     /// How the ground is taken out of objects whose classes a network found; off: not at all.
     pub bleed: Option<GroundBleed>,
+    /// How segments decide on the classes of their points where a network's bleed onto the ground;
+    /// off: not at all.
+    pub segment_vote: Option<SegmentVote>,
     /// Ground removal, where there are no classes or a network's.
     pub ground: GroundParams,
     /// Divide, merge and what follows.
@@ -74,6 +77,7 @@ impl ParameterSet {
             projection: config.projection.clone(),
             smoothing: config.smoothing,
             bleed: config.bleed,
+            segment_vote: config.segment_vote,
             ground: ground.clone(),
             cluster: config.cluster.clone(),
             tracks: TrackParams::default(),
@@ -90,6 +94,7 @@ impl ParameterSet {
             projection: self.projection.clone(),
             smoothing: self.smoothing,
             bleed: self.bleed,
+            segment_vote: self.segment_vote,
             cluster: self.cluster.clone(),
             other_method: self.other_method.clone(),
         }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use serde::{Serialize, Serializer};
 
+use super::segment_vote::SegmentVote;
 use crate::cluster::{ClusterParams, Method};
 use crate::range_image::{ProjectionParams, RowsFrom, Wrap};
 use crate::semantics::{GroundBleed, Smoothing};
@@ -19,6 +20,9 @@ pub struct Config {
     pub smoothing: Option<Smoothing>,
     /// How the ground is taken out of objects whose classes a network found; `None`: not at all.
     pub bleed: Option<GroundBleed>,
+    /// How segments decide on the classes of their points where a network's bleed; `None`: not at
+    /// all.
+    pub segment_vote: Option<SegmentVote>,
     /// Divide, merge and what follows.
     pub cluster: ClusterParams,
     /// Another method in place of ours. Projection, mask, back-projection and minimum size stay.
@@ -34,6 +38,7 @@ impl Config {
             projection: ProjectionParams { wrap: Wrap::Always, ..ProjectionParams::default() },
             smoothing: None,
             bleed: None,
+            segment_vote: None,
             cluster: ClusterParams::paper(),
             other_method: None,
         }
@@ -53,6 +58,7 @@ impl Config {
             },
             smoothing: None,
             bleed: None,
+            segment_vote: None,
             cluster: ClusterParams::authors(),
             other_method: None,
         }
@@ -81,6 +87,7 @@ impl Config {
             projection: ProjectionParams::default(),
             smoothing: Some(Smoothing::default()),
             bleed: Some(GroundBleed::default()),
+            segment_vote: Some(SegmentVote::default()),
             cluster: ClusterParams::best(),
             other_method: None,
         }

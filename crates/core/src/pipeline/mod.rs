@@ -1,10 +1,12 @@
 //! The whole method on one page: a cloud and a mask in, every intermediate out.
 
 mod appearance;
+mod class_votes;
 mod config;
 mod instances;
 mod labels;
 pub mod overrides;
+mod segment_vote;
 mod stages;
 
 use std::time::{Duration, Instant};
@@ -15,12 +17,13 @@ use crate::cluster::{
     CutTree, DivideAndMerge, MergeBySize, Method, MethodInput, ObjectPixels, Segmentation,
 };
 use crate::range_image::RangeImage;
-use crate::semantics::{Corrections, MaskSource, object_mask};
+use crate::semantics::{Corrections, MaskSource, ObjectMask, object_mask};
 use instances::describe;
 use labels::{InstancePixels, label_points};
 
 pub use config::Config;
 pub use overrides::{BirdsEyeMerge, Overrides, Preset};
+pub use segment_vote::SegmentVote;
 pub use stages::{StageTimes, Stages};
 
 /// Clusters one cloud.
@@ -39,12 +42,10 @@ pub fn run_with(
     config: &Config,
 ) -> Stages {
     let params = &config.cluster;
-    let (smoothing, bleed) = (config.smoothing.as_ref(), config.bleed.as_ref());
-    let corrections = Corrections { smoothing, bleed };
     let mut times = StageTimes::default();
 
     let image = timed(&mut times.projection_ms, || RangeImage::new(cloud, &config.projection));
-    let mask = timed(&mut times.mask_ms, || object_mask(cloud, &image, source, corrections));
+    let mask = timed(&mut times.mask_ms, || corrected_mask(cloud, &image, source, config));
     let objects = timed(&mut times.divide_ms, || ObjectPixels::new(cloud, &image, &mask, params));
     let input = MethodInput::new(cloud, &image, &mask, &objects, params).with(detections);
     let segmentation = segment(&input, config, &mut times);
@@ -71,6 +72,23 @@ pub fn run_with(
         instances,
         times,
     }
+}
+
+/// The object mask, with its classes corrected as the parameters ask for.
+fn corrected_mask(
+    cloud: &PointCloud,
+    image: &RangeImage,
+    source: MaskSource,
+    config: &Config,
+) -> ObjectMask {
+    let (smoothing, bleed) = (config.smoothing.as_ref(), config.bleed.as_ref());
+    let mut mask = object_mask(cloud, image, source, Corrections { smoothing, bleed });
+    if let (Some(vote), Some(taxonomy)) = (&config.segment_vote, source.taxonomy())
+        && mask.bleeds
+    {
+        vote.correct((cloud, image), taxonomy, &config.cluster, &mut mask);
+    }
+    mask
 }
 
 /// Segments the objects by the method that the parameters ask for, and adds the times.

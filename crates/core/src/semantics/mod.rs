@@ -8,8 +8,6 @@ pub mod ground;
 mod object_mask;
 mod smoothing;
 
-use std::collections::BTreeMap;
-
 use crate::cloud::Reason;
 use crate::cloud::point_cloud::PointCloud;
 use crate::cloud::taxonomy::{Class, Taxonomy};
@@ -37,11 +35,26 @@ pub fn object_mask(
     corrections: Corrections,
 ) -> ObjectMask {
     let mut mask = mask_of_returns(cloud, image, source, corrections);
+    mark_cropped(cloud, &mut mask);
+    mask
+}
+
+/// The mask of all that is not the ground that was found for another mask; `None` if none was
+/// looked for.
+pub fn mask_of_known_ground(cloud: &PointCloud, known: &ObjectMask) -> Option<ObjectMask> {
+    let ground = known.ground.as_ref()?;
+    let mut mask = without_classes(cloud, |point| ground[point] >= 0.5);
+    mark_cropped(cloud, &mut mask);
+    mask.ground_is_overhead = known.ground_is_overhead;
+    mask.ground_is_missing = known.ground_is_missing;
+    Some(mask)
+}
+
+fn mark_cropped(cloud: &PointCloud, mask: &mut ObjectMask) {
     if let Some(cropped) = &cloud.cropped {
         let marked = mask.reason.iter_mut().zip(cropped).filter(|(_, is_cropped)| **is_cropped);
         marked.for_each(|(reason, _)| *reason = Reason::Cropped);
     }
-    mask
 }
 
 fn mask_of_returns(
@@ -57,7 +70,8 @@ fn mask_of_returns(
             if let (Some(params), Some(raw)) = (corrections.bleed, &cloud.class) {
                 let found = ground_of(cloud, image, ground);
                 let taken = bleed::take_out((cloud, image), raw, &found, params, &mut mask);
-                mask.corrected = merged(&mask.corrected, taken);
+                mask.bleeds = !taken.is_empty();
+                mask.correct(taken);
                 mask = mask.with_ground(found);
             }
             mask
@@ -83,13 +97,6 @@ fn smoothed(
         mask.corrected = smoothing::smooth(cloud, image, (raw, taxonomy), params, &mut mask);
     }
     mask
-}
-
-/// Corrections of points, ascending; the later ones stand.
-fn merged(earlier: &[(u32, u16)], later: Vec<(u32, u16)>) -> Vec<(u32, u16)> {
-    let mut all: BTreeMap<u32, u16> = earlier.iter().copied().collect();
-    all.extend(later);
-    all.into_iter().collect()
 }
 
 /// The ground of a cloud of one sensor or of several. Where nobody knows where a sensor stands, it
@@ -201,6 +208,7 @@ fn without_classes(cloud: &PointCloud, is_ground: impl Fn(usize) -> bool) -> Obj
         families: vec![0],
         lookalikes: vec![0],
         corrected: Vec::new(),
+        bleeds: false,
         ground: None,
         ground_is_overhead: false,
         ground_is_missing: false,

@@ -1,5 +1,7 @@
 //! Which points belong to objects.
 
+use std::collections::BTreeMap;
+
 use super::ground::{Ground, GroundParams};
 use crate::cloud::Reason;
 use crate::cloud::taxonomy::{ClassSize, Taxonomy};
@@ -58,6 +60,9 @@ pub struct ObjectMask {
     pub lookalikes: Vec<u8>,
     /// Points whose class was corrected, ascending, with the raw ids they have now.
     pub corrected: Vec<(u32, u16)>,
+    /// Whether the classes were found to bleed onto the ground
+    /// ([`GroundBleed`](super::GroundBleed)).
+    pub bleeds: bool,
     /// N: how likely the point is ground, 0 to 1
     /// ([`Ground::confidence`](super::ground::Ground::confidence)); `None` where the ground was not
     /// looked for.
@@ -77,6 +82,13 @@ impl ObjectMask {
             ground_is_missing: found.is_missing,
             ..self
         }
+    }
+
+    /// Notes points with the raw ids that they have now. What was noted of them before goes.
+    pub fn correct(&mut self, points: Vec<(u32, u16)>) {
+        let mut all: BTreeMap<u32, u16> = self.corrected.drain(..).collect();
+        all.extend(points);
+        self.corrected = all.into_iter().collect();
     }
 
     /// The points of objects, ascending.
