@@ -100,8 +100,8 @@ fn oracle_cut(frame: &Frame) -> Labels {
     let is_thing = |raw: u16| taxonomy.classes()[usize::from(class_of[usize::from(raw)])].is_thing;
     let mut class = given(frame);
     let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-    for point in 0..class.len() {
-        if is_thing(class[point]) && is_thing(frame.true_class[point]) {
+    for (point, (&given, &truth)) in class.iter().zip(&frame.true_class).enumerate() {
+        if is_thing(given) && is_thing(truth) {
             members.entry(frame.true_id[point]).or_default().push(point);
         }
     }
