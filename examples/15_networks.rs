@@ -1,6 +1,10 @@
 //! What is found with the classes of a network by each method, and where the rest is lost, as the
 //! tables of docs/results.md (Table I of the paper, with other networks):
-//! `cargo run --release --example 15_networks -- ../shared/data/semantickitti/predictions/3d-mininet-tiny`
+//!
+//! ```sh
+//! cargo run --release --example 15_networks -- \
+//!     ../shared/data/semantickitti/predictions/3d-mininet-tiny
+//! ```
 //!
 //! The folder holds `sequences/NN/predictions`, beside the scans and labels of SemanticKITTI two
 //! folders above. Without it, simulated drives with the classes that the project's small network

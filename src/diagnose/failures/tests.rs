@@ -135,8 +135,8 @@ fn the_mask_loses_misnames_and_invents() {
     assert_eq!((invented.len(), invented[0].cause.step()), (1, "mask"));
 }
 
-/// A ghost between two cars: with true classes they are apart, but so they would be if what is given
-/// were cut well.
+/// A ghost between two cars: with true classes they are apart, but so they would be if what is
+/// given were cut well.
 #[test]
 fn what_the_mask_allows_is_lost_by_the_cut() {
     let ghost = Scene::new(&["aaaaaaaaa"], &["AAAA.BBBB"], &["AAAAABBBB"], as_it_is).failures();
