@@ -8,11 +8,13 @@ use super::clustered::{cluster, remarks};
 use super::config::AnnotateConfig;
 use super::event::{ClusteredFrame, RunEvent};
 use super::satisfiable::refuse_unsatisfiable;
+use super::tracking::{FrameFollower, TrackOptions};
 use super::warnings::CloudWarnings;
-use crate::error::{Error, NoCloud, Result};
+use crate::error::{Error, FrameError, NoCloud, Result};
 use crate::frames::assemble::Turns;
 use crate::frames::walk::Walk;
-use crate::frames::{EncodedCloud, Selection, choose_topics};
+use crate::frames::{EncodedCloud, Selection, Truth, TruthSource, choose_topics};
+use crate::messages::clouds::CloudMessage;
 use divmerge_recording::{Overview, Record};
 
 /// How many frames were visited.
@@ -33,6 +35,17 @@ pub trait FrameVisitor {
     /// walk ends behind the last selected cloud, and passes over chunks without one.
     fn wants_records(&self) -> bool {
         false
+    }
+
+    /// Where the truth of clouds is, if the visitor wants it, and whether somebody said so: then a
+    /// cloud without it ends the walk, else it has none.
+    fn truth(&self) -> Option<(&TruthSource, bool)> {
+        None
+    }
+
+    /// How objects are followed, if the visitor wants their tracks.
+    fn tracks(&self) -> Option<&TrackOptions> {
+        None
     }
 
     /// Visits a record; the event of its cloud follows.
@@ -84,35 +97,35 @@ pub fn for_each_frame(
         true => Walk::over_everything(&overview, topics, &needed)?,
         false => Walk::open(&overview, topics, &needed)?,
     };
-    let mut visited = VisitedFrames::default();
-    let mut odd_clouds = CloudWarnings::default();
+    let tracks = visitor.tracks().filter(|tracks| tracks.applies_to(config));
+    let follower = tracks.map(|tracks| FrameFollower::open(&overview, tracks)).transpose()?;
+    let (visited, odd_clouds) = (VisitedFrames::default(), CloudWarnings::default());
+    let mut visit = Visit { visited, odd_clouds, config, follower, visitor };
     while wants_records || !turns.are_past(topics_count) {
         let Some(step) = walk.next()? else { break };
-        visitor.record(&step.record)?;
+        visit.visitor.record(&step.record)?;
         match &step.record {
             Record::Damaged { offset, damage } => {
-                visitor.event(RunEvent::Warning(&format!("{damage} (byte {offset})")))?;
+                visit.event(RunEvent::Warning(&format!("{damage} (byte {offset})")))?;
             }
             Record::Truncated { offset, damage } => {
-                visitor.event(RunEvent::Warning(&format!("cut off: {damage} (byte {offset})")))?;
-                visited.is_cut_off = true;
+                visit.event(RunEvent::Warning(&format!("cut off: {damage} (byte {offset})")))?;
+                visit.visited.is_cut_off = true;
             }
             Record::Message { .. } => {
                 if let Some(cloud) = EncodedCloud::of_step(step, &clouds) {
                     turns.push(cloud);
                 }
-                visited.visit_turns(&mut turns, config, &mut odd_clouds, visitor)?;
+                visit.turns(&mut turns)?;
             }
             _ => continue,
         }
         let (bytes, total) = walk.progress();
-        visitor.event(RunEvent::Progress { bytes, total })?;
+        visit.event(RunEvent::Progress { bytes, total })?;
     }
     turns.finish();
-    visited.visit_turns(&mut turns, config, &mut odd_clouds, visitor)?;
-    for warning in odd_clouds.into_lines() {
-        visitor.event(RunEvent::Warning(&warning))?;
-    }
+    visit.turns(&mut turns)?;
+    let visited = visit.finish()?;
     if visited.frames + visited.unreadable == 0 {
         let times_ns = overview.start_ns.zip(overview.end_ns);
         let (path, problem) = (input.to_owned(), NoCloud::NothingSelected { times_ns });
@@ -121,50 +134,81 @@ pub fn for_each_frame(
     Ok(visited)
 }
 
-impl VisitedFrames {
-    fn visit_turns(
-        &mut self,
-        turns: &mut Turns,
-        config: &AnnotateConfig,
-        odd_clouds: &mut CloudWarnings,
-        visitor: &mut dyn FrameVisitor,
-    ) -> Result<()> {
+/// A walk on its way.
+struct Visit<'a> {
+    visited: VisitedFrames,
+    odd_clouds: CloudWarnings,
+    config: &'a AnnotateConfig,
+    follower: Option<FrameFollower>,
+    visitor: &'a mut dyn FrameVisitor,
+}
+
+impl Visit<'_> {
+    fn event(&mut self, event: RunEvent) -> Result<()> {
+        self.visitor.event(event)
+    }
+
+    fn turns(&mut self, turns: &mut Turns) -> Result<()> {
         while let Some(cloud) = turns.next() {
-            self.visit(&cloud, config, odd_clouds, visitor)?;
+            self.cloud(&cloud)?;
         }
         Ok(())
     }
 
-    fn visit(
-        &mut self,
-        encoded: &EncodedCloud,
-        config: &AnnotateConfig,
-        odd_clouds: &mut CloudWarnings,
-        visitor: &mut dyn FrameVisitor,
-    ) -> Result<()> {
+    fn cloud(&mut self, encoded: &EncodedCloud) -> Result<()> {
         let wire = encoded.decode().map_err(Error::from);
         let clustered = wire.and_then(|wire| {
-            let clustered = cluster(&wire, &encoded.key(&wire), config)?;
-            Ok((clustered, wire))
+            let clustered = cluster(&wire, &encoded.key(&wire), self.config)?;
+            Ok((clustered, self.truth(encoded, &wire)?, wire))
         });
-        let (clustered, wire) = match clustered {
+        let (clustered, truth, wire) = match clustered {
             Ok(clustered) => clustered,
             Err(Error::Frame(problem)) => {
-                self.unreadable += 1;
-                odd_clouds.take_unreadable(encoded, &problem.to_string());
+                self.visited.unreadable += 1;
+                self.odd_clouds.take_unreadable(encoded, &problem.to_string());
                 return Ok(());
             }
             Err(error) => return Err(error),
         };
-        self.frames += 1;
+        self.visited.frames += 1;
         let remarks = remarks(&clustered);
         let remarks: Vec<String> = remarks.into_iter().map(|(_, problem)| problem).collect();
-        visitor.event(RunEvent::Frame(ClusteredFrame {
+        self.event(RunEvent::Frame(ClusteredFrame {
             key: encoded.key(&wire),
             header: encoded.header,
             cloud: &clustered.cloud,
             stages: &clustered.stages,
+            taxonomy: clustered.taxonomy.as_ref(),
+            truth: truth.as_ref(),
             remarks: &remarks,
-        }))
+        }))?;
+        let follower = self.follower.as_mut();
+        let decided = follower.map(|follower| follower.push(encoded, &wire, &clustered));
+        let mut decided = decided.into_iter().flatten();
+        decided.try_for_each(|tracked| self.visitor.event(RunEvent::Tracked(&tracked)))
+    }
+
+    fn truth(&self, encoded: &EncodedCloud, wire: &CloudMessage) -> Result<Option<Truth>> {
+        let Some((source, is_said)) = self.visitor.truth() else { return Ok(None) };
+        match source.of(encoded, wire) {
+            Ok(truth) => Ok(Some(truth)),
+            Err(Error::Frame(FrameError::MissingField { .. })) if !is_said => Ok(None),
+            // It is wrong in all clouds.
+            Err(Error::Frame(problem @ FrameError::MissingField { .. })) => {
+                Err(Error::Unreadable { at: encoded.describe(), problem })
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// The tracks that are left, and one warning for each topic and kind.
+    fn finish(mut self) -> Result<VisitedFrames> {
+        for tracked in self.follower.as_mut().map(FrameFollower::finish).unwrap_or_default() {
+            self.event(RunEvent::Tracked(&tracked))?;
+        }
+        for warning in std::mem::take(&mut self.odd_clouds).into_lines() {
+            self.event(RunEvent::Warning(&warning))?;
+        }
+        Ok(self.visited)
     }
 }

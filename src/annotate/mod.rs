@@ -38,7 +38,7 @@ pub(crate) use clustered::refuse_moved_boxes;
 pub use clustered::{Clustered, cluster, remarks};
 pub use config::{AnnotateConfig, Decoded, Semantics};
 pub use each_frame::{FrameVisitor, VisitedFrames, for_each_frame};
-pub use event::{ClusteredFrame, RunEvent};
+pub use event::{ClusteredFrame, RunEvent, TrackedFrame};
 pub use form::Form;
 pub use join::{JoinOptions, join};
 pub use message::annotate_message;

@@ -10,9 +10,10 @@ use crate::annotate::{AnnotateOptions, AnnotationReport, TrackOptions, annotate}
 use crate::cli::arguments::objects::ObjectArguments;
 use crate::cli::arguments::parameters::ParameterArguments;
 use crate::cli::exit::Outcome;
+use crate::cli::layout::{Layout, WantedLayouts};
 use crate::cli::output::{OutputFile, Outputs, make_folder};
 use crate::cli::progress::{RecordingProgress, frame_bar};
-use crate::cli::{figure, interrupt, report};
+use crate::cli::{figure, interrupt, report, viewer};
 use crate::datasets::drive::{CLOUD_TOPIC, write_drive};
 use crate::evaluate::panoptic::{MIN_POINTS, Panoptic};
 use crate::frames::EncodedClouds;
@@ -22,8 +23,8 @@ use crate::simulate::{Drive, Scene, Sensor};
 
 /// Simulate a drive, annotate it, and score it against its truth
 ///
-/// Needs no data. Writes the simulated and the annotated recording and a figure of one frame to a
-/// folder, and suggests what to open next.
+/// Needs no data. Writes the simulated and the annotated recording, layouts for viewers and a
+/// figure of one frame to a folder, and suggests what to open next.
 #[derive(Args)]
 pub struct Arguments {
     /// Folder for the recordings and the figure; replaces those of an earlier demo
@@ -54,6 +55,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let mut output = |name: &str| outputs.file_in_made_folder(&folder.join(name));
     let [drive, annotated] = [output("drive.mcap")?, output("annotated.mcap")?];
     let figure = output("figure.png")?;
+    let layouts = WantedLayouts { json: true, rerun: viewer::IS_BUILT };
+    let layout = Layout::beside(annotated.path(), layouts, &mut outputs)?;
     make_folder(folder)?;
     simulate(&drive, arguments)?;
     let (drive, annotated) = (drive.path(), annotated.path());
@@ -66,6 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         interrupt::check()
     })?;
     drop(progress);
+    layout.write(&report)?;
     println!("{}", report::text(&report));
     let taxonomy = &options.config.taxonomy;
     print_scores(&score(annotated, taxonomy)?, taxonomy, &classes_of(&report));
@@ -73,7 +77,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         let middle = arguments.frames as u64 / 2;
         figure::draw(drive, middle, &figure, &options.config)?;
     }
-    print_next(drive, annotated, figure.path());
+    print_next(drive, &layout.how_to_look(&report), figure.path());
     Ok(Outcome::Done)
 }
 
@@ -153,14 +157,14 @@ fn print_scores(scores: &Panoptic, taxonomy: &Taxonomy, semantics: &str) {
     }
 }
 
-fn print_next(drive: &Path, annotated: &Path, figure: &Path) {
+fn print_next(drive: &Path, how_to_look: &str, figure: &Path) {
     println!();
     println!("Next:");
     if figure.exists() {
         let figure = figure.display();
         println!("  look at {figure}: mask, components, instances and votes of one frame");
     }
-    println!("  open {} in Lichtblick, Foxglove or Rerun", annotated.display());
+    println!("  look at the annotated recording: {how_to_look}");
     println!(
         "    {CLOUD_TOPIC}/instances shows instances in colour, {CLOUD_TOPIC}/objects their boxes"
     );

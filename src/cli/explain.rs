@@ -200,11 +200,14 @@ fn explain_message(
             header: message.header,
             cloud,
             stages: &stages,
+            taxonomy: mask.taxonomy(),
+            truth: None,
             remarks: &[],
         };
-        let mut stream = viewer::open(&target, &report.file, method)?;
+        let mut stream = viewer::open(&target, &report.file, (method, false))?;
         stream.log(&shown)?;
-        stream.explain(&shown, &report.explanation, &report.explanation.headline())?;
+        let words = ExplanationText { report: &report, max_pairs: arguments.pairs }.to_string();
+        stream.explain(&shown, &report.explanation, &words)?;
         stream.finish()?;
         if !arguments.json {
             println!("wrote {}", rrd.display());

@@ -21,11 +21,11 @@ const HEADINGS: &[(&str, &str)] = &[
     ("Time", "track lag ego-motion over-time link"),
     (
         "Output",
-        "output objects flavor compression no-layout only in-place-fields resume force rerun json \
-         pairs no-what-if limit csv report panels theme aspect dpi window view steps steps-by \
-         video tracks save connect spawn out entropy small weigh-points root encoding dry-run \
-         listen no-open \
-         evaluate/min-points compare/min-points sweep/min-points export/labels",
+        "output objects flavor compression no-layout blueprint only in-place-fields resume \
+         force rerun json pairs no-what-if limit csv report panels theme aspect dpi window view \
+         steps steps-by video tracks save connect spawn out entropy small weigh-points root \
+         encoding dry-run listen no-open evaluate/min-points compare/min-points \
+         sweep/min-points export/labels",
     ),
     ("Performance", "threads unchecked profile"),
     ("Boxes (--method boxes)", "boxes boxes-calibration boxes-margin least-score"),

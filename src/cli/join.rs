@@ -9,7 +9,7 @@ use clap::Args;
 use crate::annotate::slices::{Plan, files_of};
 use crate::annotate::{AnnotationReport, JoinOptions, SliceFile, by_recording, join};
 use crate::cli::exit::{Outcome, contradict};
-use crate::cli::layout::Layout;
+use crate::cli::layout::{Layout, WantedLayouts};
 use crate::cli::output::{OutputFile, Outputs, is_recording, make_parent, metadata_in};
 use crate::cli::progress::RecordingProgress;
 use crate::cli::{interrupt, report};
@@ -131,6 +131,7 @@ fn joins(
     is_folder: bool,
 ) -> Result<Vec<Join>> {
     let mut outputs = Outputs::new(inputs(arguments, recordings), arguments.force);
+    let wanted = WantedLayouts { json: !arguments.no_layout, rerun: false };
     let mut joins = Vec::new();
     for slices in recordings {
         let output = match is_folder {
@@ -142,7 +143,7 @@ fn joins(
             true => None,
             false => Some((
                 outputs.file_in_made_folder(&output)?,
-                Layout::beside(&output, !arguments.no_layout, &mut outputs)?,
+                Layout::beside(&output, wanted, &mut outputs)?,
             )),
         };
         joins.push(Join { output, files });

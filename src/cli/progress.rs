@@ -58,6 +58,7 @@ impl<'a> RecordingProgress<'a> {
                 let rate = done as f64 / self.started.elapsed().as_secs_f64();
                 self.bar.set_message(format!("{done}{of} frames, {rate:.1}/s, "));
             }
+            RunEvent::Tracked(_) => {}
         }
     }
 }

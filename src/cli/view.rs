@@ -6,22 +6,26 @@ use std::time::{Duration, Instant};
 use anyhow::Result;
 use clap::Args;
 
-use crate::annotate::{RunEvent, for_each_frame};
+use crate::annotate::{FrameVisitor, RunEvent, TrackOptions, for_each_frame};
 use crate::cli::arguments::method::MethodArguments;
 use crate::cli::arguments::selection::SelectionArguments;
+use crate::cli::arguments::tracks::TrackArguments;
+use crate::cli::arguments::truth::SourceArguments;
 use crate::cli::exit::Outcome;
+use crate::cli::interrupt;
 use crate::cli::output::{Outputs, rrd};
 use crate::cli::progress::RecordingProgress;
 use crate::cli::text::counted;
-use crate::cli::{interrupt, viewer};
+use crate::cli::viewer::{self, RerunStream};
+use crate::frames::TruthSource;
 use crate::view::Target;
 
 /// Show every step of the clustering in the Rerun viewer
 ///
-/// For each frame: the cloud by class, component and instance, boxes, votes between components,
-/// points without an instance and why, the range image, and the time of each stage. Needs a
-/// divmerge built with `--features rerun`; without it, a stock Rerun opens the output of `divmerge
-/// annotate`.
+/// For each frame: the cloud by instance, component, class and reason, boxes, votes between
+/// components, the range image, and the time of each stage; the truth, where clouds carry it; and
+/// the ways of objects over time. Needs a divmerge built with `--features rerun`; without it, a
+/// stock Rerun opens what `divmerge annotate --only` writes.
 #[derive(Args)]
 pub struct Arguments {
     /// The recording (MCAP)
@@ -46,6 +50,12 @@ pub struct Arguments {
     #[command(flatten)]
     method: MethodArguments,
 
+    #[command(flatten)]
+    truth: SourceArguments,
+
+    #[command(flatten)]
+    tracks: TrackArguments,
+
     /// Replace an existing file
     #[arg(long)]
     force: bool,
@@ -63,23 +73,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let method = arguments.method.config_with_warnings(&arguments.input, &selection.topics)?;
     // Before a viewer is started.
     selection.check(&arguments.input)?;
-    let mut stream = viewer::open(&target, &arguments.input, &method)?;
-    let progress = RecordingProgress::new("showing", &arguments.input);
-    let output = PathBuf::from(target.to_string());
-    let mut streaming = Duration::ZERO;
-    let visited = for_each_frame(&arguments.input, &selection, &method, &mut |event: RunEvent| {
-        progress.show(&event);
-        match event {
-            RunEvent::Progress { .. } => interrupt::check_for(&output),
-            RunEvent::Warning(warning) => stream.warn(warning),
-            RunEvent::Frame(frame) => {
-                let started = Instant::now();
-                let logged = stream.log(&frame);
-                streaming += started.elapsed();
-                logged
-            }
-        }
-    })?;
+    let tracks = arguments.tracks.options(&arguments.method.parameters_over_time()?);
+    let follows = tracks.applies_to(&method);
+    let mut shown = Shown {
+        stream: viewer::open(&target, &arguments.input, (&method, follows))?,
+        progress: RecordingProgress::new("showing", &arguments.input),
+        output: PathBuf::from(target.to_string()),
+        streaming: Duration::ZERO,
+        truth: (arguments.truth.source(), arguments.truth.is_said()),
+        tracks,
+    };
+    let visited = for_each_frame(&arguments.input, &selection, &method, &mut shown)?;
+    let Shown { stream, progress, mut streaming, .. } = shown;
     drop(progress);
     let started = Instant::now();
     stream.finish()?;
@@ -93,6 +98,39 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         println!("open it with: rerun {}", path.display());
     }
     Ok(Outcome::of(visited.unreadable == 0 && !visited.is_cut_off))
+}
+
+/// A walk that is shown.
+struct Shown<'a> {
+    stream: RerunStream,
+    progress: RecordingProgress<'a>,
+    output: PathBuf,
+    streaming: Duration,
+    truth: (TruthSource, bool),
+    tracks: TrackOptions,
+}
+
+impl FrameVisitor for Shown<'_> {
+    fn truth(&self) -> Option<(&TruthSource, bool)> {
+        Some((&self.truth.0, self.truth.1))
+    }
+
+    fn tracks(&self) -> Option<&TrackOptions> {
+        Some(&self.tracks)
+    }
+
+    fn event(&mut self, event: RunEvent) -> crate::Result<()> {
+        self.progress.show(&event);
+        let started = Instant::now();
+        let shown = match event {
+            RunEvent::Progress { .. } => return interrupt::check_for(&self.output),
+            RunEvent::Warning(warning) => return self.stream.warn(warning),
+            RunEvent::Frame(frame) => self.stream.log(&frame),
+            RunEvent::Tracked(frame) => self.stream.tracks(frame),
+        };
+        self.streaming += started.elapsed();
+        shown
+    }
 }
 
 fn target(arguments: &Arguments) -> Target {

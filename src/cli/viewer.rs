@@ -4,12 +4,16 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
-use crate::annotate::{AnnotateConfig, ClusteredFrame};
+use crate::annotate::{AnnotateConfig, RunEvent};
+#[cfg(not(feature = "rerun"))]
+use crate::annotate::{ClusteredFrame, TrackedFrame};
 #[cfg(not(feature = "rerun"))]
 use crate::diagnose::explain::Explanation;
-use crate::view::Target;
 #[cfg(feature = "rerun")]
 pub use crate::view::rerun_stream::RerunStream;
+#[cfg(feature = "rerun")]
+use crate::view::rerun_stream::annotated_blueprint;
+use crate::view::{ShownTopic, Target};
 
 #[cfg(not(feature = "rerun"))]
 use crate::cli::exit::NotBuilt;
@@ -20,8 +24,7 @@ use crate::cli::output::rrd;
 const NOT_BUILT: NotBuilt = NotBuilt(
     "this divmerge was built without Rerun. Install it with `cargo install --path . --features \
      rerun` or `pip install ./python -C build-args=\"--features rerun\"`, or open the output of \
-     `divmerge annotate` in a stock Rerun: a view of T/instances alone shows the instances of \
-     cloud topic T",
+     `divmerge annotate --only` in a stock Rerun, which shows the instances in colour",
 );
 
 /// No stream: this binary was built without Rerun.
@@ -31,6 +34,10 @@ pub enum RerunStream {}
 #[cfg(not(feature = "rerun"))]
 impl RerunStream {
     pub fn log(&mut self, _: &ClusteredFrame) -> crate::Result<()> {
+        match *self {}
+    }
+
+    pub fn tracks(&mut self, _: &TrackedFrame) -> crate::Result<()> {
         match *self {}
     }
 
@@ -55,16 +62,32 @@ pub fn require_built() -> Result<()> {
     Ok(())
 }
 
-/// Opens a stream with the name of the recording.
+/// Opens a stream with the name of the recording, of clouds that are clustered with a method, and
+/// whose objects are followed or not.
 #[cfg(feature = "rerun")]
-pub fn open(target: &Target, input: &Path, method: &AnnotateConfig) -> Result<RerunStream> {
+pub fn open(target: &Target, input: &Path, method: (&AnnotateConfig, bool)) -> Result<RerunStream> {
     let title = input.file_name().unwrap_or(input.as_os_str()).to_string_lossy();
     Ok(RerunStream::open(target, &title, method)?)
 }
 
 /// An error: this binary was built without Rerun.
 #[cfg(not(feature = "rerun"))]
-pub fn open(_: &Target, _: &Path, _: &AnnotateConfig) -> Result<RerunStream> {
+pub fn open(_: &Target, _: &Path, _: (&AnnotateConfig, bool)) -> Result<RerunStream> {
+    Err(NOT_BUILT.into())
+}
+
+/// Whether this binary was built with Rerun.
+pub const IS_BUILT: bool = cfg!(feature = "rerun");
+
+/// The bytes of a layout for a stock Rerun that opens an annotated recording.
+#[cfg(feature = "rerun")]
+pub fn blueprint(recording: &Path, topics: &[ShownTopic]) -> Result<Vec<u8>> {
+    Ok(annotated_blueprint(recording, topics)?)
+}
+
+/// An error: this binary was built without Rerun.
+#[cfg(not(feature = "rerun"))]
+pub fn blueprint(_: &Path, _: &[ShownTopic]) -> Result<Vec<u8>> {
     Err(NOT_BUILT.into())
 }
 
@@ -88,14 +111,22 @@ pub struct Watcher {
 
 impl Watcher {
     /// A stream to the target, if there is one.
-    pub fn open(target: Option<&Target>, input: &Path, method: &AnnotateConfig) -> Result<Self> {
+    pub fn open(
+        target: Option<&Target>,
+        input: &Path,
+        method: (&AnnotateConfig, bool),
+    ) -> Result<Self> {
         let stream = target.map(|target| open(target, input, method)).transpose()?;
         Ok(Watcher { stream, error: None })
     }
 
-    /// Shows a frame.
-    pub fn show(&mut self, frame: &ClusteredFrame) {
-        let shown = self.stream.as_mut().map_or(Ok(()), |stream| stream.log(frame));
+    /// Shows a frame, or its tracks.
+    pub fn show(&mut self, event: &RunEvent) {
+        let shown = self.stream.as_mut().map_or(Ok(()), |stream| match event {
+            RunEvent::Frame(frame) => stream.log(frame),
+            RunEvent::Tracked(frame) => stream.tracks(frame),
+            RunEvent::Warning(_) | RunEvent::Progress { .. } => Ok(()),
+        });
         if let Err(error) = shown {
             self.stream = None;
             self.error = Some(error);

@@ -9,7 +9,7 @@ use serde::Serialize;
 /// Share of votes about the threshold within which a decision counts as thin.
 const THIN: f64 = 0.1;
 /// Most edges that are drawn: more cover each other.
-const MOST_EDGES: usize = 800;
+pub const MOST_EDGES: usize = 800;
 
 /// The outcome for a pair of components that touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

@@ -28,6 +28,12 @@ fn demo_ends_in_a_table_and_says_what_to_open() {
     assert!(said.contains("Next:") && said.contains("annotated.mcap"), "{said}");
     assert!(folder.path().join("drive.mcap").exists());
     assert!(said.contains("figure.png") && folder.path().join("figure.png").exists(), "{said}");
+    let layout = folder.path().join("annotated.layout.json");
+    assert!(
+        said.contains("look at the annotated recording: ") && said.contains(path(&layout)),
+        "{said}"
+    );
+    assert!(layout.exists());
 }
 
 #[test]
@@ -57,6 +63,12 @@ fn annotate_prints_a_line_per_topic_or_json() {
     let said = text(&done.stdout);
     assert!(said.contains("/lidar/points: 2 frames"), "{said}");
     assert!(said.contains("objects from field:label") && said.contains("not an object"), "{said}");
+    let hint = text(&done.stderr);
+    assert!(hint.contains("hide /lidar/points, which covers") && hint.contains(".json"), "{hint}");
+    let only = folder.path().join("only.mcap");
+    let done = divmerge(&["annotate", path(&input), "-o", path(&only), "--only", "--no-layout"]);
+    let hint = text(&done.stderr);
+    assert_eq!(hint, format!("to look at it: `rerun {}`\n", path(&only)));
 
     let refused = divmerge(&arguments);
     assert_eq!(refused.status.code(), Some(2));

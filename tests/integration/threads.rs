@@ -48,6 +48,10 @@ fn events(input: &Path, options: &AnnotateOptions) -> Vec<String> {
             RunEvent::Frame(frame) => {
                 events.push(format!("{} {}", frame.key.topic, frame.key.number))
             }
+            RunEvent::Tracked(frame) => {
+                let tracks: Vec<u32> = frame.objects.iter().map(|object| object.track).collect();
+                events.push(format!("{} {}: tracks {tracks:?}", frame.topic, frame.number))
+            }
             RunEvent::Warning(warning) => events.push(warning.to_owned()),
             RunEvent::Progress { .. } => {}
         }

@@ -46,6 +46,71 @@ fn annotate_streams_on_the_way() {
 }
 
 #[test]
+fn a_stock_viewer_gets_a_blueprint() {
+    let (folder, input) = drive(2);
+    let output = folder.path().join("out.mcap");
+    let arguments = ["annotate", path(&input), "-o", path(&output), "--blueprint", "--no-layout"];
+    let done = divmerge(&arguments);
+    assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
+    let blueprint = output.with_extension("rbl");
+    assert!(is_whole(&blueprint));
+    let said = text(&done.stderr);
+    let command = format!("`rerun {} {}`", path(&output), path(&blueprint));
+    assert!(said.contains(&command), "{said}");
+
+    let kept = divmerge(&arguments);
+    assert_eq!(kept.status.code(), Some(2), "{}", text(&kept.stdout));
+    std::fs::remove_file(&output).expect("removed");
+    let kept = divmerge(&arguments);
+    assert_eq!(kept.status.code(), Some(2));
+    assert!(text(&kept.stderr).contains("out.rbl"), "{}", text(&kept.stderr));
+
+    let streamed = divmerge(&["annotate", path(&input), "-o", "-", "--blueprint"]);
+    assert_eq!(streamed.status.code(), Some(2));
+    assert!(text(&streamed.stderr).contains("beside a file"), "{}", text(&streamed.stderr));
+}
+
+#[test]
+fn an_explanation_is_saved_with_its_words() {
+    let (folder, input) = drive(1);
+    let [rrd, all] = ["why.rrd", "all.rrd"].map(|name| folder.path().join(name));
+    let pair = ["--instance", "1", "--instance", "2", "--no-what-if"];
+    let explain = ["explain", path(&input), "--rerun", path(&rrd)];
+    let done = divmerge(&[&explain[..], &pair].concat());
+    assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
+    assert!(is_whole(&rrd));
+    let saved = divmerge(&["view", path(&input), "--save", path(&all), "--track", "off"]);
+    assert_eq!(saved.status.code(), Some(0), "{}", text(&saved.stderr));
+    let holds = |rrd: &Path, name: &str| {
+        let bytes = std::fs::read(rrd).expect("a file");
+        bytes.windows(name.len()).any(|part| part == name.as_bytes())
+    };
+    assert!(holds(&rrd, "explanation/text") && !holds(&all, "explanation/text"));
+}
+
+#[test]
+fn tracks_and_truth_are_layers_of_their_own() {
+    let (folder, input) = drive(3);
+    let rrd = folder.path().join("x.rrd");
+    let holds = |more: &[&str], name: &str| {
+        let view = ["view", path(&input), "--save", path(&rrd), "--force"];
+        let saved = divmerge(&[&view[..], more].concat());
+        assert_eq!(saved.status.code(), Some(0), "{}", text(&saved.stderr));
+        let bytes = std::fs::read(&rrd).expect("a file");
+        bytes.windows(name.len()).any(|part| part == name.as_bytes())
+    };
+    assert!(holds(&[], "tracks/trails") && !holds(&["--track", "off"], "tracks/trails"));
+    assert!(holds(&["--track", "off"], "cloud/truth"));
+
+    let named = ["--true-instance-field", "nothing"];
+    let failed =
+        divmerge(&[&["view", path(&input), "--save", path(&rrd), "--force"][..], &named].concat());
+    assert_eq!(failed.status.code(), Some(1), "{}", text(&failed.stdout));
+    let said = text(&failed.stderr);
+    assert!(said.contains("/lidar/points") && said.contains("`nothing`"), "{said}");
+}
+
+#[test]
 fn frames_that_are_not_there_are_named() {
     let (folder, input) = drive(2);
     let rrd = folder.path().join("x.rrd");

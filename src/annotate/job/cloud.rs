@@ -99,9 +99,16 @@ impl Job<'_> {
             header: encoded.header,
             cloud: &clustered.cloud,
             stages: &clustered.stages,
+            taxonomy: clustered.taxonomy.as_ref(),
+            truth: None,
             remarks: &remarks,
         };
-        match (self.on_event)(RunEvent::Frame(frame)) {
+        self.tell(RunEvent::Frame(frame))
+    }
+
+    /// Tells whoever looks on what happened.
+    pub(super) fn tell(&mut self, event: RunEvent) -> Result<()> {
+        match (self.on_event)(event) {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(()) => Err(Error::Interrupted { path: self.report.output.clone() }),
         }

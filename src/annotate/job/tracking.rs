@@ -7,6 +7,7 @@ use super::followed::{ClusteringCloud, FollowedCloud, FollowedResult};
 use super::pending::CloudResult;
 use super::state::Job;
 use crate::annotate::checkpoint::{CompletedCloud, StoredMessage};
+use crate::annotate::event::{RunEvent, TrackedFrame};
 use crate::annotate::report::FrameReport;
 use crate::annotate::tracking::{Decided, TopicFollower, stored_cloud};
 use crate::annotate::writing::Writing;
@@ -100,10 +101,7 @@ impl Job<'_> {
             let overdue = self.tracking.followers.get_mut(&topic);
             decided.extend(overdue.into_iter().flat_map(TopicFollower::decide_all));
         }
-        for decided in decided {
-            self.write_decided(decided);
-        }
-        Ok(())
+        decided.into_iter().try_for_each(|decided| self.write_decided(decided))
     }
 
     /// Decides the tracks of all clouds with what is known.
@@ -114,14 +112,14 @@ impl Job<'_> {
         let followers = self.tracking.followers.values_mut();
         let decided: Vec<Decided<FollowedCloud>> =
             followers.flat_map(TopicFollower::decide_all).collect();
-        for decided in decided {
-            self.write_decided(decided);
-        }
-        Ok(())
+        decided.into_iter().try_for_each(|decided| self.write_decided(decided))
     }
 
     /// Gives a cloud whose tracks are decided to the threads, to be written.
-    fn write_decided(&mut self, decided: Decided<FollowedCloud>) {
+    fn write_decided(&mut self, decided: Decided<FollowedCloud>) -> Result<()> {
+        if let Some(tracked) = tracked_frame(&decided) {
+            self.tell(RunEvent::Tracked(&tracked))?;
+        }
         let Decided { item, observed, frame, .. } = decided;
         let FollowedCloud { number, encoded, written, .. } = item;
         self.tracking.undecided.remove(&number);
@@ -148,6 +146,7 @@ impl Job<'_> {
                 FollowedResult::Written => {}
             }
         });
+        Ok(())
     }
 
     /// Reports the tracks of each topic, and where the motion of its sensor came from.
@@ -169,4 +168,20 @@ impl Job<'_> {
         let problem = SliceProblem::LacksCloud { topic, number };
         Error::Slices { of: self.overview.path.clone(), problem }
     }
+}
+
+/// The objects of a cloud that this run clustered.
+fn tracked_frame(decided: &Decided<FollowedCloud>) -> Option<TrackedFrame> {
+    let FollowedCloud { encoded, written, .. } = &decided.item;
+    let FollowedResult::Clustered(_, untracked, _) = written else { return None };
+    Some(TrackedFrame {
+        topic: encoded.topic.to_string(),
+        number: encoded.number,
+        stamp_ns: untracked.annotated.stamp_ns,
+        log_time_ns: encoded.header.log_time,
+        frame_id: untracked.annotated.frame_id.clone(),
+        objects: decided.frame.objects.clone(),
+        world_from_cloud: decided.world_from_cloud,
+        began_anew: decided.began_anew,
+    })
 }

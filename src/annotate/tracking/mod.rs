@@ -7,6 +7,7 @@
 
 mod drive;
 mod follower;
+mod frame_follower;
 mod observation;
 mod options;
 mod recorded_motion;
@@ -16,6 +17,7 @@ mod tracked;
 
 pub use drive::{FollowProgress, FollowedCloud, FollowedDrive, FollowedInstance, follow_drive};
 pub(super) use follower::{Decided, TopicFollower};
+pub(super) use frame_follower::FrameFollower;
 pub(super) use observation::{Stored, observe_cloud};
 pub use options::{EgoMotionSource, TrackMode, TrackOptions};
 pub(super) use recorded_motion::RecordedMotion;

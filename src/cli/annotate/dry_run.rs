@@ -9,13 +9,18 @@ use super::tasks::CheckedTask;
 use crate::annotate::{AnnotateOptions, Form};
 use crate::cli::arguments::parameters::changes;
 use crate::cli::exit::{contradict, error_chain};
+use crate::cli::layout::WantedLayouts;
 use crate::cli::text::{counted, grouped};
 use crate::frames::{CloudAt, CloudTopic, INSTANCES, OBJECTS, choose_topics, encoded_cloud_at};
 use crate::range_image::RangeImage;
 use crate::recording::{Overview, is_stream};
 
 /// The run of a recording in words, a line each. Its first cloud of each topic is read.
-pub fn text(task: &CheckedTask, options: &AnnotateOptions, has_layout: bool) -> Result<String> {
+pub fn text(
+    task: &CheckedTask,
+    options: &AnnotateOptions,
+    layouts: WantedLayouts,
+) -> Result<String> {
     let (input, output) = (task.input.as_path(), task.output.path());
     if is_stream(input) {
         contradict!("a stream is read once, and cannot be looked into: name a file");
@@ -50,8 +55,8 @@ pub fn text(task: &CheckedTask, options: &AnnotateOptions, has_layout: bool) -> 
     if options.form != Form::Only {
         text += "  and everything else that the input holds\n";
     }
-    if has_layout {
-        text += &format!("and write {}\n", output.with_extension("layout.json").display());
+    for layout in layouts.paths(output).into_iter().flatten() {
+        text += &format!("and write {}\n", layout.display());
     }
     Ok(text)
 }

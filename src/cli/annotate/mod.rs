@@ -16,14 +16,14 @@ use types::{FLAVORS, OBJECT_CHOICES, ObjectChoice, message_types};
 
 use crate::annotate::time_spec::TimeSpec;
 use crate::annotate::{
-    AnnotateOptions, AnnotationReport, Flavor, Form, RunEvent, Slice, annotate, slices::Plan,
+    AnnotateOptions, AnnotationReport, Flavor, Form, Slice, annotate, slices::Plan,
 };
 use crate::cli::arguments::method::MethodArguments;
 use crate::cli::arguments::selection::window;
 use crate::cli::arguments::tracks::TrackArguments;
 use crate::cli::arguments::values::{COMPRESSIONS, one_of};
 use crate::cli::exit::{Outcome, contradict, error_chain};
-use crate::cli::layout::Layout;
+use crate::cli::layout::{Layout, WantedLayouts};
 use crate::cli::output::{Outputs, make_parent};
 use crate::cli::progress::RecordingProgress;
 use crate::cli::text::counted;
@@ -107,6 +107,12 @@ pub struct Arguments {
     #[arg(long)]
     no_layout: bool,
 
+    /// Also write OUT.rbl, a blueprint for `rerun OUT OUT.rbl`, with which Rerun shows the
+    /// instances in colour and not the clouds over them; needs a divmerge built with `--features
+    /// rerun`
+    #[arg(long, conflicts_with = "slice")]
+    blueprint: bool,
+
     /// Write only T/instances and T/objects: a small recording to open beside the input
     #[arg(long, conflicts_with = "in_place_fields")]
     only: bool,
@@ -177,7 +183,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let inputs = read.iter().map(PathBuf::as_path).chain(arguments.method.files());
     let mut outputs = Outputs::new(inputs, arguments.force);
     check_stream(arguments, &mut outputs)?;
-    let tasks = tasks.check(&mut outputs, !arguments.no_layout)?;
+    let tasks = tasks.check(&mut outputs, layouts(arguments))?;
     if arguments.dry_run {
         for task in &tasks.tasks {
             print!("{}", plan_of(arguments, task)?);
@@ -189,6 +195,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         [task] if !tasks.has_folder => {
             let report = one(arguments, task, None)?;
             print_json(arguments, task, &report)?;
+            let is_seen = !arguments.json && !terminal::is_quiet();
+            if is_seen && task.output.path() != STANDARD_STREAM {
+                eprintln!("to look at it: {}", task.layout.how_to_look(&report));
+            }
             Ok(Outcome::of(report.is_complete()))
         }
         _ => several(arguments, &tasks, done),
@@ -198,7 +208,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 /// What would be done to a recording.
 fn plan_of(arguments: &Arguments, task: &CheckedTask) -> Result<String> {
     let options = options(arguments, &task.input)?;
-    dry_run::text(task, &options, !arguments.no_layout)
+    dry_run::text(task, &options, layouts(arguments))
+}
+
+fn layouts(arguments: &Arguments) -> WantedLayouts {
+    WantedLayouts { json: !arguments.no_layout, rerun: arguments.blueprint }
 }
 
 /// Annotates a slice of a plan.
@@ -223,7 +237,8 @@ fn one_slice(arguments: &Arguments, planned: &PlannedSlice) -> Result<Outcome> {
     let mut outputs = Outputs::new(inputs, arguments.force);
     check_stream(arguments, &mut outputs)?;
     let file = outputs.file_in_made_folder(&output)?;
-    let layout = Layout::beside(&output, false, &mut outputs)?;
+    let no_layouts = WantedLayouts { json: false, rerun: false };
+    let layout = Layout::beside(&output, no_layouts, &mut outputs)?;
     make_parent(&output)?;
     let task = CheckedTask { input: input.clone(), output: file, layout };
     let report = one(arguments, &task, Some(slice))?;
@@ -231,8 +246,14 @@ fn one_slice(arguments: &Arguments, planned: &PlannedSlice) -> Result<Outcome> {
     Ok(Outcome::of(report.is_complete()))
 }
 
-/// Checks the file of `--rerun`, if it is one.
+/// Checks what is written for Rerun.
 fn check_stream(arguments: &Arguments, outputs: &mut Outputs) -> Result<()> {
+    if arguments.blueprint {
+        viewer::require_built()?;
+        if arguments.output == Path::new(STANDARD_STREAM) {
+            contradict!("--blueprint is written beside a file: name one with -o");
+        }
+    }
     if let Some(Target::Save { path, .. }) = &arguments.rerun {
         outputs.file(path)?;
     }
@@ -290,17 +311,16 @@ fn one(
         Target::Save { path, .. } => Target::Save { path, force: arguments.force },
         other => other,
     });
-    let mut viewer = Watcher::open(target.as_ref(), input, &options.config)?;
+    let follows = options.tracks.applies_to(&options.config);
+    let mut viewer = Watcher::open(target.as_ref(), input, (&options.config, follows))?;
     if terminal::is_verbose() && input != STANDARD_STREAM && options.slice.is_none() {
-        eprint!("{}", dry_run::text(task, &options, !arguments.no_layout)?);
+        eprint!("{}", dry_run::text(task, &options, layouts(arguments))?);
     }
     let progress = RecordingProgress::new("annotating", input);
     interrupt::is_writing(output);
     let report = annotate(input, output, &options, &mut |event| {
         progress.show(&event);
-        if let RunEvent::Frame(frame) = event {
-            viewer.show(&frame);
-        }
+        viewer.show(&event);
         interrupt::check()
     })?;
     drop(progress);

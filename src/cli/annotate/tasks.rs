@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 
 use crate::cli::exit::{RefusedOutput, contradict};
-use crate::cli::layout::Layout;
+use crate::cli::layout::{Layout, WantedLayouts};
 use crate::cli::output::{OutputFile, Outputs, is_recording, make_folder, metadata_in};
 use crate::datasets::bag::{Bag, METADATA_FILE};
 use crate::recording::{STANDARD_STREAM, is_stream};
@@ -123,7 +123,7 @@ impl Tasks {
     pub fn check(
         self,
         outputs: &mut Outputs,
-        has_layout: bool,
+        layouts: WantedLayouts,
     ) -> Result<CheckedTasks, RefusedOutput> {
         let mut tasks = Vec::new();
         for Task { input, output } in self.tasks {
@@ -131,7 +131,7 @@ impl Tasks {
                 true => outputs.file_in_made_folder(&output)?,
                 false => outputs.recording(&output)?,
             };
-            let layout = Layout::beside(output.path(), has_layout, outputs)?;
+            let layout = Layout::beside(output.path(), layouts, outputs)?;
             tasks.push(CheckedTask { input, output, layout });
         }
         let mut bags = Vec::new();

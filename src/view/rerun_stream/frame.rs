@@ -1,25 +1,22 @@
 //! One cloud on its way to the viewer.
 
-use rerun::components::{Colormap, ImageFormat, LineStrip3D, Radius, TextLogLevel, ValueRange};
+use rerun::components::{FillMode, LineStrip3D, Radius, TextLogLevel};
 use rerun::{
-    AsComponents, ChannelDatatype, EntityPath, Quaternion, RecordingStream, RecordingStreamResult,
-    archetypes,
+    AsComponents, EntityPath, Quaternion, RecordingStream, RecordingStreamResult, archetypes,
 };
 
-use super::names::{reason_id, rgb, shown_id};
+use super::names::{reason_id, rgb, shown_id, truth_id};
 use crate::annotate::ClusteredFrame;
-use crate::diagnose::explain::Explanation;
-use crate::messages::palette::instance_colour;
-use crate::view::look;
-use crate::view::scene::{component_centroids, instance_of_component, row_from_top};
-use divmerge_core::cloud::{Reason, UprightBox};
+use crate::messages::palette::{BACKGROUND_COLOUR, instance_colour};
+use crate::view::look::{self, Theme};
+use crate::view::scene::FrameScene;
+use crate::view::vote_graph::{Decision, MOST_EDGES, vote_edges};
+use divmerge_core::cloud::{Instance, Reason, UprightBox};
 
-/// Steps of the range image per metre.
-const RANGE_STEPS: f32 = 200.0;
-/// Range at which the colours of the range image end, metres.
-const RANGE_SHOWN: f64 = 60.0;
-const MERGED: [u8; 3] = [96, 220, 120];
-const APART: [u8; 3] = [150, 52, 58];
+/// Most objects whose names stand beside them; the others show theirs under the pointer.
+pub const MOST_NAMES: usize = 15;
+/// Without classes, least probability of what is named.
+const LEAST_PROBABILITY: f64 = 0.1;
 /// Names and colours of the stages of a run, as in `T/series/milliseconds`.
 pub const STAGES: [(&str, [u8; 3]); 5] = [
     ("projection", [116, 184, 255]),
@@ -37,32 +34,29 @@ pub struct FrameLogger<'a> {
 }
 
 impl FrameLogger<'_> {
-    /// Logs everything about the cloud; `suspicion` in 0 to 1 is that of its decisions.
-    pub fn log_all(&self, suspicion: f64) -> RecordingStreamResult<()> {
+    /// Logs everything about the cloud; `suspicion` in 0 to 1 is that of its decisions, and the
+    /// colours of ranges end `far` metres away.
+    pub fn log_all(&self, suspicion: f64, far: f64) -> RecordingStreamResult<()> {
         self.log_clouds()?;
         self.log_boxes()?;
         self.log_votes()?;
-        self.log_images()?;
+        self.log_images(far)?;
         self.log_series(suspicion)?;
         self.log_words()
     }
 
-    fn log(&self, below: &str, entity: &dyn AsComponents) -> RecordingStreamResult<()> {
+    pub fn log(&self, below: &str, entity: &dyn AsComponents) -> RecordingStreamResult<()> {
         self.recording.log(self.topic.join(&below.into()), entity)
     }
 
     /// Logs an entity in the cloud's coordinate frame.
-    fn log_3d(&self, below: &str, entity: &dyn AsComponents) -> RecordingStreamResult<()> {
-        let mut batches = entity.as_serialized_batches();
-        if !self.frame.key.frame_id.is_empty() {
-            let frame = archetypes::CoordinateFrame::new(self.frame.key.frame_id);
-            batches.extend(frame.as_serialized_batches());
-        }
-        self.recording.log_serialized_batches(self.topic.join(&below.into()), false, batches)
+    pub fn log_3d(&self, below: &str, entity: &dyn AsComponents) -> RecordingStreamResult<()> {
+        let path = self.topic.join(&below.into());
+        log_in_frame(self.recording, path, self.frame.key.frame_id, entity)
     }
 
-    /// Logs the returns by class, component and instance, and the points of objects that were
-    /// dropped.
+    /// Logs the returns by class, component, instance, reason and truth, and the points of objects
+    /// that were dropped.
     fn log_clouds(&self) -> RecordingStreamResult<()> {
         let ClusteredFrame { cloud, stages, .. } = *self.frame;
         let (labels, mask) = (&stages.labels, &stages.mask);
@@ -78,11 +72,16 @@ impl FrameLogger<'_> {
             self.log_3d(below, &cloud_of.clone().with_class_ids(ids))
         };
         log("cloud/class", &|p| match mask.class[p] {
-            0 => shown_id(0, mask.reason[p]),
+            0 if mask.is_object[p] => 0,
+            0 => reason_id(mask.reason[p]),
             class => class,
         })?;
         log("cloud/component", &|p| shown_id(labels.component[p], labels.reason[p]))?;
         log("cloud/instance", &|p| shown_id(labels.instance[p], labels.reason[p]))?;
+        log("cloud/reason", &|p| reason_id(labels.reason[p]))?;
+        if let Some(truth) = self.frame.truth {
+            log("cloud/truth", &|p| truth_id(truth.id[p]))?;
+        }
         for (below, reason) in
             [("dropped/unreached", Reason::Unreached), ("dropped/too_small", Reason::TooSmall)]
         {
@@ -93,105 +92,61 @@ impl FrameLogger<'_> {
         Ok(())
     }
 
+    /// Logs the boxes of objects, those of background in grey, and the names of the largest
+    /// objects.
     fn log_boxes(&self) -> RecordingStreamResult<()> {
         let instances = &self.frame.stages.instances;
-        let each = |value: fn(&UprightBox) -> [f64; 3]| {
-            instances.iter().map(move |instance| value(&instance.bounds).map(|v| v as f32))
-        };
-        let centres = each(|bounds| bounds.centre);
-        let half_sizes = each(|bounds| bounds.size.map(|side| side / 2.0));
-        let rotations = instances.iter().map(|instance| {
-            let (sin, cos) = ((instance.bounds.yaw / 2.0) as f32).sin_cos();
-            Quaternion::from_xyzw([0.0, 0.0, sin, cos])
+        let (objects, background): (Vec<&Instance>, Vec<&Instance>) =
+            instances.iter().partition(|instance| instance.is_object());
+        let colour = |instance: &Instance| instance_colour(instance.id);
+        self.log_3d("boxes/objects", &titled_boxes(&objects, colour))?;
+        self.log_3d("boxes/background", &titled_boxes(&background, |_| BACKGROUND_COLOUR))?;
+        let mut largest = objects;
+        largest.retain(|instance| probability(instance) >= LEAST_PROBABILITY);
+        largest.sort_by(|a, b| weight(b).total_cmp(&weight(a)).then(a.id.cmp(&b.id)));
+        largest.truncate(MOST_NAMES);
+        let tops = largest.iter().map(|instance| {
+            let ([x, y, z], height) = (instance.bounds.centre, instance.bounds.size[2]);
+            [x, y, z + height / 2.0].map(|value| value as f32)
         });
-        let labels = instances.iter().map(|instance| instance.title().trim_end().to_owned());
-        let boxes = archetypes::Boxes3D::from_centers_and_half_sizes(centres, half_sizes)
-            .with_quaternions(rotations)
-            .with_colors(instances.iter().map(|instance| rgb(instance_colour(instance.id))))
-            .with_radii([Radius::new_ui_points(0.8)])
-            .with_labels(labels);
-        self.log_3d("boxes", &boxes)
+        let names = archetypes::Points3D::new(tops)
+            .with_colors(largest.iter().map(|instance| rgb(instance_colour(instance.id))))
+            .with_radii([Radius::new_ui_points(1.0)])
+            .with_labels(largest.iter().map(|instance| instance.title().trim_end().to_owned()))
+            .with_show_labels(true);
+        self.log_3d("boxes/names", &names)
     }
 
     /// Logs lines between the centroids of components with votes, labelled with the votes.
     fn log_votes(&self) -> RecordingStreamResult<()> {
-        let stages = self.frame.stages;
-        let centroids = component_centroids(stages);
-        // Where an instance was dropped as too small, a number that only its components have.
-        let merged = stages.merge.instance_of_component.iter();
-        let last = instance_of_component(stages).into_iter().zip(merged);
-        let last: Vec<u32> =
-            last.map(|(last, merged)| if last == 0 { u32::MAX - merged } else { last }).collect();
-        for (below, colour, radius, is_merged) in
-            [("votes/merged", MERGED, 0.9, true), ("votes/apart", APART, 0.4, false)]
-        {
-            let (mut strips, mut labels) = (Vec::new(), Vec::new());
-            for vote in &stages.votes.pairs {
-                let [a, b] = [vote.a, vote.b].map(|label| label as usize - 1);
-                let ends = [a, b].map(|component| centroids[component]);
-                if (last[a] == last[b]) == is_merged && ends.iter().all(|(_, pixels)| *pixels > 0) {
-                    strips.push(ends.map(|(centroid, _)| centroid.map(|value| value as f32)));
-                    labels.push(format!("{} : {}", vote.positive, vote.negative));
-                }
-            }
+        let ClusteredFrame { cloud, stages, .. } = *self.frame;
+        let scene = FrameScene {
+            cloud,
+            stages,
+            classes: &[],
+            intensity: None,
+            merge_ratio: 0.0,
+            colour_numbers: Vec::new(),
+            heading: String::new(),
+            remark: String::new(),
+            theme: Theme::Dark,
+        };
+        let mut edges = vote_edges(&scene);
+        edges.sort_by_key(|edge| std::cmp::Reverse(edge.positive + edge.negative));
+        edges.truncate(MOST_EDGES);
+        let dark = &look::DARK;
+        for (below, decision, colour, radius) in [
+            ("votes/merged", Decision::Merged, dark.merged, 0.9),
+            ("votes/rejoined", Decision::Rejoined, dark.rejoined, 0.5),
+            ("votes/apart", Decision::Apart, dark.apart, 0.9),
+        ] {
+            let edges = || edges.iter().filter(|edge| edge.decision == decision);
+            let strips = edges().map(|edge| edge.ends.map(|end| end.map(|value| value as f32)));
+            let labels = edges().map(|edge| format!("{} : {}", edge.positive, edge.negative));
             let lines = lines(strips, colour, radius).with_labels(labels).with_show_labels(false);
             self.log_3d(below, &lines)?;
         }
         Ok(())
-    }
-
-    /// Logs the points of an explanation, the pairs of pixels that voted, and the answer in words.
-    pub fn log_explanation(&self, found: &Explanation, answer: &str) -> RecordingStreamResult<()> {
-        let points = archetypes::Points3D::new(found.points.iter().map(|point| point.position))
-            .with_colors([rgb(look::DARK.focus)])
-            .with_radii([Radius::new_ui_points(6.0)])
-            .with_labels(["A", "B"].into_iter().take(found.points.len()))
-            .with_show_labels(true);
-        self.log_3d("explanation/points", &points)?;
-        let pairs = found.pairs();
-        for (below, colour, holds) in
-            [("explanation/votes/for", MERGED, true), ("explanation/votes/against", APART, false)]
-        {
-            let voted = pairs.iter().filter(|pair| pair.holds == holds);
-            let strips = voted.map(|pair| [pair.a.position, pair.b.position]);
-            self.log_3d(below, &lines(strips, colour, 1.5))?;
-        }
-        self.log("explanation/text", &archetypes::TextDocument::new(answer))
-    }
-
-    /// Logs the range image by range, component and instance.
-    fn log_images(&self) -> RecordingStreamResult<()> {
-        let ClusteredFrame { cloud, stages, .. } = *self.frame;
-        let (image, labels) = (&stages.image, &stages.labels);
-        let size = [image.columns() as u32, image.rows() as u32];
-        let range = self.pixels(|point| {
-            let steps = cloud.squared_range(point).sqrt() as f32 * RANGE_STEPS;
-            steps.round().min(f32::from(u16::MAX)) as u16
-        });
-        let range = archetypes::DepthImage::from_gray16(range, size)
-            .with_meter(RANGE_STEPS)
-            .with_colormap(Colormap::Turbo)
-            .with_depth_range(ValueRange::new(0.0, RANGE_SHOWN * f64::from(RANGE_STEPS)));
-        self.log("image/range", &range)?;
-        let format = ImageFormat::segmentation(size, ChannelDatatype::U16);
-        for (below, ids) in
-            [("image/component", &labels.component), ("image/instance", &labels.instance)]
-        {
-            let ids = self.pixels(|point| shown_id(ids[point], labels.reason[point]));
-            self.log(below, &archetypes::SegmentationImage::new(ids, format))?;
-        }
-        Ok(())
-    }
-
-    /// Little-endian bytes of a value for each pixel, highest beam first; 0 without a point.
-    fn pixels(&self, value: impl Fn(usize) -> u16) -> Vec<u8> {
-        let image = &self.frame.stages.image;
-        let (rows, columns) = (image.rows(), image.columns());
-        let pixels = (0..rows).flat_map(|row| {
-            let first = row_from_top(image, row) * columns;
-            first..first + columns
-        });
-        pixels.flat_map(|pixel| image.point_at(pixel).map_or(0, &value).to_le_bytes()).collect()
     }
 
     fn log_series(&self, suspicion: f64) -> RecordingStreamResult<()> {
@@ -228,7 +183,61 @@ impl FrameLogger<'_> {
     }
 }
 
-fn lines<L: Into<LineStrip3D>>(
+/// How much an object is worth a name: its points, and how sure it is that it is an object.
+fn weight(instance: &Instance) -> f64 {
+    f64::from(instance.points) * probability(instance)
+}
+
+/// How sure it is that an instance is what it seems to be; it is, where there are classes.
+fn probability(instance: &Instance) -> f64 {
+    instance.coarse_class.map_or(1.0, |found| found.probability)
+}
+
+/// Logs an entity in a coordinate frame, if it has a name.
+pub fn log_in_frame(
+    recording: &RecordingStream,
+    path: EntityPath,
+    frame_id: &str,
+    entity: &dyn AsComponents,
+) -> RecordingStreamResult<()> {
+    let mut batches = entity.as_serialized_batches();
+    if !frame_id.is_empty() {
+        let frame = archetypes::CoordinateFrame::new(frame_id);
+        batches.extend(frame.as_serialized_batches());
+    }
+    recording.log_serialized_batches(path, false, batches)
+}
+
+/// Boxes of instances; their names show under the pointer.
+pub fn titled_boxes(
+    instances: &[&Instance],
+    colour: impl Fn(&Instance) -> [u8; 3],
+) -> archetypes::Boxes3D {
+    let bounds: Vec<&UprightBox> = instances.iter().map(|instance| &instance.bounds).collect();
+    boxes(&bounds)
+        .with_colors(instances.iter().map(|instance| rgb(colour(instance))))
+        .with_labels(instances.iter().map(|instance| instance.title().trim_end().to_owned()))
+}
+
+/// The edges of boxes, without the labels that they may be given.
+pub fn boxes(bounds: &[&UprightBox]) -> archetypes::Boxes3D {
+    let each = |value: fn(&UprightBox) -> [f64; 3]| {
+        bounds.iter().map(move |bounds| value(bounds).map(|v| v as f32))
+    };
+    let half_sizes = each(|bounds| bounds.size.map(|side| side / 2.0));
+    let rotations = bounds.iter().map(|bounds| {
+        let (sin, cos) = ((bounds.yaw / 2.0) as f32).sin_cos();
+        Quaternion::from_xyzw([0.0, 0.0, sin, cos])
+    });
+    archetypes::Boxes3D::from_centers_and_half_sizes(each(|bounds| bounds.centre), half_sizes)
+        .with_quaternions(rotations)
+        .with_fill_mode(FillMode::MajorWireframe)
+        .with_radii([Radius::new_ui_points(0.9)])
+        .with_show_labels(false)
+}
+
+/// Lines of one colour.
+pub fn lines<L: Into<LineStrip3D>>(
     strips: impl IntoIterator<Item = L>,
     colour: [u8; 3],
     radius: f32,
