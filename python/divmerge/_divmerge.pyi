@@ -94,6 +94,9 @@ class _Parameters(TypedDict, total=False):
     bleed_share: float | str | None
     bleed_cell: float | str | None
     bleed_sure: float | str | None
+    segment_vote: bool | str | None
+    segment_vote_points: float | str | None
+    segment_vote_body: float | str | None
     ground_max_slope: float | str | None
     ground_baseline: float | str | None
     ground_step: float | str | None
