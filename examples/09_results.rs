@@ -3,6 +3,7 @@
 //!
 //! ```sh
 //! # All commands, or those that contain a word.
+//! cargo build --release
 //! cargo run --release --example 09_results [-- WORD...]
 //! ```
 //!
@@ -89,8 +90,12 @@ fn sections(page: &str) -> Vec<Section<'_>> {
 }
 
 fn run(root: &Path, command: &str) -> Result<String> {
+    let beside = std::env::current_exe()?;
+    let binary = beside.ancestors().nth(2).context("no folder of the program")?;
+    let path = std::env::var("PATH").unwrap_or_default();
     let output = Command::new("sh")
         .args(["-ec", command])
+        .env("PATH", format!("{}:{path}", binary.display()))
         .current_dir(root)
         .stderr(std::process::Stdio::inherit())
         .output()?;

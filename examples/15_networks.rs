@@ -1,6 +1,10 @@
 //! What is found with the classes of a network by each method, and where the rest is lost, as the
 //! tables of docs/results.md (Table I of the paper, with other networks):
-//! `cargo run --release --example 15_networks -- ../shared/data/semantickitti/predictions/3d-mininet-tiny`
+//!
+//! ```sh
+//! cargo run --release --example 15_networks -- \
+//!     ../shared/data/semantickitti/predictions/3d-mininet-tiny
+//! ```
 //!
 //! The folder holds `sequences/NN/predictions`, beside the scans and labels of SemanticKITTI two
 //! folders above. Without it, simulated drives with the classes that the project's small network
@@ -57,7 +61,8 @@ fn main() -> Result<()> {
         println!("{}", row(name, &groups, &frames, &run, &lost.map(|lost| format!("{lost:.2}"))));
     }
     let none = ["-", "-"].map(str::to_owned);
-    println!("{}", row("cut along true things", &groups, &frames, &oracle_cut, &none));
+    let name = "no false points, cut along true things";
+    println!("{}", row(name, &groups, &without_false, &oracle_cut, &none));
     println!("\nLost to the network: {:.2}", 100.0 - perfect);
     Ok(())
 }
@@ -100,8 +105,8 @@ fn oracle_cut(frame: &Frame) -> Labels {
     let is_thing = |raw: u16| taxonomy.classes()[usize::from(class_of[usize::from(raw)])].is_thing;
     let mut class = given(frame);
     let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-    for point in 0..class.len() {
-        if is_thing(class[point]) && is_thing(frame.true_class[point]) {
+    for (point, (&given, &truth)) in class.iter().zip(&frame.true_class).enumerate() {
+        if is_thing(given) && is_thing(truth) {
             members.entry(frame.true_id[point]).or_default().push(point);
         }
     }

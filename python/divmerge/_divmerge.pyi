@@ -94,6 +94,9 @@ class _Parameters(TypedDict, total=False):
     bleed_share: float | str | None
     bleed_cell: float | str | None
     bleed_sure: float | str | None
+    segment_vote: bool | str | None
+    segment_vote_points: float | str | None
+    segment_vote_body: float | str | None
     ground_max_slope: float | str | None
     ground_baseline: float | str | None
     ground_step: float | str | None
@@ -526,6 +529,12 @@ def explain(
     instances: Iterable[int] | None = None,
     within: float = 0.3,
     what_if: bool = True,
+    track: int | None = None,
+    link: int | None = None,
+    start: int = 0,
+    stop: int | None = None,
+    lag: float | None = None,
+    ego_motion: str = "auto",
     topic: str | None = None,
     frame: int = 0,
     time: float | str | None = None,
@@ -578,6 +587,11 @@ def figure(
     b: _Point | None = None,
     instances: Iterable[int] | None = None,
     within: float = 0.3,
+    tracks: bool = False,
+    start: int = 0,
+    stop: int | None = None,
+    lag: float | None = None,
+    ego_motion: str = "auto",
     topic: str | None = None,
     frame: int = 0,
     time: float | str | None = None,
@@ -630,6 +644,11 @@ def figure(
     b: _Point | None = None,
     instances: Iterable[int] | None = None,
     within: float = 0.3,
+    tracks: bool = False,
+    start: int = 0,
+    stop: int | None = None,
+    lag: float | None = None,
+    ego_motion: str = "auto",
     topic: str | None = None,
     frame: int = 0,
     time: float | str | None = None,

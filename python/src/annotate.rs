@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use divmerge::annotate::time_spec::{self, TimeSpec};
 use divmerge::annotate::{
-    self as library, AnnotateConfig, AnnotateOptions, AnnotationReport, BoxedInstances, Flavor,
-    Form, MessageTypes, ObjectOptions, Slice, TrackMode, TrackOptions,
+    self as library, AnnotateConfig, AnnotateOptions, AnnotationReport, BoxedInstances,
+    EgoMotionSource, Flavor, Form, MessageTypes, ObjectOptions, Slice, TrackMode, TrackOptions,
 };
 use divmerge::messages::objects::ObjectKind;
 use divmerge::recording::Compression;
@@ -185,14 +185,8 @@ impl AnnotateArguments {
                     [("auto", TrackMode::Auto), ("on", TrackMode::On), ("off", TrackMode::Off)];
                 options.tracks.mode = choice(name, value, &modes)?;
             }
-            "lag" => {
-                let tracks = TrackOptions::default().with_lag(number(name, value)?);
-                self.lag = Some(tracks.map_err(|problem| wrong(name, problem))?.params.lag_s);
-            }
-            "ego_motion" => {
-                let source = text(name, value)?.parse();
-                options.tracks.ego_motion = source.map_err(|problem| wrong(name, problem))?;
-            }
+            "lag" => self.lag = Some(lag(name, value)?),
+            "ego_motion" => options.tracks.ego_motion = ego_motion(name, value)?,
             "only" => {
                 if flag(name, value)? {
                     options.form = Form::Only;
@@ -224,6 +218,17 @@ fn set_boxes(types: &mut MessageTypes, name: &str, value: &Bound<'_, PyAny>) -> 
         }
     }
     Ok(())
+}
+
+/// How far to look ahead, seconds.
+pub fn lag(name: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    let tracks = TrackOptions::default().with_lag(number(name, value)?);
+    Ok(tracks.map_err(|problem| wrong(name, problem))?.params.lag_s)
+}
+
+/// Where the motion of the sensor comes from.
+pub fn ego_motion(name: &str, value: &Bound<'_, PyAny>) -> PyResult<EgoMotionSource> {
+    text(name, value)?.parse().map_err(|problem: String| wrong(name, problem))
 }
 
 /// True or false.

@@ -32,7 +32,7 @@ struct Place {
 }
 
 /// Sets an argument of a function's own.
-type Own<'a, 'py> = &'a mut dyn FnMut(&str, &Bound<'py, PyAny>) -> PyResult<()>;
+pub type Own<'a, 'py> = &'a mut dyn FnMut(&str, &Bound<'py, PyAny>) -> PyResult<()>;
 
 /// The cloud that a function was given with its keyword arguments, of which the function takes
 /// those named `own`: a result, which has its parameters; a frame; or the path of a recording.

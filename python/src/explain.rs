@@ -6,6 +6,7 @@ use divmerge::diagnose::explain::{
     ClusteredCloud, ExplanationReport, ExplanationText, Subject, distances, nearest_points,
     return_at, what_if_while,
 };
+use divmerge::diagnose::track::{TrackExplanation, TrackText};
 use divmerge::view::explanation_report;
 use divmerge::{Error as LibraryError, PointCloud};
 use pyo3::prelude::*;
@@ -14,11 +15,15 @@ use pyo3::types::PyDict;
 use crate::annotate::{flag, plain};
 use crate::asked::cloud_run;
 use crate::cloud_run::{CloudRun, Origin};
-use crate::errors::{raised, type_of, wrong, wrong_type};
-use crate::parameters::number;
+use crate::errors::{Error, raised, type_of, wrong, wrong_type};
+use crate::following::{OVER_TIME, followed, given, needs};
+use crate::parameters::{number, within};
 
 /// Names of the arguments about the points.
 pub const POINTS: &[&str] = &["instances", "within"];
+
+/// Names of the arguments about an object over time.
+const TRACK: &[&str] = &["track", "link"];
 
 /// Pairs of pixels that the text lists for a border: the command's default.
 const PAIRS: usize = 3;
@@ -193,11 +198,13 @@ pub fn report(
 #[pyo3(
     signature = (cloud, a=None, b=None, **parameters),
     text_signature = "(cloud, a=None, b=None, *, instances=None, within=0.3, what_if=True, \
-        topic=None, frame=0, time=None, assemble=None, semantics='auto', taxonomy=None, \
-        preset='best', voxel=None, angle=None, gap_columns=None, gap_rows=None, min_points=None, \
-        bev=None, method=None, set=None, rows=None, columns=None, fov=None, sensor_frame='auto', \
-        units=None, sensor_origin=(), min_range=None, max_range=None, crop=None, ego=None, \
-        tolerance=0.01, model_config=None, model_image='auto', remission_scale=None, batch=None, \
+        track=None, \
+        link=None, start=0, stop=None, lag=None, ego_motion='auto', topic=None, frame=0, \
+        time=None, assemble=None, semantics='auto', taxonomy=None, preset='best', voxel=None, \
+        angle=None, gap_columns=None, gap_rows=None, min_points=None, bev=None, method=None, \
+        set=None, rows=None, columns=None, fov=None, sensor_frame='auto', units=None, \
+        sensor_origin=(), min_range=None, max_range=None, crop=None, ego=None, tolerance=0.01, \
+        model_config=None, model_image='auto', remission_scale=None, batch=None, \
         runtime='auto', onnxruntime=None, device='auto', **parameters)"
 )]
 /// Says why two points are one instance or not, or what one point belongs to. Returns the dict that
@@ -213,12 +220,17 @@ pub fn report(
 /// else is as for `annotate`; with a `Frame` these are the parameters of the method alone, and with
 /// a `Result`, which has its own, none.
 ///
+/// track: explain an object over time instead, by its number in `annotate`: the dict that `divmerge
+/// explain --track --json` prints, and its `text`; link: the frame that the text explains in
+/// detail. cloud is then the path of a recording. start, stop: numbers of the first cloud that is
+/// followed and of the one behind the last, from 0; lag, ego_motion: as for `annotate`.
+///
 /// Of the dict: `answer` ("one_instance", "apart", "has_instance", "no_instance"), `decided_by`,
 /// `points` (what is known of each: `index`, `position` in metres in the frame of `Frame.points`,
 /// ...), `votes`, `later` (the steps after the merge), `what_if` and more.
 ///
-/// Raises `divmerge.Error` if no return or no such instance is there, ValueError if `method` is
-/// another one than ours, which has nothing to explain.
+/// Raises `divmerge.Error` if no return, no such instance or no such track is there, ValueError if
+/// `method` is another one than ours, which has nothing to explain.
 pub fn explain<'py>(
     py: Python<'py>,
     cloud: &Bound<'py, PyAny>,
@@ -226,14 +238,18 @@ pub fn explain<'py>(
     b: Option<&Bound<'py, PyAny>>,
     parameters: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
+    if given(parameters, "track")?.is_some() {
+        return explain_track(cloud, (a.is_some(), b.is_some()), parameters);
+    }
     let mut question = Question::default();
     let mut searches = true;
     question.add("a", a)?;
     question.add("b", b)?;
-    let own = [POINTS, &["what_if"]].concat();
+    let own = [POINTS, TRACK, OVER_TIME, &["what_if"]].concat();
     let made_of = cloud_run("explain", cloud, parameters, &own, &mut |name, value| {
         match name {
             "what_if" => searches = flag(name, value)?,
+            _ if !POINTS.contains(&name) => return Err(needs(name, "track")),
             _ => question.set(name, value)?,
         }
         Ok(())
@@ -261,5 +277,37 @@ pub fn explain<'py>(
     let dict = plain(py, &report)?;
     let text = ExplanationText { report: &report, max_pairs: PAIRS }.to_string();
     dict.set_item("text", text)?;
+    Ok(dict)
+}
+
+/// Why instances of many clouds are one object.
+fn explain_track<'py>(
+    cloud: &Bound<'py, PyAny>,
+    points: (bool, bool),
+    parameters: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    if points != (false, false) {
+        return Err(wrong("track", "not together with a and b"));
+    }
+    let (mut track, mut link) = (0, None);
+    let (drive, options) = followed("explain", cloud, parameters, TRACK, &mut |name, value| {
+        match name {
+            "track" => track = within(name, value, u32::MAX as usize)? as u32,
+            _ => link = Some(within(name, value, u32::MAX as usize)? as u64),
+        }
+        Ok(())
+    })?;
+    let explanation = TrackExplanation::of(&drive, track, &options.params).ok_or_else(|| {
+        let last = drive.tracks.last().map_or(0, |last| last.track);
+        let topic = &drive.topic;
+        let problem = format!("no instance of {topic} is of track {track}; they go up to {last}");
+        Error::new_err(problem)
+    })?;
+    let is_there = |frame: &u64| explanation.links.iter().any(|link| link.cloud == *frame);
+    if let Some(frame) = link.filter(|frame| !is_there(frame)) {
+        return Err(Error::new_err(format!("track {track} is not seen in frame {frame}")));
+    }
+    let dict = plain(cloud.py(), &explanation)?;
+    dict.set_item("text", TrackText { explanation: &explanation, link }.to_string())?;
     Ok(dict)
 }

@@ -1,6 +1,6 @@
 //! Figures of a clustered cloud.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use divmerge::recording::write_file;
 use divmerge::view::{self, FigureOptions, FrameScene, Panel, PixelCrop, PlaneRegion, Theme};
@@ -13,6 +13,7 @@ use crate::cloud_run::CloudRun;
 use crate::drawing::{FORMS, Form, Look, drawn, encoded};
 use crate::errors::{exists_already, raised, wrong, wrong_type};
 use crate::explain::{POINTS, Problem, Question, refuse_other_method, report};
+use crate::following::{OVER_TIME, followed, given, needs};
 use crate::parameters::{choice, names, number};
 
 /// Names of the arguments of `figure` beside those about cloud and method.
@@ -23,13 +24,15 @@ const OWN: &[&str] =
 #[pyo3(
     signature = (cloud, out=None, **parameters),
     text_signature = "(cloud, out=None, *, format=None, panels=(), theme='dark', aspect=0.125, \
-        dpi=192, window=None, view=None, force=False, a=None, b=None, instances=None, within=0.3, \
+        dpi=192, window=None, view=None, force=False, a=None, b=None, instances=None, \
+        within=0.3, tracks=False, start=0, stop=None, lag=None, ego_motion='auto', \
         topic=None, frame=0, time=None, assemble=None, semantics='auto', taxonomy=None, \
-        preset='best', voxel=None, angle=None, gap_columns=None, gap_rows=None, min_points=None, \
-        bev=None, method=None, set=None, rows=None, columns=None, fov=None, sensor_frame='auto', \
-        units=None, sensor_origin=(), min_range=None, max_range=None, crop=None, ego=None, \
-        tolerance=0.01, model_config=None, model_image='auto', remission_scale=None, batch=None, \
-        runtime='auto', onnxruntime=None, device='auto', **parameters)"
+        preset='best', voxel=None, angle=None, gap_columns=None, gap_rows=None, \
+        min_points=None, bev=None, method=None, set=None, rows=None, columns=None, \
+        fov=None, sensor_frame='auto', units=None, sensor_origin=(), min_range=None, \
+        max_range=None, crop=None, ego=None, tolerance=0.01, model_config=None, \
+        model_image='auto', remission_scale=None, batch=None, runtime='auto', \
+        onnxruntime=None, device='auto', **parameters)"
 )]
 /// Draws the clustering of a cloud: the bytes that `divmerge figure` writes, or with `a`, `b` or
 /// `instances` those of `divmerge explain -o`. Returns them, or None if they are written to `out`.
@@ -42,43 +45,82 @@ const OWN: &[&str] =
 /// pixels per inch, 24 to 1200; a figure is 10.4 inches wide. window: ((first, end), (first, end)),
 /// the columns and the rows from the top that are shown, None for all. view: ((x, x), (y, y)), the
 /// part of the bird's-eye plane, metres. force: replace an existing file. a, b, instances, within:
-/// draw what `explain` says of these; aspect, panels, window and view are then its own. topic: of a
-/// recording; the first with clouds if not said. frame: number of the cloud on its topic, from 0.
-/// time: take the cloud nearest to this log time: seconds from the start, or text as for
-/// `annotate`. assemble: put a whole turn together of several messages, as for `annotate`. All else
-/// is as for `annotate`; with a `Frame` these are the parameters of the method alone, and with a
-/// `Result`, which has its own, none.
+/// draw what `explain` says of these; aspect, panels, window and view are then its own. tracks:
+/// draw the ways of all objects of a recording, as `divmerge figure --tracks`; start, stop: numbers
+/// of the first cloud that is followed and of the one behind the last, from 0; lag, ego_motion: as
+/// for `annotate`. topic: of a recording; the first with clouds if not said. frame: number of the
+/// cloud on its topic, from 0. time: take the cloud nearest to this log time: seconds from the
+/// start, or text as for `annotate`. assemble: put a whole turn together of several messages, as
+/// for `annotate`. All else is as for `annotate`; with a `Frame` these are the parameters of the
+/// method alone, and with a `Result`, which has its own, none.
 pub fn figure<'py>(
     py: Python<'py>,
     cloud: &Bound<'py, PyAny>,
     out: Option<PathBuf>,
     parameters: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Option<Bound<'py, PyBytes>>> {
+    if let Some(asked) = given(parameters, "tracks")?
+        && flag("tracks", &asked)?
+    {
+        return ways(cloud, out, parameters);
+    }
     let mut question = Question::default();
     let options = FigureOptions { panels: Vec::new(), ..FigureOptions::default() };
     let mut look = Look { options, ..Look::default() };
-    let own = [POINTS, OWN].concat();
+    let own = [POINTS, OWN, OVER_TIME, &["tracks"]].concat();
     let made_of = cloud_run("figure", cloud, parameters, &own, &mut |name, value| match name {
         "a" => question.add("a", Some(value)),
         "b" => question.add("b", Some(value)),
         _ if POINTS.contains(&name) => question.set(name, value),
+        _ if OVER_TIME.contains(&name) => Err(needs(name, "tracks=True")),
         _ => set_look(&mut look, name, value),
     })?;
-    let form = form(out.as_deref(), look.format)?;
-    if let Some(out) = out.as_deref().filter(|out| !look.force && out.symlink_metadata().is_ok()) {
-        return Err(exists_already(out));
-    }
+    let form = target(out.as_deref(), &look)?;
     let bytes = match question.is_any() {
         true => explained(py, &made_of, &question, (&look, form))?,
         false => drawn(py, &made_of, &look, form)?,
     };
-    match out {
-        None => Ok(Some(PyBytes::new(py, &bytes))),
-        Some(out) => {
-            py.detach(|| write_file(&out, &bytes, look.force)).map_err(raised)?;
-            Ok(None)
-        }
+    written(py, out, bytes, look.force)
+}
+
+/// The form of a figure, whose file is not there yet.
+fn target(out: Option<&Path>, look: &Look) -> PyResult<Form> {
+    let form = form(out, look.format)?;
+    match out.filter(|out| !look.force && out.symlink_metadata().is_ok()) {
+        Some(out) => Err(exists_already(out)),
+        None => Ok(form),
     }
+}
+
+/// A figure as bytes, or None if it is written to a file.
+fn written(
+    py: Python<'_>,
+    out: Option<PathBuf>,
+    bytes: Vec<u8>,
+    force: bool,
+) -> PyResult<Option<Bound<'_, PyBytes>>> {
+    let Some(out) = out else { return Ok(Some(PyBytes::new(py, &bytes))) };
+    py.detach(|| write_file(&out, &bytes, force)).map_err(raised)?;
+    Ok(None)
+}
+
+/// The ways of the objects of a drive.
+fn ways<'py>(
+    cloud: &Bound<'py, PyAny>,
+    out: Option<PathBuf>,
+    parameters: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Option<Bound<'py, PyBytes>>> {
+    const OWN: &[&str] = &["tracks", "theme", "dpi", "view", "format", "force"];
+    let mut look = Look::default();
+    let (drive, _) =
+        followed("figure(tracks=True)", cloud, parameters, OWN, &mut |name, value| match name {
+            "tracks" => Ok(()),
+            _ => set_look(&mut look, name, value),
+        })?;
+    let form = target(out.as_deref(), &look)?;
+    let FigureOptions { region, dpi, .. } = look.options;
+    let page = view::track_figure(&drive, region, look.theme, dpi);
+    written(cloud.py(), out, encoded(&page, form, dpi)?, look.force)
 }
 
 fn explained(
@@ -100,7 +142,7 @@ fn explained(
 }
 
 /// The form that is said, else that of the file's name, else PNG.
-fn form(out: Option<&std::path::Path>, said: Option<Form>) -> PyResult<Form> {
+fn form(out: Option<&Path>, said: Option<Form>) -> PyResult<Form> {
     let (None, Some(out)) = (said, out) else { return Ok(said.unwrap_or(Form::Png)) };
     let ending = out.extension().map(|ending| ending.to_string_lossy().to_lowercase());
     let known = FORMS.iter().find(|(name, _)| ending.as_deref() == Some(name));

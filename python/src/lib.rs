@@ -17,6 +17,7 @@ mod evaluate;
 mod explain;
 mod failures;
 mod figure;
+mod following;
 mod frame;
 mod frames;
 mod keywords;

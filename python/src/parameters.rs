@@ -10,7 +10,7 @@ use divmerge::cloud::{CloudFrames, Crop, Ego, LengthUnit, SensorOrigin};
 use divmerge::comparison::DIVIDE_AND_MERGE;
 use divmerge::comparison::methods::{self, BOXES};
 use divmerge::frames::{EgoBodies, recorded_transforms};
-use divmerge::parameters::ParameterSet;
+use divmerge::parameters::{ParameterSet, SettingError};
 use divmerge::pipeline::{Config, Overrides};
 use divmerge::recording::address::put_secrets_aside;
 use divmerge::semantics::GroundParams;
@@ -19,7 +19,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString};
 use serde_json::Value;
 
-use crate::by_name::{path_of, takes_settings, unexpected};
+use crate::by_name::{keyword, path_of, takes_settings, unexpected};
 use crate::environment;
 use crate::errors::{raised, type_of, wrong, wrong_type};
 use crate::taxonomy::PyTaxonomy;
@@ -30,6 +30,8 @@ pub struct Parameters {
     overrides: Overrides,
     /// Paths of parameters and their values.
     settings: Vec<(String, Value)>,
+    /// Those of them that were given by keyword.
+    by_keyword: Vec<&'static str>,
     /// Another method in the place of divide and merge.
     method: Option<String>,
     /// What the ids of classes mean, where that is said.
@@ -90,7 +92,8 @@ impl Parameters {
                 let path = path_of(&name).filter(|_| takes_settings(names));
                 let path = path.ok_or_else(|| unexpected(function, &name, names))?;
                 if !value.is_none() {
-                    by_name.push(settings_entry(path, &value)?);
+                    by_name.push((path.to_owned(), setting_of(&name, &value)?));
+                    parameters.by_keyword.push(path);
                 }
                 continue;
             }
@@ -143,8 +146,23 @@ impl Parameters {
         let config = self.config(taxonomy)?;
         let mut parameters = ParameterSet::of(&config, &GroundParams::default());
         let settings = self.settings.iter().map(|(path, value)| (path.as_str(), value));
-        parameters.set_all(settings).map_err(raised)?;
+        parameters.set_all(settings).map_err(|error| self.raised(error))?;
         Ok(parameters)
+    }
+
+    /// What is wrong with a parameter, by the name by which it was given.
+    fn raised(&self, error: SettingError) -> PyErr {
+        let is_keyword = |path: &String| self.by_keyword.contains(&path.as_str());
+        match &error {
+            SettingError::Wrong { path, value, wanted } if is_keyword(path) => {
+                wrong(&keyword(path), format!("must be {wanted}, got {value}"))
+            }
+            SettingError::Off { path, group, remedy } if is_keyword(path) => {
+                let problem = format!("has no effect while `{group}` is off: set {remedy} first");
+                wrong(&keyword(path), problem)
+            }
+            _ => raised(error),
+        }
     }
 
     /// The parameters of the pipeline, without those of `set`.
@@ -252,15 +270,17 @@ fn settings(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Value
     let problem = || wrong_type(name, "expected a dict of paths of parameters and their values");
     let entries = value.cast::<PyDict>().map_err(|_| problem())?.iter();
     let entries = entries.map(|(path, value)| {
-        settings_entry(&path.extract::<String>().map_err(|_| problem())?, &value)
+        let path = path.extract::<String>().map_err(|_| problem())?;
+        let value = setting_of(&path, &value)?;
+        Ok((path, value))
     });
     entries.collect()
 }
 
-/// The path of a parameter and its value.
-fn settings_entry(path: &str, value: &Bound<'_, PyAny>) -> PyResult<(String, Value)> {
-    let problem = || wrong_type(path, format!("cannot be of type {}", type_of(value)));
-    Ok((path.to_owned(), setting(value).ok_or_else(problem)?))
+/// The value of a parameter with a path or keyword.
+fn setting_of(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
+    let problem = || wrong_type(name, format!("cannot be of type {}", type_of(value)));
+    setting(value).ok_or_else(problem)
 }
 
 /// True or false, a number, a text, or several of these.
@@ -275,7 +295,12 @@ fn setting(value: &Bound<'_, PyAny>) -> Option<Value> {
         return value.extract::<String>().ok().map(Value::from);
     }
     if value.is_instance_of::<PyFloat>() || value.extract::<f64>().is_ok() {
-        return value.extract::<f64>().ok().map(Value::from);
+        // JSON has no NaN: as text it is refused with its name.
+        let number = value.extract::<f64>().ok()?;
+        return Some(match number.is_finite() {
+            true => Value::from(number),
+            false => Value::from(number.to_string()),
+        });
     }
     let items = value.try_iter().ok()?;
     items.map(|item| setting(&item.ok()?)).collect::<Option<Vec<Value>>>().map(Value::from)

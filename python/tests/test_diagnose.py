@@ -129,6 +129,44 @@ def test_figures_of_frames_results_and_explanations(pair, command_line, tmp_path
     assert divmerge.figure(result, format="svg", a=a, b=b) == theirs.read_bytes()
 
 
+def test_objects_over_time_are_drawn_and_explained_as_by_the_command(drives, command_line, tmp_path):
+    drive, theirs, ours = drives("small"), tmp_path / "theirs.svg", tmp_path / "ours.svg"
+    options = ["--frames", "1..3", "--lag", 0, "--ego-motion", "none"]
+    over_time = dict(start=1, stop=3, lag=0, ego_motion="none")
+    command_line("figure", drive, "--tracks", "-o", theirs, *options, "--theme", "light")
+    assert divmerge.figure(drive, ours, tracks=True, theme="light", **over_time) is None
+    assert ours.read_bytes() == theirs.read_bytes()
+    assert divmerge.figure(drive, format="svg", tracks=True) != theirs.read_bytes()
+
+    words = ["explain", drive, "--track", 2, *options]
+    explained = json.loads(command_line(*words, "--json"))
+    link = explained["links"][-1]["cloud"]
+    ours = divmerge.explain(drive, track=2, link=link, **over_time)
+    assert ours.pop("text") == command_line(*words, "--link", link)
+    assert ours == explained
+
+
+def test_what_cannot_be_said_about_objects_over_time(drives, frame):
+    drive = drives("small")
+    for call, problem in [
+        (lambda: divmerge.figure(drive, lag=1), "lag: only with tracks=True"),
+        (lambda: divmerge.explain(drive, 1, start=2), "start: only with track"),
+        (lambda: divmerge.explain(drive, 1, track=2), "track: not together with a and b"),
+        (lambda: divmerge.figure(drive, tracks=True, stop=0), "stop: must be above start"),
+        (lambda: divmerge.figure(drive, tracks=True, ego_motion="/odom"), "ego_motion: "),
+    ]:
+        with pytest.raises(ValueError, match=problem):
+            call()
+    with pytest.raises(TypeError, match="followed in a recording"):
+        divmerge.figure(frame, tracks=True)
+    with pytest.raises(TypeError, match="panels"):
+        divmerge.figure(drive, tracks=True, panels="mask")
+    with pytest.raises(divmerge.Error, match="is of track 9999"):
+        divmerge.explain(drive, track=9999)
+    with pytest.raises(divmerge.Error, match="track 1 is not seen in frame 77"):
+        divmerge.explain(drive, track=1, link=77)
+
+
 def test_a_figure_is_not_replaced_unless_that_is_said(frame, tmp_path):
     out = tmp_path / "figure.svg"
     out.write_text("mine")
@@ -285,5 +323,5 @@ def test_truth_that_is_not_there(drives, tmp_path):
     for function in (divmerge.failures, divmerge.compare):
         with pytest.raises(divmerge.Error, match="true_class_field and true_instance_field name"):
             function(drives("small"), true_class_field="none")
-    with pytest.raises(ValueError, match="methods: `magic` is none of divide-and-merge, best"):
+    with pytest.raises(ValueError, match="methods: `magic` is no method: use some of best"):
         divmerge.compare(drives("small"), methods="magic")

@@ -66,6 +66,8 @@ def test_arrays_of_wrong_types(arguments, problem):
         (dict(preset="bets"), "preset: `bets` is no preset: use best, paper or authors"),
         (dict(bev="hulls"), "bev: `hulls` is no bird's-eye merge"),
         (dict(preset="authors", bev="hull"), "bev: preset `authors` merges"),
+        (dict(tree_gap=-1), "tree_gap: must be a number above 0 to 1 .*, got -1"),
+        (dict(ground_step=float("nan")), "ground_step: must be a number from 0 .*, got NaN"),
         (dict(set={"cluster.voxle": 1}), "set: no parameter `cluster.voxle`; did you mean"),
         (dict(set={"cluster.voxel": 0}), "set: `cluster.voxel` = 0: must be a number above 0"),
         (dict(method="magic"), "method: `magic` is no method"),

@@ -97,9 +97,9 @@ def test_functions_without_a_method_take_none(drives):
 
 
 def test_wrong_values_are_named(frame):
-    with pytest.raises(ValueError, match="`cluster.tree.gap` = -1"):
+    with pytest.raises(ValueError, match="tree_gap: must be a number above 0 to 1 .*, got -1"):
         frame.cluster("ground", tree_gap=-1)
-    with pytest.raises(TypeError, match="cluster.tree.gap: cannot be of type object"):
+    with pytest.raises(TypeError, match="tree_gap: cannot be of type object"):
         frame.cluster("ground", tree_gap=object())
 
 

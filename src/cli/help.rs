@@ -53,17 +53,23 @@ const USELESS: &[(&str, &str)] =
 
 /// What `-h` says of options of which `--help` says more.
 const SHORT_HELP: &[(&str, &str)] = &[
-    (
-        "semantics",
-        "Where objects come from: auto, ground, all, field:NAME, topic:T, labels:DIR or \
-         onnx:MODEL.onnx",
-    ),
+    ("semantics", "Objects: auto, ground, all, field:NAME, topic:T, labels:DIR or onnx:MODEL.onnx"),
     ("taxonomy", "What the ids of classes mean: a name, as nuscenes, or a YAML file"),
     ("preset", "Parameters to start from"),
-    ("set", "Set any parameter, as in cluster.voxel=0.3 (`divmerge params` lists them)"),
-    ("config", "Take parameters and options from a TOML file or an annotated recording"),
-    ("annotate/output", "The annotated recording, or a folder for several; `-` standard output"),
-    ("from", "Leave out what is before this time: 12.5, @1317384506.4, a date, or frame:100"),
+    ("set", "Set any parameter, as cluster.voxel=0.3 (see `params`)"),
+    ("config", "Options from a TOML file or an annotated recording"),
+    ("annotate/topic", "Only this cloud topic; may be repeated [default: all]"),
+    ("triage/topic", "Only this cloud topic; may be repeated [default: all]"),
+    ("compare/topic", "Cloud topic [default: the first with clouds]"),
+    ("sweep/topic", "Cloud topic [default: the first with clouds]"),
+    ("annotate/input", "Recordings (MCAP) or rosbag2 folders; `-` is standard input"),
+    ("annotate/output", "Output, or a folder for several; `-` is standard output"),
+    ("annotate/dry-run", "Say what would be done, and do nothing"),
+    ("compare/min-points", "Fewer points do not count where unmatched"),
+    ("compare/output", "Chart (.svg, .pdf, .png), table (.csv, .md) or .json"),
+    ("triage/output", "Write the recording with a topic T/suspicion"),
+    ("triage/limit", "Cases to list and draw"),
+    ("from", "Leave out what is before: 12.5, @1317384506.4, a date, frame:100"),
     ("figure/panels", "Panels from top to bottom, as mask,components,instances,votes,bev"),
     ("figure/window", "Only this part of the range image, as 500..900/10..50"),
     ("figure/tracks", "Follow objects over time and draw their ways from above"),
@@ -79,7 +85,7 @@ const SHORT_HELP: &[(&str, &str)] = &[
     ("ego", "Leave out the vehicle that carries the sensor: a block, or auto"),
     ("entropy", "Also score over- and under-segmentation entropy (OSE, USE)"),
     ("over-time", "Also score ids that persist: LSTQ, HOTA, id switches, occlusions"),
-    ("triage/report", "Write pages with a figure and an explanation of each case"),
+    ("triage/report", "Write pages: a figure and a reason for each case"),
     ("sweep/over", "The parameter: voxel, angle, ..., or the path of any number"),
 ];
 
@@ -89,7 +95,7 @@ const EXAMPLES: &[(&str, [&str; 3])] = &[
         "annotate",
         [
             "divmerge annotate drive.mcap -o annotated.mcap",
-            "divmerge annotate drive.mcap -o fine.mcap --semantics ground --set cluster.voxel=0.3",
+            "divmerge annotate drive.mcap -o fine.mcap --set cluster.voxel=0.3",
             "divmerge annotate a.mcap b.mcap -o annotated --resume",
         ],
     ),
@@ -264,7 +270,13 @@ pub fn arranged(cli: Command) -> Command {
 }
 
 fn arranged_arg(mut arg: Arg, command: &str) -> Arg {
-    let Some(name) = arg.get_long().map(str::to_owned) else { return arg };
+    let Some(name) = arg.get_long().map(str::to_owned) else {
+        let own = format!("{command}/input");
+        return match arg.is_positional() {
+            true => with_short_help(arg, &[&own]),
+            false => arg,
+        };
+    };
     if arg.get_help_heading().is_none()
         && let Some((heading, _)) = found(HEADINGS, command, &name)
     {
@@ -276,11 +288,15 @@ fn arranged_arg(mut arg: Arg, command: &str) -> Arg {
     if let Some((_, names)) = USELESS.iter().find(|(owner, _)| *owner == command) {
         arg = arg.hide(has(names, &name));
     }
-    let own = format!("{command}/{name}");
-    let short = SHORT_HELP.iter().find(|(option, _)| *option == own);
-    let short = short.or_else(|| SHORT_HELP.iter().find(|(option, _)| *option == name));
-    match (short, arg.get_help().cloned()) {
-        (Some((_, short)), Some(help)) => arg.help(*short).long_help(help),
+    with_short_help(arg, &[&format!("{command}/{name}"), &name])
+}
+
+/// An argument with the short text of the first of these keys that has one.
+fn with_short_help(arg: Arg, keys: &[&str]) -> Arg {
+    let mut texts = keys.iter().filter_map(|key| SHORT_HELP.iter().find(|(own, _)| own == key));
+    let long = arg.get_long_help().or(arg.get_help()).cloned();
+    match (texts.next(), long) {
+        (Some((_, short)), Some(long)) => arg.help(*short).long_help(long),
         _ => arg,
     }
 }
@@ -321,8 +337,8 @@ mod tests {
     fn short_help_fits_a_screen_and_long_help_has_all_options() {
         for command in commands() {
             let name = command.get_name().to_owned();
+            let short = command.clone().term_width(80).render_help().to_string();
             let mut command = command.term_width(100);
-            let short = command.render_help().to_string();
             assert!(short.lines().count() <= SCREEN, "{name}:\n{short}");
             let long = command.render_long_help().to_string();
             let options = command.get_arguments().filter(|arg| !arg.is_hide_set());
@@ -364,7 +380,7 @@ mod tests {
             let names = names.split_whitespace();
             names.for_each(|name| assert!(has_option(command, name), "{command} --{name}"));
         }
-        for (name, _) in SHORT_HELP {
+        for (name, _) in SHORT_HELP.iter().filter(|(name, _)| *name != "annotate/input") {
             let (command, option) = name.split_once('/').unwrap_or(("", name));
             assert!(has_option(command, option), "no option {name}");
         }

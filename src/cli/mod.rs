@@ -70,7 +70,9 @@ struct Cli {
     #[arg(help_heading = "Performance", hide_short_help = true)]
     max_unpacked: Option<u64>,
 
-    /// Print results and errors alone: no progress, no warnings, no report of a run
+    /// Print results and errors alone
+    ///
+    /// No progress, no warnings, no report of a run.
     #[arg(short, long, global = true, help_heading = "Output", conflicts_with = "verbose")]
     quiet: bool,
 

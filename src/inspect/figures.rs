@@ -20,7 +20,7 @@ pub(super) fn figure(
     form: &FigureForm,
 ) -> Outcome<(&'static str, Vec<u8>)> {
     let mut scene = run.scene(session.start_ns, session.colours(run)?);
-    scene.theme = if form.light_panels { Theme::Light } else { Theme::Dark };
+    scene.theme = if form.dark { Theme::Dark } else { Theme::Light };
     let page = match question {
         Some(question) => {
             let found = explained(session, run, question)?.explanation;

@@ -72,12 +72,9 @@ pub(super) enum CommandKind {
 pub(super) struct FigureForm {
     /// `svg`, `png` or `pdf`.
     pub format: String,
-    /// Whether its page is dark.
+    /// Whether its page and its panels are dark.
     #[serde(default)]
     pub dark: bool,
-    /// Whether its panels are light.
-    #[serde(default)]
-    pub light_panels: bool,
     /// The panels, by the names of the command line; none means those of `figure`.
     #[serde(default)]
     pub panels: Vec<String>,

@@ -38,9 +38,8 @@ fn patches_go_and_ends_of_cars_come_back() {
     for point in returns() {
         let ([x, y], [p, q]) = (cell(point, 0.4), cell(point, 1.0));
         let beside = (-1..=1).any(|i| (-1..=1).any(|j| near_cars.contains(&[x + i, y + j])));
-        if GROUND.contains(&truth[point]) && beside {
-            class[point] = CAR;
-        } else if is_upright(point) && (3 * p + q).rem_euclid(7) == 0 {
+        let is_patch = is_upright(point) && (3 * p + q).rem_euclid(7) == 0;
+        if is_patch || (GROUND.contains(&truth[point]) && beside) {
             class[point] = CAR;
         } else if is_car(point) && ends.contains(&point) {
             class[point] = BUILDING;

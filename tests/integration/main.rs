@@ -11,6 +11,7 @@ mod compare;
 mod compressed;
 mod convert;
 mod coordinates;
+mod documents;
 mod ego_motion;
 mod encodings;
 mod evaluate;

@@ -154,21 +154,16 @@ def check_explained(page, binary, recording):
 
 
 def check_figures(page):
-    """Each form of figure is one, and its page and its panels are light or dark as was asked."""
-    page.evaluate("document.activeElement.blur()")
-    page.keyboard.press("Escape")
+    """Each form of a figure is what its name says, and light and dark ones differ."""
     page.keyboard.press("y")
-    starts, drawn = {"svg": b"<", "png": b"\x89PNG", "pdf": b"%PDF-"}, set()
-    for light in (False, True):
-        page.locator("#light-panels").set_checked(light)
-        for form, start in starts.items():
-            for side in ("light", "dark"):
-                with page.expect_download() as download:
-                    page.locator(f'[data-figure="{form}-{side}"]').click()
-                content = Path(download.value.path()).read_bytes()
-                assert content.startswith(start), (form, content[:20])
-                drawn.add(content)
-    assert len(drawn) == 12, f"{len(drawn)} of 12 figures differ"
+    starts, drawn = {"svg": b"<", "png": b"\x89PNG", "pdf": b"%PDF-"}, {}
+    for form, start in starts.items():
+        for side in ("light", "dark"):
+            with page.expect_download() as download:
+                page.locator(f'[data-figure="{form}-{side}"]').click()
+            drawn[form, side] = pathlib.Path(download.value.path()).read_bytes()
+            assert drawn[form, side].startswith(start), (form, side, drawn[form, side][:20])
+    assert len(set(drawn.values())) == len(drawn), "light and dark figures are alike"
     page.keyboard.press("Escape")
 
 

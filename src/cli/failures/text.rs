@@ -87,6 +87,9 @@ fn print_failure(number: usize, row: &Row) {
     );
     println!("   {}", shared_points(*side, judged));
     println!("   cause: {}: {}", cause.step(), row.found.cause_in_words);
+    if row.found.failure.is_right_with_true_mask && cause.step() != "mask" {
+        println!("   (with a true mask it would be right)");
+    }
     for command in row.explain.iter().chain(&row.figure) {
         println!("   {command}");
     }

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::places::{Place, distance, place_of_object};
 use super::subject::ClusteredCloud;
+use divmerge_core::cluster::NeighbourCondition;
 use divmerge_core::cluster::params::Rays;
 use divmerge_core::range_image::NO_NEIGHBOUR;
 
@@ -82,7 +83,8 @@ pub(super) fn pair(frame: &ClusteredCloud, from: usize, direction: usize) -> Bor
             nominal_beta(p, q, pixels_apart as f64 * step)
         }
     };
-    let holds = objects.connected[from][direction];
+    let (image, sizes, params) = (&stages.image, &stages.mask.sizes, &frame.config.cluster);
+    let holds = NeighbourCondition::new(objects, image, sizes, params).holds(from, direction);
     BorderPair {
         a,
         component_a: stages.components.label[from],

@@ -19,6 +19,9 @@ pub struct Failure {
     pub judged: JudgedObject,
     /// What lost it.
     pub cause: Cause,
+    /// Whether the run is right with true classes in place of the given ones, or without classes
+    /// with the true ground; false where the mask is true.
+    pub is_right_with_true_mask: bool,
     /// Points to look at, by index: one of the object; or one of each of two parts of it that are
     /// apart; or one of the object and one of what it is in one instance with.
     pub show: Vec<usize>,
@@ -60,9 +63,11 @@ pub fn failures(run: &LabelledRun) -> Failures {
         let oracles = Oracles::new(run, true_class);
         for target in targets {
             let (cause, show) = search::cause(run, &oracles, &target);
+            let true_mask = oracles.true_mask.as_ref();
+            let is_right_with_true_mask = true_mask.is_some_and(|oracle| oracle.is_right(&target));
             let Target { side, judged, points } = target;
             let pixels = pixel_bounds(stages, &points);
-            failures.push(Failure { side, judged, cause, show, pixels });
+            failures.push(Failure { side, judged, cause, is_right_with_true_mask, show, pixels });
         }
     }
     failures.sort_by_key(|one| (std::cmp::Reverse(one.judged.points), one.side, one.judged.object));

@@ -87,8 +87,8 @@ impl<'a, F> FailureReport<'a, F> {
     }
 }
 
-/// Clusters a cloud and finds its failures; its verdicts are added to the summary. Unmatched objects
-/// of fewer than `min_points` points are no failures.
+/// Clusters a cloud and finds its failures; its verdicts are added to the summary. Unmatched
+/// objects of fewer than `min_points` points are no failures.
 ///
 /// # Errors
 /// Those of [`AnnotateConfig::prepare`], [`AnnotateConfig::detections`] and

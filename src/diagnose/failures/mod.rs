@@ -5,9 +5,10 @@
 //! of which one of the rules below holds. An object is *right* if it has a match, and points are
 //! *seen* if they own their pixel.
 //!
-//! **mask**: with true classes in place of the given ones (without classes: with the true ground)
-//! the run is right; or so many of its points are lost or misnamed that no clustering could be
-//! right; or it is a spurious instance.
+//! **mask**: even a perfect cut of its objects, along true ones and with the class that most of
+//! their points were given, is wrong; or it is a spurious instance; or none of the other rules
+//! holds, and with true classes in place of the given ones (without classes: with the true ground)
+//! the run is right.
 //!
 //! **projection**: it is right among the seen points alone, so the shadowed ones spoil it; or all
 //! of it is shadowed.

@@ -27,6 +27,9 @@ pub(super) struct Oracles {
     pub is_seen: Vec<bool>,
     /// The run again with a true mask; none if the mask was true.
     pub true_mask: Option<OracleVerdicts>,
+    /// The objects of the mask cut along true objects, each with the class that most of its points
+    /// were given: what a perfect cut makes of the mask.
+    pub perfect_cut: OracleVerdicts,
     /// The run as it was, seen points alone.
     pub seen: OracleVerdicts,
     /// Every component given to the true object that most of its pixels belong to; seen points
@@ -57,6 +60,7 @@ impl Oracles {
         let no_class = vec![0; true_class.len()];
         Oracles {
             true_mask: true_mask(run, &true_class),
+            perfect_cut: perfect_cut(run, &true_class),
             seen: rule(&found_class, &stages.labels.instance, by_class),
             true_merge: rule(&no_class, &truly_merged(run, &true_class), false),
             merged: rule(&no_class, &merged(stages, true_class.len()), false),
@@ -125,6 +129,25 @@ fn true_mask(run: &LabelledRun, true_class: &[u16]) -> Option<OracleVerdicts> {
     let class = run.taxonomy.class_numbers(&stages.labels.semantic);
     let found = Labelling { class: &class, id: &stages.labels.instance };
     Some(OracleVerdicts::new(run, true_class, found, stages.mask.has_classes()))
+}
+
+/// The objects of the mask cut along true objects. What is no true thing has no instance.
+fn perfect_cut(run: &LabelledRun, true_class: &[u16]) -> OracleVerdicts {
+    let (mask, classes) = (&run.frame.stages.mask, run.taxonomy.classes());
+    let mut members: FxHashMap<Segment, Vec<usize>> = FxHashMap::default();
+    for (point, (&class, &id)) in true_class.iter().zip(run.true_id).enumerate() {
+        if mask.is_object[point] && classes[usize::from(class)].is_thing {
+            members.entry(Segment { class, id }).or_default().push(point);
+        }
+    }
+    let (mut class, mut id) = (mask.class.clone(), vec![0; true_class.len()]);
+    for (number, points) in (1..).zip(members.into_values()) {
+        let given = most_frequent(points.iter().map(|&point| mask.class[point])).unwrap_or(0);
+        for point in points {
+            (class[point], id[point]) = (given, number);
+        }
+    }
+    OracleVerdicts::new(run, true_class, Labelling { class: &class, id: &id }, mask.has_classes())
 }
 
 /// N: the merge step's instance of each seen point, or 0.

@@ -105,7 +105,6 @@ function figurePart() {
       figure("pdf", false),
       figure("pdf", true),
     ),
-    h("label", {}, h("input", { type: "checkbox", id: "light-panels" }), " light panels"),
     h("h3", {}, "Case"),
     h(
       "p",
@@ -151,7 +150,7 @@ async function saveFigure(format, dark) {
   ];
   try {
     save(
-      await source.file("figure", request({ figure: { format, dark, view, light_panels: byId("light-panels").checked } })),
+      await source.file("figure", request({ figure: { format, dark, view } })),
       format,
       "figure",
     );

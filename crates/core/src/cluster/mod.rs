@@ -32,7 +32,7 @@ pub use divide_and_merge::seeds::seeds;
 pub use divide_and_merge::votes::{Vote, Votes};
 pub use fragments::{Fragment, Group, MergeBySize, SizeTest, assemble};
 pub use method::{Method, MethodInput, Segmentation};
-pub use objects::ObjectPixels;
+pub use objects::{NeighbourCondition, ObjectPixels};
 pub use params::ClusterParams;
 pub use post_merge::{Evidence, Join, PostMerge};
 pub use tree::{CutTree, MergeTree, NodeFacts};

@@ -26,13 +26,26 @@ pub struct ObjectPixels {
     /// M x 4: neighbours left, right, up, down as object pixel numbers, or
     /// [`NO_NEIGHBOUR`].
     pub neighbours: Vec<[u32; NEIGHBOURS]>,
-    /// M x 4: whether the condition holds towards each neighbour; false where there is none.
+    /// M x 4: whether the condition holds towards each neighbour; false where there is none. Empty
+    /// if it was not judged ([`ObjectPixels::without_condition`]).
     pub connected: Vec<[bool; NEIGHBOURS]>,
 }
 
 impl ObjectPixels {
     /// Collects the object pixels and judges the condition of every pair of neighbours once.
     pub fn new(
+        cloud: &PointCloud,
+        image: &RangeImage,
+        mask: &ObjectMask,
+        params: &ClusterParams,
+    ) -> Self {
+        let mut objects = Self::without_condition(cloud, image, mask, params);
+        objects.connected = connected(&objects, image, &mask.sizes, params);
+        objects
+    }
+
+    /// The same for methods that do not ask for the condition.
+    pub fn without_condition(
         cloud: &PointCloud,
         image: &RangeImage,
         mask: &ObjectMask,
@@ -61,7 +74,6 @@ impl ObjectPixels {
             Reach { columns: params.gap_columns, rows: params.gap_rows, wraps: image.wraps };
         let group = groups(&objects, image, mask, params.same_class_neighbours);
         objects.neighbours = neighbours(&objects.set, &objects.pixel, &group, reach);
-        objects.connected = connected(&objects, image, &mask.sizes, params);
         objects
     }
 
@@ -109,29 +121,57 @@ fn connected(
     sizes: &[Option<ClassSize>],
     params: &ClusterParams,
 ) -> Vec<[bool; NEIGHBOURS]> {
-    const FORWARD: [(usize, usize, Along); 2] = [(1, 0, Along::Row), (3, 2, Along::Column)];
-    let columns = image.columns();
-    let test = NeighbourTest::new(&params.condition, image.bands[0].column_step);
+    let condition = NeighbourCondition::new(objects, image, sizes, params);
     let mut connected = vec![[false; NEIGHBOURS]; objects.len()];
     for from in 0..objects.len() {
-        let band = image.band_of(objects.pixel[from] as usize);
-        let test = test.with_columns(band.column_step);
-        for (forward, backward, along) in FORWARD {
+        for (forward, backward) in [(1, 0), (3, 2)] {
             let to = objects.neighbours[from][forward];
-            if to == NO_NEIGHBOUR {
-                continue;
+            if to != NO_NEIGHBOUR {
+                let holds = condition.holds(from, forward);
+                connected[from][forward] = holds;
+                connected[to as usize][backward] = holds;
             }
-            let to = to as usize;
-            let apart = pixels_apart(objects.pixel[from], objects.pixel[to], columns, along);
-            let [p, q] = [from, to].map(|object| band.from_sensor(wide(objects.position[object])));
-            let class = |object: usize| sizes[usize::from(objects.class[object])];
-            let size = narrower(class(from), class(to));
-            let holds = test.is_connected(p, q, apart, along, size);
-            connected[from][forward] = holds;
-            connected[to][backward] = holds;
         }
     }
     connected
+}
+
+/// The condition between neighbouring object pixels.
+#[derive(Debug)]
+pub struct NeighbourCondition<'a> {
+    objects: &'a ObjectPixels,
+    image: &'a RangeImage,
+    sizes: &'a [Option<ClassSize>],
+    test: NeighbourTest<'a>,
+}
+
+impl<'a> NeighbourCondition<'a> {
+    /// The condition that the parameters ask for, among objects of classes of usual sizes.
+    pub fn new(
+        objects: &'a ObjectPixels,
+        image: &'a RangeImage,
+        sizes: &'a [Option<ClassSize>],
+        params: &'a ClusterParams,
+    ) -> Self {
+        let test = NeighbourTest::new(&params.condition, image.bands[0].column_step);
+        NeighbourCondition { objects, image, sizes, test }
+    }
+
+    /// Whether it holds towards the neighbour in a direction, which must be there.
+    #[inline]
+    pub fn holds(&self, from: usize, direction: usize) -> bool {
+        let Self { objects, image, sizes, .. } = self;
+        let to = objects.neighbours[from][direction] as usize;
+        let (from, to) = if direction % 2 == 1 { (from, to) } else { (to, from) };
+        let along = if direction < 2 { Along::Row } else { Along::Column };
+        let band = image.band_of(objects.pixel[from] as usize);
+        let test = self.test.with_columns(band.column_step);
+        let apart = pixels_apart(objects.pixel[from], objects.pixel[to], image.columns(), along);
+        let [p, q] = [from, to].map(|object| band.from_sensor(wide(objects.position[object])));
+        let class = |object: usize| sizes[usize::from(objects.class[object])];
+        let size = narrower(class(from), class(to));
+        test.is_connected(p, q, apart, along, size)
+    }
 }
 
 /// Of two sizes the one that reaches less far: what is near for a bus is far for a car.

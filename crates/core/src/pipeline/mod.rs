@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 
 use crate::cloud::Detection;
 use crate::cloud::point_cloud::PointCloud;
+use crate::cluster::params::TreeMerge;
 use crate::cluster::{
     CutTree, DivideAndMerge, MergeBySize, Method, MethodInput, ObjectPixels, Segmentation,
 };
@@ -46,7 +47,10 @@ pub fn run_with(
 
     let image = timed(&mut times.projection_ms, || RangeImage::new(cloud, &config.projection));
     let mask = timed(&mut times.mask_ms, || corrected_mask(cloud, &image, source, config));
-    let objects = timed(&mut times.divide_ms, || ObjectPixels::new(cloud, &image, &mask, params));
+    let objects = timed(&mut times.divide_ms, || match tree_to_cut(config, &mask) {
+        Some(_) => ObjectPixels::without_condition(cloud, &image, &mask, params),
+        None => ObjectPixels::new(cloud, &image, &mask, params),
+    });
     let input = MethodInput::new(cloud, &image, &mask, &objects, params).with(detections);
     let segmentation = segment(&input, config, &mut times);
 
@@ -98,7 +102,7 @@ fn corrected_mask(
 /// merge.
 fn segment(input: &MethodInput, config: &Config, times: &mut StageTimes) -> Segmentation {
     let params = &config.cluster;
-    let tree = params.tree.as_ref().filter(|_| !input.mask.has_classes());
+    let tree = tree_to_cut(config, input.mask);
     let start = Instant::now();
     let segmentation = match (&config.other_method, tree, &params.fragments) {
         (Some(other), ..) => other.segment(input),
@@ -111,6 +115,12 @@ fn segment(input: &MethodInput, config: &Config, times: &mut StageTimes) -> Segm
     times.divide_ms += milliseconds(divided_at - start);
     times.merge_ms += milliseconds(end - divided_at);
     segmentation
+}
+
+/// The parameters of the tree of merges, where objects are cut from one.
+fn tree_to_cut<'a>(config: &'a Config, mask: &ObjectMask) -> Option<&'a TreeMerge> {
+    let is_ours = config.other_method.is_none();
+    config.cluster.tree.as_ref().filter(|_| is_ours && !mask.has_classes())
 }
 
 /// Does a step, and adds the milliseconds that it took.

@@ -160,7 +160,7 @@ impl Parts {
         mask: &ObjectMask,
     ) -> Option<Self> {
         let (tree, mask) = (params.tree.as_ref()?, mask_of_known_ground(cloud, mask)?);
-        let objects = ObjectPixels::new(cloud, image, &mask, params);
+        let objects = ObjectPixels::without_condition(cloud, image, &mask, params);
         let input = MethodInput::new(cloud, image, &mask, &objects, params);
         let segmentation = CutTree { params, tree }.segment(&input);
         let labels = label_points(&input, &segmentation, &InstancePixels::new(&segmentation, 0));

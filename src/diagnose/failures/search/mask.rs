@@ -6,7 +6,21 @@ use crate::evaluate::verdict::Verdict;
 use divmerge_core::geometry::statistics::most_frequent;
 
 impl Search<'_> {
-    pub fn mask(&self) -> Found {
+    /// The mask, where no cut of it could be right; or where a true one would have made the run
+    /// right, and no later step is found that lost the object.
+    pub fn mask(&self, is_last_resort: bool) -> Found {
+        let oracles = self.oracles;
+        let blamed = match is_last_resort {
+            true => oracles.true_mask.as_ref().is_some_and(|oracle| oracle.is_right(self.target)),
+            false => {
+                let is_spurious = self.target.judged.verdict == Verdict::Spurious;
+                is_spurious || !oracles.perfect_cut.is_right(self.target)
+            }
+        };
+        blamed.then(|| (self.mask_cause(), Vec::new()))
+    }
+
+    fn mask_cause(&self) -> Cause {
         let mask = &self.stages.mask;
         let points = &self.target.points;
         let not_objects = points.iter().filter(|&&point| !mask.is_object[point]).count() as u64;
@@ -15,23 +29,13 @@ impl Search<'_> {
             |point: &&usize| mask.has_classes() && mask.class[**point] != true_class[**point];
         let given: Vec<u16> =
             points.iter().filter(is_misnamed).map(|&point| mask.class[point]).collect();
-        let misnamed = given.len() as u64;
-        let wrong = if mask.has_classes() { misnamed } else { not_objects };
-        let would_be_right =
-            self.oracles.true_mask.as_ref().is_some_and(|oracle| oracle.is_right(self.target));
-        let is_hopeless = 2 * wrong >= points.len() as u64;
-        let is_spurious = self.target.judged.verdict == Verdict::Spurious;
-        if !would_be_right && !is_hopeless && !is_spurious {
-            return None;
-        }
         let name = |class: u16| self.run.taxonomy.classes()[usize::from(class)].name.clone();
-        let cause = Cause::Mask {
+        Cause::Mask {
             points: points.len() as u64,
             not_objects,
-            other_class: misnamed.saturating_sub(not_objects),
+            other_class: (given.len() as u64).saturating_sub(not_objects),
             given: most_frequent(given).map(name),
-        };
-        Some((cause, Vec::new()))
+        }
     }
 
     pub fn projection(&self) -> Found {
