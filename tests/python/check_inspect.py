@@ -161,7 +161,7 @@ def check_figures(page):
         for side in ("light", "dark"):
             with page.expect_download() as download:
                 page.locator(f'[data-figure="{form}-{side}"]').click()
-            drawn[form, side] = pathlib.Path(download.value.path()).read_bytes()
+            drawn[form, side] = Path(download.value.path()).read_bytes()
             assert drawn[form, side].startswith(start), (form, side, drawn[form, side][:20])
     assert len(set(drawn.values())) == len(drawn), "light and dark figures are alike"
     page.keyboard.press("Escape")
