@@ -14,6 +14,7 @@ use serde::Serialize;
 use crate::annotate::plain;
 use crate::asked::method;
 use crate::errors::{wrong, wrong_type};
+use crate::following::given;
 use crate::labelled::{LABELLED, LabelledClouds};
 use crate::objects::{OBJECTS, set_objects};
 use crate::parameters::{NEEDS_BOXES, Parameters, names, recording, whole};
@@ -65,8 +66,7 @@ pub fn compare<'py>(
     let (mut min_points, mut voxels) = (MIN_POINTS, Vec::new());
     let mut named: Vec<String> = USUAL_CONTENDERS.split(',').map(str::to_owned).collect();
     // `Parameters` takes it for the method, all of whose parameters are a contender's here.
-    let said = parameters.map(|all| all.get_item("min_points")).transpose()?.flatten();
-    if let Some(said) = said.filter(|said| !said.is_none()) {
+    if let Some(said) = given(parameters, "min_points")? {
         min_points = whole("min_points", &said)? as u64;
     }
     let known = [LABELLED, OWN, OBJECTS];

@@ -71,7 +71,7 @@ pub fn failures<'py>(
     let mut frames = clouds.open(py, &path, &method)?;
     while let Some(frame) = py.detach(|| frames.next()) {
         py.check_signals()?;
-        let mut in_frame = |frame| failures_in_frame(frame, &method, small, &mut summary);
+        let mut in_frame = |frame| failures_in_frame(&path, frame, &method, small, &mut summary);
         let found = frame.and_then(|frame| py.detach(|| in_frame(frame)));
         rows.extend(found.map_err(LabelledClouds::raised)?);
     }

@@ -233,6 +233,16 @@ impl Error {
     }
 }
 
+impl Error {
+    /// The same, with the file before the place of an unknown class.
+    pub(crate) fn in_file(mut self, path: &Path) -> Self {
+        if let Error::UnknownClass { at, .. } = &mut self {
+            *at = format!("{}: {at}", path.display());
+        }
+        self
+    }
+}
+
 impl From<CloudError> for Error {
     fn from(error: CloudError) -> Self {
         Error::Frame(error.into())

@@ -80,7 +80,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let keeps_all = csv.is_some() || json.is_some();
     for frame in frames {
         let frame = frame.map_err(|error| arguments.clouds.with_hint(error))?;
-        let found = failures_in_frame(frame, &method, arguments.small, &mut summary)?;
+        let found =
+            failures_in_frame(&clouds.input, frame, &method, arguments.small, &mut summary)?;
         rows.extend(found.into_iter().map(|failure| commands.row(failure)));
         rows.sort_by_key(|row: &Row| std::cmp::Reverse(row.found.failure.judged.points));
         if !keeps_all {

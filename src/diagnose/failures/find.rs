@@ -63,8 +63,7 @@ pub fn failures(run: &LabelledRun) -> Failures {
         let oracles = Oracles::new(run, true_class);
         for target in targets {
             let (cause, show) = search::cause(run, &oracles, &target);
-            let true_mask = oracles.true_mask.as_ref();
-            let is_right_with_true_mask = true_mask.is_some_and(|oracle| oracle.is_right(&target));
+            let is_right_with_true_mask = oracles.is_right_with_true_mask(&target);
             let Target { side, judged, points } = target;
             let pixels = pixel_bounds(stages, &points);
             failures.push(Failure { side, judged, cause, is_right_with_true_mask, show, pixels });

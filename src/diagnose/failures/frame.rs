@@ -87,13 +87,14 @@ impl<'a, F> FailureReport<'a, F> {
     }
 }
 
-/// Clusters a cloud and finds its failures; its verdicts are added to the summary. Unmatched
-/// objects of fewer than `min_points` points are no failures.
+/// Clusters a cloud of `input` and finds its failures; its verdicts are added to the summary.
+/// Unmatched objects of fewer than `min_points` points are no failures.
 ///
 /// # Errors
 /// Those of [`AnnotateConfig::prepare`], [`AnnotateConfig::detections`] and
 /// [`LabelledFrame::true_class_numbers`].
 pub fn failures_in_frame(
+    input: &Path,
     mut frame: LabelledFrame,
     method: &AnnotateConfig,
     min_points: u64,
@@ -102,7 +103,7 @@ pub fn failures_in_frame(
     method.prepare(&mut frame)?;
     let detections = method.detections(&frame)?;
     let LabelledFrame { source, number, log_time_ns, cloud, truth, .. } = &frame;
-    frame.true_class_numbers(&method.taxonomy)?;
+    frame.true_class_numbers(&method.taxonomy).map_err(|error| error.in_file(input))?;
     let (mask, config) = (method.mask(cloud), &method.pipeline);
     let stages = pipeline::run_with(cloud, mask, &detections, config);
     let found = failures(&LabelledRun {

@@ -70,6 +70,13 @@ impl Oracles {
     }
 }
 
+impl Oracles {
+    /// Whether the run is right with a true mask; false where the mask is true.
+    pub fn is_right_with_true_mask(&self, target: &Target) -> bool {
+        self.true_mask.as_ref().is_some_and(|oracle| oracle.is_right(target))
+    }
+}
+
 impl OracleVerdicts {
     fn new(run: &LabelledRun, true_class: &[u16], found: Labelling, by_class: bool) -> Self {
         let object =

@@ -6,9 +6,9 @@ use crate::cloud::point_cloud::PointCloud;
 use crate::geometry::statistics::most_voted;
 use crate::semantics::ObjectMask;
 
-/// What each of N points counts in the vote on the class of its instance: the probability of its
-/// class, so what is left of that of its first one where neighbours corrected it. `None`: all count
-/// alike.
+/// What each of N points counts in the vote on the class of its instance or segment: the
+/// probability of its class, so what is left of that of its first one where neighbours corrected
+/// it. `None`: all count alike.
 pub(super) fn class_weights(cloud: &PointCloud, mask: &ObjectMask) -> Option<Vec<f32>> {
     let mut weights = cloud.confidence.clone()?;
     for &(point, _) in &mask.corrected {

@@ -100,12 +100,9 @@ pub(super) fn label_points(
     let mut labels = PointLabels {
         instance: vec![0; cloud.len()],
         component: vec![0; cloud.len()],
-        semantic: cloud.class.clone().unwrap_or_else(|| vec![0; cloud.len()]),
+        semantic: mask.raw_ids(cloud),
         reason: mask.reason.clone(),
     };
-    for &(point, id) in &mask.corrected {
-        labels.semantic[point as usize] = id;
-    }
     let label = &segmentation.components.label;
     let pixels_of_points = LazyCell::new(|| BackProjector::new(input));
     for point in objects.points.iter().map(|&point| point as usize) {

@@ -78,10 +78,7 @@ impl SegmentVote {
             _ => Side::Other,
         };
         let segments = self.segments(parts, |point| (side(mask, point), weight(point)));
-        let mut raw = cloud.class.clone().unwrap_or_else(|| vec![0; cloud.len()]);
-        for &(point, id) in &mask.corrected {
-            raw[point as usize] = id;
-        }
+        let raw = mask.raw_ids(cloud);
         let mut corrected = Vec::new();
         for segment in segments {
             let votes = votes(&segment, |point| (side(mask, point), weight(point)));

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::ground::{Ground, GroundParams};
 use crate::cloud::Reason;
+use crate::cloud::point_cloud::PointCloud;
 use crate::cloud::taxonomy::{ClassSize, Taxonomy};
 
 /// How objects are told from the rest.
@@ -89,6 +90,15 @@ impl ObjectMask {
         let mut all: BTreeMap<u32, u16> = self.corrected.drain(..).collect();
         all.extend(points);
         self.corrected = all.into_iter().collect();
+    }
+
+    /// N: the raw ids of a cloud's points, with what was corrected; 0 where it has none.
+    pub fn raw_ids(&self, cloud: &PointCloud) -> Vec<u16> {
+        let mut raw = cloud.class.clone().unwrap_or_else(|| vec![0; cloud.len()]);
+        for &(point, id) in &self.corrected {
+            raw[point as usize] = id;
+        }
+        raw
     }
 
     /// The points of objects, ascending.

@@ -6,18 +6,18 @@ use crate::evaluate::verdict::Verdict;
 use divmerge_core::geometry::statistics::most_frequent;
 
 impl Search<'_> {
-    /// The mask, where no cut of it could be right; or where a true one would have made the run
-    /// right, and no later step is found that lost the object.
-    pub fn mask(&self, is_last_resort: bool) -> Found {
-        let oracles = self.oracles;
-        let blamed = match is_last_resort {
-            true => oracles.true_mask.as_ref().is_some_and(|oracle| oracle.is_right(self.target)),
-            false => {
-                let is_spurious = self.target.judged.verdict == Verdict::Spurious;
-                is_spurious || !oracles.perfect_cut.is_right(self.target)
-            }
-        };
-        blamed.then(|| (self.mask_cause(), Vec::new()))
+    /// The mask, where no cut of it could be right.
+    pub fn mask(&self) -> Found {
+        let is_spurious = self.target.judged.verdict == Verdict::Spurious;
+        let is_blamed = is_spurious || !self.oracles.perfect_cut.is_right(self.target);
+        is_blamed.then(|| (self.mask_cause(), Vec::new()))
+    }
+
+    /// The mask, where a true one would have made the run right and no later step is found that
+    /// lost the object.
+    pub fn mask_after_all(&self) -> Found {
+        let is_blamed = self.oracles.is_right_with_true_mask(self.target);
+        is_blamed.then(|| (self.mask_cause(), Vec::new()))
     }
 
     fn mask_cause(&self) -> Cause {

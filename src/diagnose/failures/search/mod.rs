@@ -17,12 +17,12 @@ use context::{Found, Search};
 pub(super) fn cause(run: &LabelledRun, oracles: &Oracles, target: &Target) -> (Cause, Vec<usize>) {
     let search = Search { run, oracles, target, stages: run.frame.stages };
     let found = search
-        .mask(false)
+        .mask()
         .or_else(|| search.projection())
         .or_else(|| other_method(&search))
         .or_else(|| search.divide())
         .or_else(|| merges(&search))
-        .or_else(|| search.mask(true));
+        .or_else(|| search.mask_after_all());
     match found {
         Some((cause, show)) if !show.is_empty() => (cause, show),
         Some((cause, _)) => (cause, search.show()),
