@@ -6,6 +6,7 @@
 //! share of ground among labelled points of the same evidence and height, smoothed by a logistic
 //! curve. A point is ground where its confidence is one half or more.
 
+use super::feet::feet;
 use super::flood_fill::FloodFill;
 use super::height_map::HeightMap;
 use super::level::Level;
@@ -64,6 +65,9 @@ const CURVES: [Curve; 6] = [
     Curve::new([0.985, 0.022, 0.669, 0.171], 0.019, 0.007),
 ];
 
+/// Share of ground among the feet of faces ([`feet`]), on the same drives.
+const FOOT: f32 = 0.2;
+
 impl Curve {
     fn at(&self, height: f64) -> f64 {
         let rise = (1.0 + ((height - self.middle) / self.width).exp()).recip();
@@ -118,9 +122,9 @@ pub(super) fn confidence(
     let sparse_from = sparse_from(profile, params);
     let steps = Steps::new();
     let mut confidence = vec![0.0; cloud.len()];
-    let rows = (0..profile.rows).cycle();
-    for ((index, seen), up) in profile.returns.iter().enumerate().zip(rows) {
-        if seen.exists() {
+    for (number, column) in profile.returns.chunks_exact(profile.rows).enumerate() {
+        for (up, seen) in column.iter().enumerate().filter(|(_, seen)| seen.exists()) {
+            let index = number * profile.rows + up;
             let is_sparse = seen.distance > sparse_from[up];
             let evidence = match fill.is_ground(index) {
                 true if is_sparse => Evidence::ReachedFarOff,
@@ -132,6 +136,9 @@ pub(super) fn confidence(
             let over = surface.over(seen.position(), is_sparse);
             confidence[seen.point as usize] = steps.confidence(evidence, over);
         }
+        let mut found = Vec::new();
+        feet(column, |point| confidence[point as usize] >= 0.5, |point| found.push(point));
+        found.iter().for_each(|&point| confidence[point as usize] = FOOT);
     }
     for point in (0..cloud.len()).filter(|&point| image.is_shadowed(point)) {
         let over = surface.over(level.turn(cloud.position(point)), false);

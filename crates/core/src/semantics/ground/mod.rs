@@ -19,12 +19,14 @@
 //! 7. `Surface`: planes through that ground, what stands on it left out.
 //! 8. `confidence`: how likely each point is ground, by how it came to be taken for it or not and
 //!    by its height over the surface; a shadowed one by its height alone.
+//! 9. `feet`: returns right under what is no ground are of the same face, down to the ground in
+//!    front of it.
 //!
 //! Departures from the paper: slopes are measured over a baseline rather than between successive
 //! rows and then smoothed by a Savitzky-Golay filter (one row spans centimetres near the sensor and
 //! metres far off, so that no one filter width fits both); they are taken against the last ground
 //! below, not the last return; a face that rises higher than a kerb is rejected down to its foot;
-//! ground spreads upwards and sideways, never down the image; steps 1, 3, 6, 7 and 8 are additions.
+//! ground spreads upwards and sideways, never down the image; steps 1, 3 and 6 to 9 are additions.
 //!
 //! Time O(H W + N) and memory O(H W) plus the height map, at most 256 x 256 cells and their
 //! pyramid, and 64 x 64 tiles.
@@ -34,6 +36,7 @@
 
 mod climb;
 mod confidence;
+mod feet;
 mod flood_fill;
 mod found;
 mod height_map;
