@@ -6,7 +6,7 @@
 //! share of ground among labelled points of the same evidence and height, smoothed by a logistic
 //! curve. A point is ground where its confidence is one half or more.
 
-use super::feet::feet;
+use super::feet::doubt_feet;
 use super::flood_fill::FloodFill;
 use super::height_map::HeightMap;
 use super::level::Level;
@@ -64,9 +64,6 @@ const CURVES: [Curve; 6] = [
     Curve::new([0.513, 0.004, -0.206, 0.359], 0.002, 0.036),
     Curve::new([0.985, 0.022, 0.669, 0.171], 0.019, 0.007),
 ];
-
-/// Share of ground among the feet of faces ([`feet`]), on the same drives.
-const FOOT: f32 = 0.2;
 
 impl Curve {
     fn at(&self, height: f64) -> f64 {
@@ -136,9 +133,7 @@ pub(super) fn confidence(
             let over = surface.over(seen.position(), is_sparse);
             confidence[seen.point as usize] = steps.confidence(evidence, over);
         }
-        let mut found = Vec::new();
-        feet(column, |point| confidence[point as usize] >= 0.5, |point| found.push(point));
-        found.iter().for_each(|&point| confidence[point as usize] = FOOT);
+        doubt_feet(column, &mut confidence);
     }
     for point in (0..cloud.len()).filter(|&point| image.is_shadowed(point)) {
         let over = surface.over(level.turn(cloud.position(point)), false);

@@ -17,26 +17,30 @@ const LEAST_SLOPE: f32 = 0.5;
 /// of a sensor.
 const LEAST_HEIGHT: f32 = 0.06;
 
-/// Calls `found` with the points of a column, bottom up, that are taken for ground but are feet,
-/// given which points are taken for it.
-pub(super) fn feet(column: &[Return], is_ground: impl Fn(u32) -> bool, mut found: impl FnMut(u32)) {
+/// Share of ground among feet, by the labels of the drives that the curves of the confidence were
+/// fitted to.
+const SHARE: f32 = 0.2;
+
+/// Points of a column, bottom up, that are taken for ground but are feet, take the share of ground
+/// among feet as their confidence.
+pub(super) fn doubt_feet(column: &[Return], confidence: &mut [f32]) {
     // The return above, if it is of a face; and the feet of faces whose ground in front is below.
     let mut face: Option<&Return> = None;
     let mut open: Vec<&Return> = Vec::new();
     for seen in column.iter().rev().filter(|seen| seen.exists()) {
-        if !is_ground(seen.point) {
+        if confidence[seen.point as usize] < 0.5 {
             face = Some(seen);
         } else if face.is_some_and(|above| goes_on(above, seen)) {
             open.push(seen);
             face = Some(seen);
         } else {
             for foot in open.drain(..).filter(|foot| foot.height - seen.height >= LEAST_HEIGHT) {
-                found(foot.point);
+                confidence[foot.point as usize] = SHARE;
             }
             face = None;
         }
     }
-    open.iter().for_each(|foot| found(foot.point));
+    open.iter().for_each(|foot| confidence[foot.point as usize] = SHARE);
 }
 
 /// Whether a face goes on in the return below.
@@ -51,12 +55,14 @@ mod tests {
 
     /// The feet of a column of returns at some distances and heights, bottom up, of which those
     /// from `first` on are taken for no ground.
-    fn feet_of(returns: &[[f32; 2]], first: u32) -> Vec<u32> {
+    fn feet_of(returns: &[[f32; 2]], first: usize) -> Vec<usize> {
         let column = (0..).zip(returns).map(|(point, &[x, z])| Return::new([x, 0.0, z], point));
         let column: Vec<Return> = column.collect();
-        let mut found = Vec::new();
-        feet(&column, |point| point < first, |point| found.push(point));
-        found
+        let confidence = |point: usize| if point < first { 0.9 } else { 0.1 };
+        let before: Vec<f32> = (0..column.len()).map(confidence).collect();
+        let mut after = before.clone();
+        doubt_feet(&column, &mut after);
+        (0..column.len()).filter(|&point| after[point] != before[point]).collect()
     }
 
     #[test]
@@ -64,7 +70,7 @@ mod tests {
         // Road, a bumper that hangs over it, the hatch.
         let car = [[9.0, -1.7], [9.8, -1.7], [10.1, -1.65], [10.05, -1.5], [10.0, -1.3]];
         let hatch = [[10.1, -1.1], [10.3, -0.8]];
-        assert_eq!(feet_of(&[&car[..], &hatch[..]].concat(), 5), [4, 3]);
+        assert_eq!(feet_of(&[&car[..], &hatch[..]].concat(), 5), [3, 4]);
     }
 
     #[test]
@@ -76,6 +82,6 @@ mod tests {
 
     #[test]
     fn without_ground_below_all_of_a_face_is_one() {
-        assert_eq!(feet_of(&[[10.0, -1.7], [10.0, -1.5], [10.0, -1.2]], 2), [1, 0]);
+        assert_eq!(feet_of(&[[10.0, -1.7], [10.0, -1.5], [10.0, -1.2]], 2), [0, 1]);
     }
 }
