@@ -27,11 +27,11 @@ pub fn evidence(score: &Score, smoothness: f64) -> f64 {
 /// Logarithm of the odds without evidence and with full evidence; between them it is linear.
 fn log_odds(body: Body) -> [f64; 2] {
     match body {
-        Body::Car => [-4.380, 2.197],
-        Body::Person => [-5.067, -0.466],
-        // One of 475 nodes was a two-wheeler: no slope can be told from that.
-        Body::TwoWheeler => [-6.161, -6.161],
-        Body::LargeVehicle => [-4.675, -0.739],
+        Body::Car => [-4.411, 2.211],
+        Body::Person => [-5.056, -0.483],
+        // One of 472 nodes was a two-wheeler: no slope can be told from that.
+        Body::TwoWheeler => [-6.155, -6.155],
+        Body::LargeVehicle => [-4.627, -0.740],
     }
 }
 
