@@ -9,6 +9,7 @@
 //! | a cloud, clustered | `run` |
 //! | both as one binary reply | `picture`, in the form of `pack` |
 //! | why two points are one instance or not, and what would change it | `why` |
+//! | the nodes of the tree of merges between two points | `joined_nodes` |
 //! | what a second setting makes different | `compared` |
 //! | scores of a cloud with truth | `scores` |
 //! | the worst of many clouds, looked for in the background | `survey`, `survey_state` |
@@ -30,6 +31,7 @@ mod exchange;
 mod figures;
 mod gate;
 mod http;
+mod joined_nodes;
 mod pack;
 mod page_files;
 mod picture;

@@ -80,12 +80,13 @@ fn of_points(session: &Session, path: &str, asked: PointsRequest) -> Outcome<Rep
     match path {
         "api/explain" => {
             let report = why::explained(session, &run, needed()?)?;
-            Ok(Reply::json(&ExplanationReply::new(report, needed()?)))
+            Ok(Reply::json(&ExplanationReply::new(&run, report, needed()?)))
         }
         "api/changes" => {
             let changed = why::changed(session, &run, needed()?)?;
             let called_off = Problem { status: 409, words: "a later search goes on".into() };
-            Ok(Reply::json(&ExplanationReply::new(changed.ok_or(called_off)?, needed()?)))
+            let report = changed.ok_or(called_off)?;
+            Ok(Reply::json(&ExplanationReply::new(&run, report, needed()?)))
         }
         "api/command" => command_reply(session, &run, question.as_ref(), &asked),
         "api/figure" => {

@@ -96,7 +96,7 @@ fn explained(session: &Session, run: &Run, question: &Question) -> Outcome<Expla
         Some(report) => report,
         None => why::explained(session, run, question)?,
     };
-    Ok(ExplanationReply::new(report, question))
+    Ok(ExplanationReply::new(run, report, question))
 }
 
 /// What a change leads to: the run without the points of its cloud, and its scores.

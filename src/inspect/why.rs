@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::joined_nodes::{JoinedNode, joined_nodes};
 use super::requests::{Outcome, Problem};
 use super::run::Run;
 use super::session::Session;
@@ -108,12 +109,15 @@ pub(super) struct ExplanationReply {
     at: Vec<String>,
     /// What the buttons of the page set.
     pub changes: Vec<Change>,
+    /// Without classes, the nodes from the points to where they join.
+    nodes: Vec<JoinedNode>,
 }
 
 impl ExplanationReply {
-    /// The reply to a question.
-    pub fn new(report: ExplanationReport, question: &Question) -> Self {
+    /// The reply to a question about a run.
+    pub fn new(run: &Run, report: ExplanationReport, question: &Question) -> Self {
         ExplanationReply {
+            nodes: joined_nodes(run, &report.explanation),
             headline: report.explanation.headline(),
             text: ExplanationText { report: &report, max_pairs: PAIRS }.to_string(),
             at: question.at.clone(),

@@ -1,6 +1,7 @@
 // Why: what is known of a point, and why two points are one instance or not.
 
 import { byId, fixed, grouped, h, plain, say } from "inspect/dom";
+import { forgetNode, nodeTable, withNodes } from "inspect/nodes";
 import { apply } from "inspect/parameters";
 import { source } from "inspect/source";
 import { asked, clearSelection, instanceOf, on, picture, state, tell } from "inspect/state";
@@ -14,6 +15,7 @@ export function start() {
   on("explanation slot", build);
   on("frame", () => {
     state.explanation = null;
+    forgetNode();
     build();
   });
   on("frame changed slot followed", askTracks);
@@ -26,6 +28,7 @@ async function ask() {
   problem = null;
   isSearching = false;
   state.explanation = null;
+  forgetNode();
   build();
   if (!state.selected.length || !picture()) return tell("explanation");
   try {
@@ -105,7 +108,7 @@ function build() {
   else if (!problem && state.selected.length)
     parts.push(h("p", { className: "faint", "aria-busy": "true" }, "asking …"));
   if (!state.selected.length) parts.push(ofInstance(instanceOf(state.instance)));
-  panel.replaceChildren(...parts);
+  panel.replaceChildren(...parts.filter(Boolean));
 }
 
 const figures = (rows) =>
@@ -150,9 +153,9 @@ async function askTracks() {
 
 const place = (one) => (one ? `row ${one.row}, column ${one.column}` : null);
 
-function ofPoint(point, name) {
+function ofPoint(point, name, selected) {
   const { pixel, component, group } = point,
-    reason = state.session.colours.reason_words[picture().arrays.reason[point.index]];
+    reason = state.session.colours.reason_words[picture().arrays.reason[selected]];
   return h(
     "div",
     {},
@@ -184,14 +187,15 @@ function explained(found) {
     two = report.points.length === 2;
   return [
     h("p", { className: "lead" }, plain(headline)),
-    ...report.points.map((point, n) => ofPoint(point, two ? "AB"[n] : "")),
+    ...report.points.map((point, n) => ofPoint(point, two ? "AB"[n] : "", state.selected[n])),
     changes(found),
     votes(report),
+    nodeTable(),
     h(
       "details",
       { open: true },
       h("summary", {}, "In words"),
-      h("pre", { id: "explanation" }, plain(text)),
+      h("pre", { id: "explanation" }, withNodes(text)),
     ),
   ];
 }
