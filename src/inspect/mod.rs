@@ -5,6 +5,7 @@
 //! | --- | --- |
 //! | a recording, its clouds and their runs, the last few kept | `session` |
 //! | what a page changes of the parameters | `setting` |
+//! | which parameters change nothing of a run | `idle` |
 //! | a cloud, read and decoded | `cloud` |
 //! | a cloud, clustered | `run` |
 //! | both as one binary reply | `picture`, in the form of `pack` |
@@ -16,6 +17,7 @@
 //! | command lines that repeat what is seen | `commands` |
 //! | figures of it | `figures` |
 //! | the page itself, and a case as one file | `page_files`, `saved_case` |
+//! | a frame that fits into a case, with fewer points if need be | `fitted_frame`, `thinning` |
 //! | what is asked for and what is answered | `exchange`, `requests`, `routes` |
 //! | who may ask | `gate` |
 //! | requests and replies as bytes | `http` |
@@ -29,8 +31,10 @@ mod commands;
 mod compared;
 mod exchange;
 mod figures;
+mod fitted_frame;
 mod gate;
 mod http;
+mod idle;
 mod joined_nodes;
 mod pack;
 mod page_files;
@@ -45,6 +49,7 @@ mod session;
 mod setting;
 mod survey;
 mod survey_state;
+mod thinning;
 mod why;
 
 pub use exchange::{Asked, Reply};

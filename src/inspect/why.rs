@@ -56,6 +56,11 @@ impl Question {
         let positions = at.iter().map(|(_, position)| *position).collect();
         Ok(Question { subject, at: at.into_iter().map(|(text, _)| text).collect(), positions })
     }
+
+    /// The points by their numbers.
+    pub fn points(&self) -> Vec<usize> {
+        self.subject.points()
+    }
 }
 
 /// A position that leads to a point: to the millimetre, or as near as it takes, with what it is in
@@ -125,6 +130,17 @@ impl ExplanationReply {
             report,
         }
     }
+
+    /// How many bytes the outlines of nodes take.
+    pub fn bytes_of_outlines(&self) -> usize {
+        let bytes = self.nodes.iter().flat_map(|node| &node.runs);
+        bytes.map(|number| number.to_string().len() + 1).sum()
+    }
+
+    /// Leaves the nodes without the pixels that their outlines go around.
+    pub fn leave_out_outlines(&mut self) {
+        self.nodes.iter_mut().for_each(|node| node.runs.clear());
+    }
 }
 
 /// The report with the changes that would give the other answer; `None` if a later search called it
@@ -137,11 +153,20 @@ pub(super) fn changed(
     run: &Run,
     question: &Question,
 ) -> Outcome<Option<ExplanationReport>> {
+    let message = &run.cloud.message;
+    let key = (message.topic.to_string(), message.number, run.setting.clone(), question.points());
+    if let Some(known) = session.known_changes(&key) {
+        return Ok(Some(known));
+    }
     let mut report = explained(session, run, question)?;
     let search = session.begin_search();
     let goes_on = || session.is_latest_search(search);
     report.what_if = Some(what_if_while(&run.clustered(), question.subject, &goes_on));
-    Ok(goes_on().then_some(report))
+    if !goes_on() {
+        return Ok(None);
+    }
+    session.keep_changes(key, &report);
+    Ok(Some(report))
 }
 
 /// A change of one parameter that gives the other answer.

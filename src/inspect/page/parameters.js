@@ -142,17 +142,36 @@ function groups() {
     ["cluster", "method", "smoothing", "ground", "projection"].indexOf(group.split(".")[0]);
   const sorted = [...byGroup].sort(([a], [b]) => place(a) - place(b));
   const isOpen = (group) => folded.get(group) ?? /^(cluster|method)/.test(group);
-  return sorted.map(([group, own]) =>
-    h(
+  return [...sorted.map(groupOf), overTime(state.session.parameters_over_time)];
+  function groupOf([group, own]) {
+    const reasons = new Set(own.map(whyIdle)),
+      isIdle = !reasons.has(undefined);
+    return h(
       "details",
       {
         className: "group",
-        open: isOpen(group),
+        open: isOpen(group) && !(isIdle && !folded.has(group)),
         ontoggle: (event) => folded.set(group, event.target.open),
       },
-      h("summary", {}, group),
-      own.map(row),
-    ),
+      h("summary", {}, group, isIdle ? h("span", { className: "faint" }, " no effect here") : null),
+      [...reasons]
+        .filter(Boolean)
+        .map((words) => h("p", { className: "faint idle" }, `No effect: ${words}.`)),
+      own.filter((one) => !whyIdle(one)).map(row),
+    );
+  }
+}
+
+// Why a parameter changes nothing of what is shown; nothing of one that does.
+const whyIdle = ({ path }) => picture()?.run.idle[path];
+
+// What acts over many frames has no slider here, and says so.
+function overTime(parts) {
+  const words = parts.map(([part, count]) => `${part} (${count})`).join(", ");
+  return h(
+    "p",
+    { className: "faint", id: "over-time" },
+    `Without effect on one frame, and so not here: ${words}. Set them with --set; divmerge params lists them.`,
   );
 }
 
@@ -290,7 +309,8 @@ function narrow(words) {
   for (const one of document.querySelectorAll(".parameter"))
     one.hidden = !one.dataset.words.includes(words.toLowerCase());
   for (const group of document.querySelectorAll(".group"))
-    group.hidden = [...group.querySelectorAll(".parameter")].every((one) => one.hidden);
+    group.hidden =
+      words !== "" && [...group.querySelectorAll(".parameter")].every((one) => one.hidden);
 }
 
 export function chooseSlot(name) {
@@ -338,12 +358,18 @@ export function apply(set) {
   return change({ ...next, set: { ...next.set, ...set } });
 }
 
+// Waits until the screen has the picture that is due.
+const isDrawn = () =>
+  new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
+
 const recluster = latest(async ({ slot, before, began }) => {
+  const idleBefore = JSON.stringify(picture()?.run.idle);
   try {
     await load(slot);
     await compared();
     state.explanation = null;
     tell("picture");
+    await isDrawn();
     latency.ms = performance.now() - began;
     say(
       `clustered in ${fixed(state.pictures[slot].run.total_ms, 0)} ms, drawn after ${fixed(latency.ms, 0)} ms`,
@@ -353,7 +379,8 @@ const recluster = latest(async ({ slot, before, began }) => {
     state.settings[slot] = before;
     say(error.message, true);
   }
-  if (!document.activeElement?.dataset?.slider) tell("setting");
+  const idle = JSON.stringify(picture()?.run.idle);
+  if (!document.activeElement?.dataset?.slider || idle !== idleBefore) tell("setting");
   else refresh();
 });
 

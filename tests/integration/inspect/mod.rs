@@ -1,17 +1,21 @@
 //! The inspector: what it answers, to whom, and that nothing in a recording does harm.
 
+mod cases;
+mod without_classes;
+
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
 use std::sync::Arc;
 
 use divmerge::annotate::{AnnotateConfig, cluster};
-use divmerge::frames::{CloudAt, TruthSource, encoded_cloud_at};
+use divmerge::frames::{Assemble, CloudAt, TruthSource, encoded_cloud_at};
 use divmerge::inspect::{Asked, Gate, Reply, Server, Session, SessionOptions, reply};
 use serde_json::{Value, json};
 
 use crate::cli::{divmerge, path, text};
 use crate::hostile::recording;
+use crate::parts;
 use crate::recordings::drive;
 
 const HOST: &str = "127.0.0.1:4711";
@@ -37,7 +41,11 @@ struct Desk {
 
 impl Desk {
     fn of(input: &Path) -> Self {
-        let session = Session::open(options(input)).expect("a session");
+        Desk::with(options(input))
+    }
+
+    fn with(options: SessionOptions) -> Self {
+        let session = Session::open(options).expect("a session");
         let gate = Gate::new(HOST.parse().unwrap()).expect("random numbers");
         Desk { session: Arc::new(session), gate }
     }
@@ -72,6 +80,22 @@ impl Desk {
         (status, words["problem"].as_str().expect("a problem").to_owned())
     }
 
+    /// What a survey found, once it is over.
+    fn survey(&self) -> Value {
+        loop {
+            let state = self.answer("api/survey-state", &json!({}));
+            if state["is_over"] == true {
+                return state;
+            }
+            std::thread::yield_now();
+        }
+    }
+
+    fn looked_through(&self, survey: &Value) -> Value {
+        self.answer("api/survey", survey);
+        self.survey()
+    }
+
     fn topic(&self) -> Value {
         self.answer("api/session", &json!({}))["topic"].clone()
     }
@@ -84,6 +108,15 @@ impl Desk {
         }
         body
     }
+}
+
+/// Two points of the largest instance, as far apart in the cloud as they can be.
+fn points_of_largest(instance: &[u32]) -> [usize; 2] {
+    let of = |id: u32| instance.iter().filter(|&&own| own == id).count();
+    let largest = (1..=instance.iter().copied().max().unwrap_or(0)).max_by_key(|&id| of(id));
+    let is_it = |own: &u32| Some(*own) == largest;
+    let first = instance.iter().position(is_it).expect("a point");
+    [first, instance.iter().rposition(is_it).expect("a point")]
 }
 
 /// The header of a picture, and one of its arrays of 32 bits.
@@ -241,13 +274,7 @@ fn a_survey_lists_cases_and_a_later_one_takes_its_place() {
     let first = begin([0, 4])["number"].as_u64().unwrap();
     let second = begin([1, 3])["number"].as_u64().unwrap();
     assert_eq!(second, first + 1);
-    let over = loop {
-        let state = desk.answer("api/survey-state", &json!({}));
-        if state["is_over"] == true {
-            break state;
-        }
-        std::thread::yield_now();
-    };
+    let over = desk.survey();
     assert_eq!(
         (&over["done"], &over["of"], &over["problem"]),
         (&json!(2), &json!(2), &json!(null))
@@ -270,28 +297,42 @@ fn a_survey_lists_cases_and_a_later_one_takes_its_place() {
 }
 
 #[test]
-fn a_case_is_one_file_with_its_changes() {
-    let (_folder, input) = drive(2);
+fn a_survey_that_is_stopped_keeps_what_it_found() {
+    let (_folder, input) = drive(4);
     let desk = Desk::of(&input);
-    let picture = desk.asked("api/frame", Some(&desk.frame(json!({}))));
-    let (_, instance) = unpacked(&picture.body, "instance");
-    let of_one: Vec<usize> = (0..instance.len()).filter(|&point| instance[point] == 1).collect();
-    let points = json!([of_one[0], of_one[of_one.len() - 1]]);
-    let shown = json!({ "points": points, "layer": "instances", "note": "</script><b>" });
-    let case =
-        desk.asked("api/case", Some(&desk.frame(json!({ "points": points, "shown": shown }))));
-    assert_eq!((case.status, case.content_type), (200, "text/html; charset=utf-8"));
-    let page = String::from_utf8(case.body).unwrap();
-    assert!(page.len() < 6_000_000, "{} bytes", page.len());
-    assert!(!page.contains("</script><b>") && !page.contains("https://"));
-    let data = page.split("id=\"case\">").nth(1).unwrap().split("</script>").next().unwrap();
-    let data: Value = serde_json::from_str(data).unwrap();
-    assert_eq!(data["shown"], shown);
-    assert!(data["explanation"]["text"].as_str().unwrap().contains("instance 1"));
-    let changes = data["explanation"]["changes"].as_array().unwrap().len();
-    let alternatives = data["alternatives"].as_array().unwrap();
-    assert_eq!(alternatives.len(), changes.min(12));
-    assert!(alternatives.iter().all(|one| !one["compared"]["differences"].is_null()));
+    desk.answer("api/survey", &json!({ "topic": desk.topic(), "frames": [0, 4] }));
+    let stopped = desk.answer("api/survey-stop", &json!({}));
+    assert_eq!(stopped["is_over"], true);
+    // Nothing of it comes any more, and another begins as ever.
+    let later = desk.answer("api/survey-state", &json!({}));
+    assert_eq!(later["cases"], stopped["cases"]);
+    let next = desk.answer("api/survey", &json!({ "topic": desk.topic(), "frames": [0, 1] }));
+    assert!(next["number"].as_u64() > stopped["number"].as_u64());
+}
+
+#[test]
+fn frames_are_the_clouds_that_messages_are_put_together_to() {
+    let [_, in_parts] = parts::turns(3, 10);
+    let (_folder, input) = parts::recording("sensor_msgs/msg/PointCloud2", "cdr", &in_parts);
+    let config = AnnotateConfig { assemble: Some(Assemble::Auto), ..AnnotateConfig::default() };
+    let desk = Desk::with(SessionOptions { config, ..options(&input) });
+    let messages = |frame: u64| {
+        let request = desk.frame(json!({ "frame": frame, "with_points": true }));
+        let (header, _) = unpacked(&desk.asked("api/frame", Some(&request)).body, "instance");
+        let heading = header["run"]["heading"].as_str().unwrap().to_owned();
+        (header["cloud"]["messages"].clone(), header["cloud"]["frame"].clone(), heading)
+    };
+    let (first, number, heading) = messages(3);
+    assert_eq!((first, number), (json!([0, 9]), json!(9)));
+    assert!(heading.starts_with("frames 0 to 9"), "{heading}");
+    assert_eq!(messages(10).0, json!([10, 19]));
+    // A survey takes them as they are clustered, too.
+    let survey = json!({ "topic": desk.topic(), "frames": [0, 20] });
+    let over = desk.looked_through(&survey);
+    assert_eq!((&over["done"], &over["problem"]), (&json!(20), &json!(null)));
+    let frames = over["cases"].as_array().unwrap().iter().map(|case| case["frame"].as_u64());
+    assert!(frames.into_iter().all(|frame| [9, 19].contains(&frame.unwrap())), "{over}");
+    assert_eq!(over["is_followed"], true);
 }
 
 /// What a server replies to bytes.
