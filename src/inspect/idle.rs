@@ -5,8 +5,8 @@ use serde_json::{Map, Value, json};
 use super::run::Run;
 use divmerge_core::parameters::registry;
 
-/// Where objects are cut from the tree of merges, all of clustering that acts.
-const OF_THE_CUT: [&str; 2] = ["cluster.tree", "cluster.back_projection"];
+/// What acts whatever the method.
+const OF_ALL: [&str; 2] = ["cluster.back_projection", "cluster.min_pixels"];
 const CORRECTIONS_OF_CLASSES: [&str; 3] = ["smoothing", "bleed", "segment_vote"];
 
 /// By path, why each parameter that changes nothing of the run does not.
@@ -29,10 +29,10 @@ fn why_idle(run: &Run, path: &str) -> Option<&'static str> {
     if !is_of(path, &["cluster"]) {
         return None;
     }
-    if is_other && !mask.bleeds && !is_of(path, &["cluster.back_projection"]) {
+    if is_other && !mask.bleeds && !is_of(path, &OF_ALL) {
         return Some("another method clusters, which does not have these");
     }
-    if is_cut && !is_of(path, &OF_THE_CUT) {
+    if is_cut && !is_of(path, &OF_ALL) && !is_of(path, &["cluster.tree"]) {
         return Some("this cloud has no classes: the tree of merges is cut in place of this");
     }
     if mask.has_classes() && is_of(path, &["cluster.tree"]) {

@@ -134,8 +134,8 @@ pub(super) fn parameters() -> Vec<&'static Parameter> {
     registry().iter().filter(|parameter| is_of_frame(parameter)).collect()
 }
 
-/// For each part of the parameters over time its name and how many it has: none of them changes what
-/// is found in a single frame.
+/// For each part of the parameters over time its name and how many it has: none of them changes
+/// what is found in a single frame.
 pub(super) fn parameters_over_time() -> Vec<(&'static str, usize)> {
     let count =
         |part: &str| registry().iter().filter(|parameter| parameter.path.starts_with(part)).count();

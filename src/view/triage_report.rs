@@ -211,7 +211,8 @@ fn document(title: &str, content: &str) -> String {
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>Triage: {}</title>\n<link rel=\"icon\" href=\"data:,\">\n\
-         <style>\n{STYLE}@media screen and (prefers-color-scheme: dark) {{\n{}}}\n</style>\n</head>\n<body>\n{content}\
+         <style>\n{STYLE}@media screen and (prefers-color-scheme: dark) {{\n{}}}\n</style>\n\
+         </head>\n<body>\n{content}\
          <script>\n{SCRIPT}</script>\n</body>\n</html>\n",
         escaped(title),
         dark_rules("figure svg")

@@ -70,11 +70,13 @@ def opened(browser, address, size=SIZES[0], scheme="light"):
 
 
 def points_of_two(page):
-    """Two points of the largest instance, as far apart as the image has them."""
+    """Two points of the largest object, as far apart as the image has them."""
     return page.evaluate("""() => {
       const { run, arrays } = inspector.state.pictures.A;
-      const largest = run.instances.reduce((a, b) => (a.points > b.points ? a : b)).id;
-      const seen = [...arrays.point_of_pixel].filter((point) => point !== 0xffffffff && arrays.instance[point] === largest);
+      const objects = run.instances.filter((one) => one.is_object);
+      const largest = objects.reduce((a, b) => (a.points > b.points ? a : b)).id;
+      const isOfIt = (point) => point !== 0xffffffff && arrays.instance[point] === largest;
+      const seen = [...arrays.point_of_pixel].filter(isOfIt);
       return [seen[0], seen[seen.length - 1]];
     }""")
 

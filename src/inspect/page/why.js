@@ -108,7 +108,9 @@ function build() {
   else if (!problem && state.selected.length)
     parts.push(h("p", { className: "faint", "aria-busy": "true" }, "asking …"));
   if (!state.selected.length) parts.push(ofInstance(instanceOf(state.instance)));
+  const focused = panel.contains(document.activeElement) && document.activeElement.dataset.node;
   panel.replaceChildren(...parts.filter(Boolean));
+  if (focused) panel.querySelector(`[data-node="${focused}"]`)?.focus();
 }
 
 const figures = (rows) =>
