@@ -9,7 +9,7 @@ use super::session::Session;
 use super::setting;
 use super::thinning::Detail;
 use crate::error::Result;
-use crate::view::{VoteEdge, brightest, class_colours, far, vote_edges};
+use crate::view::{Decision, brightest, class_colours, far, vote_edges};
 use divmerge_core::cloud::Instance;
 use divmerge_core::cloud::taxonomy::Taxonomy;
 
@@ -102,7 +102,7 @@ fn clustering(session: &Session, run: &Run, detail: &Detail, pack: &mut Pack) ->
             "columns": image.columns(),
             "wraps": image.wraps,
             "top_row_first": image.top_row_first,
-            "far": far(&scene),
+            "far": inspected.far(|| far(&scene)),
             "method": run.config.pipeline.describe(),
             "is_own_method": run.config.pipeline.other_method.is_none(),
             "has_classes": stages.mask.has_classes(),
@@ -111,18 +111,19 @@ fn clustering(session: &Session, run: &Run, detail: &Detail, pack: &mut Pack) ->
             "true_classes": taxonomy.iter().map(|class| &class.name).collect::<Vec<_>>(),
             "true_class_colours": class_colours(taxonomy),
             "components": stages.components.count,
+            "decisions": [Decision::Merged, Decision::Rejoined, Decision::Apart],
             "object_pixels": stages.objects.len(),
             "reasons": stages.labels.counts(),
             "times": stages.times,
             "total_ms": stages.times.total_ms(),
             "instances": instances(run, &colours),
-            "edges": edge_facts(&edges),
         }),
     );
     arrays(run, detail, pack);
     let ends: Vec<f32> =
         edges.iter().flat_map(|edge| edge.ends.as_flattened().iter().map(|&x| x as f32)).collect();
     pack.f32("edge_ends", ends.into_iter());
+    pack.u8("edge_decision", edges.iter().map(|edge| edge.decision as u8));
     Ok(())
 }
 
@@ -137,15 +138,6 @@ fn arrays(run: &Run, detail: &Detail, pack: &mut Pack) {
     pack.u32("component", detail.of(&labels.component).iter().copied());
     pack.u32("instance", detail.of(&labels.instance).iter().copied());
     pack.u8("reason", detail.of(&labels.reason).iter().map(|&reason| reason as u8));
-}
-
-/// For each edge its components, its votes, what became of it and whether that was close.
-fn edge_facts(edges: &[VoteEdge]) -> Vec<Value> {
-    let facts = |edge: &VoteEdge| {
-        let VoteEdge { components: [a, b], positive, negative, decision, is_thin, .. } = edge;
-        json!([a, b, positive, negative, decision, is_thin])
-    };
-    edges.iter().map(facts).collect()
 }
 
 fn instances(run: &Run, colours: &[u32]) -> Vec<Value> {

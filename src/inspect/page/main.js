@@ -51,6 +51,8 @@ const showFrame = latest(async ({ topic, frame, points, instance }) => {
   const { run } = picture();
   state.frame = state.cloud.frame;
   tell("frame");
+  tell("settled");
+  for (const slot of ["A", "B"]) parameters.scored(slot);
   say(`${run.instances.length} instances, clustered in ${fixed(run.total_ms, 0)} ms`);
   if (points || instance) {
     selectPoints(points ?? [], instance);
@@ -208,7 +210,7 @@ async function start() {
   why.start();
   sideList.start(goTo);
   keys.start(actions);
-  on("frame picture", head);
+  on("frame settled", head);
   on("show", () => views.showSelected());
   byId("back").onclick = () => step(-1);
   byId("on").onclick = () => step(1);
@@ -235,7 +237,7 @@ function openCase() {
   views.showSelected();
   if (explanation) why.openTab("why");
   const missing = savedCase.left_out?.length;
-  say(`a saved case: nothing is loaded from anywhere${missing ? "; the tab Frame lists what was left out" : ""}`);
+  say(missing ? "a saved case: the tab Frame lists what was left out" : "a saved case");
 }
 
 // For people at the console, and for tests.

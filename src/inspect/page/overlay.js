@@ -75,9 +75,9 @@ export function lines(slot) {
   }
   if (state.shown.votes) {
     const edge = arrays.edge_ends;
-    run.edges.forEach(([, , , , decision], n) => {
+    arrays.edge_decision.forEach((decision, n) => {
       const at = [...edge.slice(6 * n, 6 * n + 6)];
-      add(at.slice(0, 3), at.slice(3), tables[decision]);
+      add(at.slice(0, 3), at.slice(3), tables[run.decisions[decision]]);
     });
   }
   return [new Float32Array(ends), new Uint8Array(colours)];

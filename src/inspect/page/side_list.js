@@ -12,7 +12,7 @@ let goTo = null,
 export function start(jump) {
   goTo = jump;
   on("survey", listCases);
-  on("picture", listInstances);
+  on("settled", listInstances);
   on("selection frame", mark);
   build();
 }

@@ -11,7 +11,8 @@ let turn = 0,
   isSearching = false;
 
 export function start() {
-  on("selection changed", ask);
+  on("selection", () => ask(true));
+  on("changed slot", askAgain);
   on("explanation slot", build);
   on("frame", () => {
     state.explanation = null;
@@ -22,8 +23,16 @@ export function start() {
   build();
 }
 
-// Asks about the points that are selected.
-async function ask() {
+// Asks again once a slider rests. A saved case keeps the answer that it has.
+let resting = null;
+function askAgain() {
+  if (source.isSaved || !state.selected.length) return;
+  clearTimeout(resting);
+  resting = setTimeout(() => ask(false), 150);
+}
+
+// Asks about the points that are selected, and shows the answer if they are new.
+async function ask(isNew) {
   const own = ++turn;
   problem = null;
   isSearching = false;
@@ -35,7 +44,7 @@ async function ask() {
     const found = await source.explain({ ...asked(), points: state.selected });
     if (own !== turn) return;
     state.explanation = found;
-    if (state.selected.length === 2) openTab("why");
+    if (isNew && state.selected.length === 2) openTab("why");
   } catch (error) {
     if (own !== turn) return;
     problem = error.message;

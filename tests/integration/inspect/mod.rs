@@ -357,3 +357,21 @@ fn a_frame_that_is_not_there_is_refused() {
     assert_eq!(done.status.code(), Some(2));
     assert!(text(&done.stderr).contains("numbered 0 to 1"), "{}", text(&done.stderr));
 }
+
+#[test]
+fn the_folder_of_a_bag_is_its_first_file() {
+    let (folder, input) = drive(2);
+    let bag = folder.path().join("bag");
+    std::fs::create_dir(&bag).unwrap();
+    for name in ["bag_0.mcap", "bag_1.mcap"] {
+        std::fs::copy(&input, bag.join(name)).unwrap();
+    }
+    let metadata = "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: mcap\n  \
+                    relative_file_paths: [bag_0.mcap, bag_1.mcap]\n";
+    std::fs::write(bag.join("metadata.yaml"), metadata).unwrap();
+    // It gets as far as the frame that is not there.
+    let done = divmerge(&["inspect", path(&bag), "--frame", "2", "--no-open"]);
+    let said = text(&done.stderr);
+    assert!(said.contains("bag_0.mcap") && said.contains("numbered 0 to 1"), "{said}");
+    assert!(said.contains("name it: bag_1.mcap"), "{said}");
+}
