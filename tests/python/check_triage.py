@@ -54,11 +54,10 @@ window.addEventListener("load", () => {
   found.texts = [...document.querySelectorAll("h1, p, td, th button, pre, nav a")]
     .filter((one) => one.checkVisibility())
     .map((one) => contrast(luminance(style(one, "color")), page));
-  const figures = [...document.querySelectorAll("figure svg")];
+  const figures = [...document.querySelectorAll("figure > svg")];
   found.figures = figures.map((one) => luminance(style(one.querySelector("rect"), "fill")));
-  found.headings = figures.map((one) => contrast(luminance(style(one.querySelector("g"), "fill") === "none"
-    ? style(one.querySelector("[fill]:not([fill=none]):not(rect)"), "fill")
-    : style(one.querySelector("g"), "fill")), luminance(style(one.querySelector("rect"), "fill"))));
+  found.headings = figures.map((one, n) =>
+    contrast(luminance(style(one.querySelector("g[aria-label]"), "fill")), found.figures[n]));
   found.screen = [...document.styleSheets[0].cssRules].filter((rule) => /dark/.test(rule.conditionText ?? ""))
     .map((rule) => rule.conditionText);
   found.fits = document.documentElement.scrollWidth <= window.innerWidth;
