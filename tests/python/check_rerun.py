@@ -4,8 +4,9 @@
 
 VIEW.rrd is what `divmerge view` made of a drive with truth, ANNOTATED.mcap what `divmerge annotate --blueprint`
 made of the same drive, with ANNOTATED.rbl beside it, and PAIR.rrd what `divmerge explain --rerun` made of two points
-that votes kept apart. LIVE.rrd is what `divmerge annotate --rerun` sent meanwhile: it has the truth, too. Each picture must show something, and the colours that it is about must be in it: they are read
-from the recordings, so that nothing here depends on how divmerge chooses them.
+that votes kept apart. LIVE.rrd is what `divmerge annotate --rerun` sent meanwhile: it has the truth, too. Each
+picture must show something, and the colours that it is about must be in it: they are read from the recordings, so
+that nothing here depends on how divmerge chooses them.
 
 Needs rerun-sdk (of the version that divmerge is built with), mcap-ros2-support, numpy and pillow, and a Vulkan
 driver (Mesa's will do: apt-get install mesa-vulkan-drivers libgl1-mesa-dri libegl1 libxkbcommon-x11-0).
