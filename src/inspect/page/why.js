@@ -23,11 +23,14 @@ export function start() {
   build();
 }
 
-// Asks again once a slider rests. A saved case keeps the answer that it has.
-let resting = null;
+// Asks again once a slider rests, unless the answer holds for the setting that is chosen now. A
+// saved case keeps the answer that it has.
+let resting = null,
+  askedFor = "";
 function askAgain() {
-  if (source.isSaved || !state.selected.length) return;
   clearTimeout(resting);
+  if (source.isSaved || !state.selected.length) return;
+  if (state.explanation && askedFor === JSON.stringify(asked().setting)) return;
   resting = setTimeout(() => ask(false), 150);
 }
 
@@ -40,6 +43,7 @@ async function ask(isNew) {
   forgetNode();
   build();
   if (!state.selected.length || !picture()) return tell("explanation");
+  askedFor = JSON.stringify(asked().setting);
   try {
     const found = await source.explain({ ...asked(), points: state.selected });
     if (own !== turn) return;
