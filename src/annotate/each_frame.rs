@@ -8,13 +8,13 @@ use super::clustered::{cluster, remarks};
 use super::config::AnnotateConfig;
 use super::event::{ClusteredFrame, RunEvent};
 use super::satisfiable::refuse_unsatisfiable;
+use super::shown_truth::shown_truth;
 use super::tracking::{FrameFollower, TrackOptions};
 use super::warnings::CloudWarnings;
-use crate::error::{Error, FrameError, NoCloud, Result};
+use crate::error::{Error, NoCloud, Result};
 use crate::frames::assemble::Turns;
 use crate::frames::walk::Walk;
-use crate::frames::{EncodedCloud, Selection, Truth, TruthSource, choose_topics};
-use crate::messages::clouds::CloudMessage;
+use crate::frames::{EncodedCloud, Selection, TruthSource, choose_topics};
 use divmerge_recording::{Overview, Record};
 
 /// How many frames were visited.
@@ -159,7 +159,7 @@ impl Visit<'_> {
         let wire = encoded.decode().map_err(Error::from);
         let clustered = wire.and_then(|wire| {
             let clustered = cluster(&wire, &encoded.key(&wire), self.config)?;
-            Ok((clustered, self.truth(encoded, &wire)?, wire))
+            Ok((clustered, shown_truth(self.visitor.truth(), encoded, &wire)?, wire))
         });
         let (clustered, truth, wire) = match clustered {
             Ok(clustered) => clustered,
@@ -186,19 +186,6 @@ impl Visit<'_> {
         let decided = follower.map(|follower| follower.push(encoded, &wire, &clustered));
         let mut decided = decided.into_iter().flatten();
         decided.try_for_each(|tracked| self.visitor.event(RunEvent::Tracked(&tracked)))
-    }
-
-    fn truth(&self, encoded: &EncodedCloud, wire: &CloudMessage) -> Result<Option<Truth>> {
-        let Some((source, is_said)) = self.visitor.truth() else { return Ok(None) };
-        match source.of(encoded, wire) {
-            Ok(truth) => Ok(Some(truth)),
-            Err(Error::Frame(FrameError::MissingField { .. })) if !is_said => Ok(None),
-            // It is wrong in all clouds.
-            Err(Error::Frame(problem @ FrameError::MissingField { .. })) => {
-                Err(Error::Unreadable { at: encoded.describe(), problem })
-            }
-            Err(error) => Err(error),
-        }
     }
 
     /// The tracks that are left, and one warning for each topic and kind.

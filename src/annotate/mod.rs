@@ -23,6 +23,7 @@ pub mod resume;
 mod run;
 mod run_parameters;
 mod satisfiable;
+mod shown_truth;
 mod slice_checkpoints;
 mod slice_files;
 pub mod slices;

@@ -5,6 +5,7 @@ use super::form::Form;
 use super::slices::Slice;
 use super::tracking::TrackOptions;
 use super::types::MessageTypes;
+use crate::frames::TruthSource;
 use divmerge_recording::Compression;
 
 /// What is done to a recording.
@@ -44,6 +45,11 @@ pub struct AnnotateOptions {
     /// be resumed. What is left by a run that was killed can be resumed if this was set. Default:
     /// no.
     pub resumable: bool,
+    /// Where the truth of clouds is that whoever looks on is told
+    /// ([`ClusteredFrame::truth`](super::ClusteredFrame::truth)), and whether somebody said so:
+    /// then a cloud without it is an error. Default: nobody wants it. The output does not depend on
+    /// it.
+    pub shown_truth: Option<(TruthSource, bool)>,
     /// Threads that unpack, cluster and compress, besides the one that reads and writes; with 1
     /// that one does everything, one thing after the other. 0, the default: as many as there are
     /// cores, up to [`USUAL_THREADS`].

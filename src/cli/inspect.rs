@@ -1,7 +1,7 @@
 //! `divmerge inspect`
 
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
@@ -13,6 +13,7 @@ use crate::cli::arguments::truth::SourceArguments;
 use crate::cli::exit::{Outcome, WrongUsage};
 use crate::cli::interrupt;
 use crate::cli::shell::command_line;
+use crate::datasets::bag::{Bag, METADATA_FILE};
 use crate::inspect::{Server, Session, SessionOptions};
 
 /// Look at a frame in the browser: what was found, why, and what another parameter would change
@@ -23,7 +24,7 @@ use crate::inspect::{Server, Session, SessionOptions};
 /// figures, commands and cases. It ends with Ctrl-C.
 #[derive(Args)]
 pub struct Arguments {
-    /// The recording (MCAP)
+    /// The recording (MCAP), or the folder of a rosbag2 recording: of several files the first
     input: PathBuf,
 
     /// Cloud topic that is shown first [default: the first readable one]
@@ -60,11 +61,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     interrupt::end_quietly();
     let topics = arguments.topic.as_slice();
     let method = &arguments.method;
+    let input = recording(&arguments.input)?;
     let session = Arc::new(Session::open(SessionOptions {
-        input: arguments.input.clone(),
+        input: input.clone(),
         topic: arguments.topic.clone(),
         frame: arguments.frame,
-        config: method.config_with_warnings(&arguments.input, topics)?,
+        config: method.config_with_warnings(&input, topics)?,
         truth: arguments.truth.source(),
         is_truth_said: arguments.truth.is_said(),
         words: method.words().to_vec(),
@@ -74,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         .with_context(|| format!("listening on {}", arguments.listen))?;
     println!("{}", server.address());
     crate::cli::terminal::flush();
-    eprintln!("inspecting {}; Ctrl-C ends it", arguments.input.display());
+    eprintln!("inspecting {}; Ctrl-C ends it", input.display());
     if !arguments.no_open
         && let Err(error) = open::that_detached(server.address())
     {
@@ -82,4 +84,20 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     server.wait();
     Ok(Outcome::Done)
+}
+
+/// The recording that is looked at: of the folder of a rosbag2 recording its first file.
+fn recording(input: &Path) -> Result<PathBuf> {
+    if !input.join(METADATA_FILE).is_file() {
+        return Ok(input.to_owned());
+    }
+    let files = Bag::open(input)?.files;
+    let first = files.first().map_or_else(|| input.to_owned(), |file| input.join(file));
+    if let [_, others @ ..] = files.as_slice()
+        && !others.is_empty()
+    {
+        let (folder, others) = (input.display(), others.join(", "));
+        eprintln!("{folder} has more recordings; to look at another, name it: {others}");
+    }
+    Ok(first)
 }

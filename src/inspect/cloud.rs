@@ -1,6 +1,7 @@
 //! A cloud of the recording, read and decoded, with what stands beside it.
 
 use std::borrow::Cow;
+use std::sync::OnceLock;
 
 use crate::annotate::{AnnotateConfig, Decoded, refuse_moved_boxes};
 use crate::error::{Error, FrameError, Result};
@@ -56,6 +57,8 @@ pub(super) struct InspectedCloud {
     /// What decoding depended on.
     pub decoded_by: DecodedBy,
     objects: Objects,
+    /// Where the ramp of its ranges ends, once that is known.
+    far: OnceLock<f64>,
 }
 
 impl InspectedCloud {
@@ -99,9 +102,15 @@ impl InspectedCloud {
             detections: Cow::into_owned(detections),
             decoded_by: DecodedBy::of(config),
             objects,
+            far: OnceLock::new(),
             cloud,
             message,
         })
+    }
+
+    /// Where the ramp of its ranges ends, metres, which is computed once: runs share the image.
+    pub fn far(&self, far: impl FnOnce() -> f64) -> f64 {
+        *self.far.get_or_init(far)
     }
 
     /// Where its object mask comes from.

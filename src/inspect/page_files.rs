@@ -26,6 +26,7 @@ const MODULES: &[(&str, &str)] = &[
     ("pointing", include_str!("page/pointing.js")),
     ("parameters", include_str!("page/parameters.js")),
     ("figures", include_str!("page/figures.js")),
+    ("nodes", include_str!("page/nodes.js")),
     ("why", include_str!("page/why.js")),
     ("side_list", include_str!("page/side_list.js")),
     ("take_along", include_str!("page/take_along.js")),

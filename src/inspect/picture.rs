@@ -2,12 +2,14 @@
 
 use serde_json::{Value, json};
 
+use super::idle::idle;
 use super::pack::{Pack, Sums};
 use super::run::Run;
 use super::session::Session;
 use super::setting;
+use super::thinning::Detail;
 use crate::error::Result;
-use crate::view::{VoteEdge, brightest, class_colours, far, vote_edges};
+use crate::view::{Decision, brightest, class_colours, far, vote_edges};
 use divmerge_core::cloud::Instance;
 use divmerge_core::cloud::taxonomy::Taxonomy;
 
@@ -19,19 +21,19 @@ use divmerge_core::cloud::taxonomy::Taxonomy;
 pub(super) fn picture(
     session: &Session,
     run: &Run,
-    with_points: bool,
-    known: Sums,
+    (with_points, known): (bool, Sums),
+    detail: &Detail,
 ) -> Result<Pack> {
     let mut pack = Pack::beside(known);
     if with_points {
-        points(session, run, &mut pack);
+        points(session, run, detail, &mut pack);
     }
-    clustering(session, run, &mut pack)?;
+    clustering(session, run, detail, &mut pack)?;
     Ok(pack)
 }
 
 /// The cloud: x, y, z of each point, and its intensity and truth where they are known.
-fn points(session: &Session, run: &Run, pack: &mut Pack) {
+fn points(session: &Session, run: &Run, detail: &Detail, pack: &mut Pack) {
     let inspected = &*run.cloud;
     let (message, cloud) = (&inspected.message, &inspected.cloud);
     let seconds = message.log_time_ns().saturating_sub(session.start_ns) as f64 * 1e-9;
@@ -40,6 +42,7 @@ fn points(session: &Session, run: &Run, pack: &mut Pack) {
         json!({
             "topic": &*message.topic,
             "frame": message.number,
+            "messages": [message.first_number(), message.number],
             "seconds": seconds,
             "log_time_ns": message.log_time_ns().to_string(),
             "frame_id": inspected.frame_id,
@@ -50,15 +53,21 @@ fn points(session: &Session, run: &Run, pack: &mut Pack) {
             "has_truth": inspected.truth.is_some(),
         }),
     );
-    let positions: Vec<f32> = (0..cloud.len()).flat_map(|point| cloud.position(point)).collect();
+    let positions: Vec<f32> = detail
+        .points(cloud.len())
+        .into_iter()
+        .flat_map(|point| cloud.position(point).map(|along| detail.rounded(along, 1.0)))
+        .collect();
     pack.f32("position", positions.into_iter());
-    if let Some(intensity) = &inspected.intensity {
-        pack.f32("intensity", intensity.iter().copied());
+    if let Some(intensity) = inspected.intensity.as_deref().filter(|_| detail.has_intensity) {
+        let high = brightest(intensity) as f32;
+        let values = detail.of(intensity);
+        pack.f32("intensity", values.iter().map(|&value| detail.rounded(value, high)));
     }
     if let Some(truth) = &inspected.truth {
         let class = inspected.taxonomy(&run.config).class_numbers(&truth.class);
-        pack.u16("true_class", class.into_iter());
-        pack.u32("true_id", numbered(&truth.id).into_iter());
+        pack.u16("true_class", detail.of(&class).iter().copied());
+        pack.u32("true_id", detail.of(&numbered(&truth.id)).iter().copied());
     }
 }
 
@@ -72,7 +81,7 @@ fn numbered(ids: &[u32]) -> Vec<u32> {
 }
 
 /// The run: image, mask, components, instances, reasons, votes.
-fn clustering(session: &Session, run: &Run, pack: &mut Pack) -> Result<()> {
+fn clustering(session: &Session, run: &Run, detail: &Detail, pack: &mut Pack) -> Result<()> {
     let (stages, inspected) = (&run.stages, &run.cloud);
     let colours = session.colours(run)?;
     let scene = run.scene(session.start_ns, colours.clone());
@@ -85,6 +94,7 @@ fn clustering(session: &Session, run: &Run, pack: &mut Pack) -> Result<()> {
         json!({
             "setting": run.setting,
             "values": setting::values(&run.config),
+            "idle": idle(run),
             "method_parameters": setting::method_parameters(&run.config),
             "heading": scene.heading,
             "remark": scene.remark,
@@ -92,7 +102,7 @@ fn clustering(session: &Session, run: &Run, pack: &mut Pack) -> Result<()> {
             "columns": image.columns(),
             "wraps": image.wraps,
             "top_row_first": image.top_row_first,
-            "far": far(&scene),
+            "far": inspected.far(|| far(&scene)),
             "method": run.config.pipeline.describe(),
             "is_own_method": run.config.pipeline.other_method.is_none(),
             "has_classes": stages.mask.has_classes(),
@@ -101,37 +111,33 @@ fn clustering(session: &Session, run: &Run, pack: &mut Pack) -> Result<()> {
             "true_classes": taxonomy.iter().map(|class| &class.name).collect::<Vec<_>>(),
             "true_class_colours": class_colours(taxonomy),
             "components": stages.components.count,
+            "decisions": [Decision::Merged, Decision::Rejoined, Decision::Apart],
             "object_pixels": stages.objects.len(),
             "reasons": stages.labels.counts(),
             "times": stages.times,
             "total_ms": stages.times.total_ms(),
             "instances": instances(run, &colours),
-            "edges": edge_facts(&edges),
         }),
     );
-    pack.u32("point_of_pixel", image.point_of_pixel.values().iter().copied());
-    pack.u32("pixel_of_point", image.pixel_of_point.iter().copied());
-    pack.u8("is_object", stages.mask.is_object.iter().map(|&is_object| u8::from(is_object)));
-    pack.u16("class", stages.mask.class.iter().copied());
-    pack.u32("component", stages.labels.component.iter().copied());
-    pack.u32("instance", stages.labels.instance.iter().copied());
-    pack.u8("reason", stages.labels.reason.iter().map(|&reason| reason as u8));
-    if let Some(ground) = &stages.mask.ground {
-        pack.f32("ground", ground.iter().copied());
-    }
+    arrays(run, detail, pack);
     let ends: Vec<f32> =
         edges.iter().flat_map(|edge| edge.ends.as_flattened().iter().map(|&x| x as f32)).collect();
     pack.f32("edge_ends", ends.into_iter());
+    pack.u8("edge_decision", edges.iter().map(|edge| edge.decision as u8));
     Ok(())
 }
 
-/// For each edge its components, its votes, what became of it and whether that was close.
-fn edge_facts(edges: &[VoteEdge]) -> Vec<Value> {
-    let facts = |edge: &VoteEdge| {
-        let VoteEdge { components: [a, b], positive, negative, decision, is_thin, .. } = edge;
-        json!([a, b, positive, negative, decision, is_thin])
-    };
-    edges.iter().map(facts).collect()
+/// What the run makes of the pixels and of each point.
+fn arrays(run: &Run, detail: &Detail, pack: &mut Pack) {
+    let (image, mask, labels) = (&run.stages.image, &run.stages.mask, &run.stages.labels);
+    let points = detail.point_of_pixel(image, &labels.instance);
+    pack.u32("point_of_pixel", points.iter().copied());
+    pack.u32("pixel_of_point", detail.of(&image.pixel_of_point).iter().copied());
+    pack.u8("is_object", detail.of(&mask.is_object).iter().map(|&is_object| u8::from(is_object)));
+    pack.u16("class", detail.of(&mask.class).iter().copied());
+    pack.u32("component", detail.of(&labels.component).iter().copied());
+    pack.u32("instance", detail.of(&labels.instance).iter().copied());
+    pack.u8("reason", detail.of(&labels.reason).iter().map(|&reason| reason as u8));
 }
 
 fn instances(run: &Run, colours: &[u32]) -> Vec<Value> {

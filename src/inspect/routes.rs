@@ -18,6 +18,7 @@ use super::run::Run;
 use super::saved_case::saved_case;
 use super::scores::scores;
 use super::session::Session;
+use super::thinning::Detail;
 use super::why::{self, ExplanationReply, Question};
 
 /// Answers a request.
@@ -31,6 +32,7 @@ pub fn reply(session: &Arc<Session>, gate: &Gate, asked: &Asked) -> Reply {
 
 fn answer(session: &Arc<Session>, path: &str, asked: &Asked) -> Outcome<Reply> {
     let body = asked.body.as_slice();
+    let _busy = (path != "api/survey-state").then(|| session.is_asked());
     match (asked.is_post, path) {
         (false, "") => Ok(Reply::new("text/html; charset=utf-8", document())),
         (false, name) if name.starts_with("page/") => {
@@ -41,7 +43,8 @@ fn answer(session: &Arc<Session>, path: &str, asked: &Asked) -> Outcome<Reply> {
         (true, "api/frame") => {
             let asked: FrameRequest = read(body)?;
             let run = session.run(&asked.topic, asked.frame, &asked.setting)?;
-            let pack = picture(session, &run, asked.with_points, asked.known)?;
+            let needed = (asked.with_points, asked.known);
+            let pack = picture(session, &run, needed, &Detail::WHOLE)?;
             Ok(Reply::new("application/octet-stream", pack.finish()))
         }
         (true, "api/scores") => {
@@ -59,6 +62,7 @@ fn answer(session: &Arc<Session>, path: &str, asked: &Asked) -> Outcome<Reply> {
             session.begin_survey(asked)?;
             Ok(Reply::json(&session.survey.state()))
         }
+        (true, "api/survey-stop") => Ok(Reply::json(&session.survey.stop())),
         (true, "api/survey-state") => Ok(Reply::json(&session.survey.state())),
         (true, "api/tracks") => {
             let FrameRequest { topic, frame, setting, .. } = read(body)?;
@@ -80,12 +84,13 @@ fn of_points(session: &Session, path: &str, asked: PointsRequest) -> Outcome<Rep
     match path {
         "api/explain" => {
             let report = why::explained(session, &run, needed()?)?;
-            Ok(Reply::json(&ExplanationReply::new(report, needed()?)))
+            Ok(Reply::json(&ExplanationReply::new(&run, report, needed()?)))
         }
         "api/changes" => {
             let changed = why::changed(session, &run, needed()?)?;
             let called_off = Problem { status: 409, words: "a later search goes on".into() };
-            Ok(Reply::json(&ExplanationReply::new(changed.ok_or(called_off)?, needed()?)))
+            let report = changed.ok_or(called_off)?;
+            Ok(Reply::json(&ExplanationReply::new(&run, report, needed()?)))
         }
         "api/command" => command_reply(session, &run, question.as_ref(), &asked),
         "api/figure" => {

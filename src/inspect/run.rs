@@ -54,7 +54,7 @@ impl Run {
             intensity: intensity.as_deref(),
             merge_ratio: self.config.pipeline.cluster.merge_ratio,
             colour_numbers,
-            heading: format!("frame {}  ·  {seconds:.3} s", message.number),
+            heading: format!("{}  ·  {seconds:.3} s", message.frames()),
             remark: format!(
                 "{}  ·  {}{}",
                 message.topic,

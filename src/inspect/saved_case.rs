@@ -1,27 +1,27 @@
 //! A case as one file that opens without a server: the page, the frame, the selection, its
-//! explanation, and what the changes that give the other answer lead to.
+//! explanation, and what the changes that give the other answer lead to. What does not fit is left
+//! out, and the page says what.
 
-use std::io::Write;
-
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD as BASE64;
-use flate2::Compression;
-use flate2::write::GzEncoder;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::pack::Sums;
+use super::fitted_frame::{FittedFrame, packed};
 use super::page_files::case_document;
 use super::picture::picture;
-use super::requests::{Outcome, Problem};
+use super::requests::Outcome;
 use super::run::Run;
 use super::scores::scores;
 use super::session::Session;
 use super::setting::Setting;
 use super::why::{self, Change, ExplanationReply, Question};
+use crate::text::counted;
 
 /// Most bytes of a case.
 const MOST_BYTES: usize = 6_000_000;
+/// Most bytes of the frame where there are changes to be run.
+const MOST_BYTES_BESIDE_CHANGES: usize = 3_600_000;
+/// Most bytes of the outlines of nodes.
+const MOST_BYTES_OF_OUTLINES: usize = 800_000;
 /// Runs of changes that a case holds at most.
 const MOST_ALTERNATIVES: usize = 12;
 
@@ -33,60 +33,85 @@ struct Case<'a> {
     frame: u64,
     setting: &'a Setting,
     /// What the page showed.
-    shown: &'a Value,
+    shown: Value,
     scores: Option<Value>,
     explanation: Option<ExplanationReply>,
     picture: String,
     alternatives: Vec<Value>,
+    /// What is not in it, in words.
+    left_out: Vec<String>,
 }
 
 impl Case<'_> {
     fn document(&self) -> String {
         case_document(&serde_json::to_string(self).expect("a case has a form in JSON"))
     }
+
+    /// Leaves out the outlines of nodes if they are too large.
+    fn fit_outlines(&mut self) {
+        let Some(explanation) = &mut self.explanation else { return };
+        if explanation.bytes_of_outlines() > MOST_BYTES_OF_OUTLINES {
+            explanation.leave_out_outlines();
+            self.left_out.push("outlines of nodes in the range image".into());
+        }
+    }
+
+    /// Adds the changes that fit.
+    fn add_changes(&mut self, session: &Session, run: &Run, frame: &FittedFrame) {
+        let changes =
+            self.explanation.as_ref().map_or_else(Vec::new, |reply| reply.changes.clone());
+        let changes = &changes[..changes.len().min(MOST_ALTERNATIVES)];
+        let mut size = self.document().len();
+        for change in changes {
+            let Ok(alternative) = alternative(session, run, change, frame) else { continue };
+            // One more for the comma.
+            size += alternative.to_string().len() + 1;
+            if size > MOST_BYTES - 1000 {
+                break;
+            }
+            self.alternatives.push(alternative);
+        }
+        let missing = changes.len() - self.alternatives.len();
+        if missing > 0 {
+            self.left_out.push(format!("what {} lead to", counted(missing, "change")));
+        }
+    }
 }
 
 /// The case of a run and a question, as a page shows it.
 ///
 /// # Errors
-/// If even the frame alone would be too large.
+/// Those of [`explained`], and of the session.
 pub(super) fn saved_case(
     session: &Session,
     run: &Run,
     question: Option<&Question>,
     shown: &Value,
 ) -> Outcome<Vec<u8>> {
-    let whole = picture(session, run, true, Sums::new())?;
-    let known = whole.sums();
     let mut case = Case {
         session: session.facts(),
         topic: &run.cloud.message.topic,
         frame: run.cloud.message.number,
         setting: &run.setting,
-        shown,
+        shown: shown.clone(),
         scores: scores(run),
         explanation: question.map(|question| explained(session, run, question)).transpose()?,
-        picture: packed(&whole.finish()),
+        picture: String::new(),
         alternatives: Vec::new(),
+        left_out: Vec::new(),
     };
-    let mut size = case.document().len();
-    if size > MOST_BYTES {
-        let problem = format!(
-            "the frame alone would take {:.1} MB: a case holds {:.1} MB at most",
-            size as f64 / 1e6,
-            MOST_BYTES as f64 / 1e6
-        );
-        return Err(Problem::wrong(problem));
+    case.fit_outlines();
+    let has_changes = case.explanation.as_ref().is_some_and(|reply| !reply.changes.is_empty());
+    let most = if has_changes { MOST_BYTES_BESIDE_CHANGES } else { MOST_BYTES - 2000 };
+    let room = most.saturating_sub(case.document().len());
+    let points = question.map_or_else(Vec::new, Question::points);
+    let frame = FittedFrame::new(session, run, &points, room)?;
+    case.left_out.extend(frame.left_out.iter().cloned());
+    if frame.detail.thinning.is_some() && shown.is_object() {
+        case.shown["points"] = json!(frame.places(&points));
     }
-    let changes = case.explanation.iter().flat_map(|reply| reply.changes.clone());
-    for change in changes.take(MOST_ALTERNATIVES).collect::<Vec<_>>() {
-        let Ok(alternative) = alternative(session, run, &change, known.clone()) else { continue };
-        size += alternative.to_string().len();
-        if size > MOST_BYTES {
-            break;
-        }
-        case.alternatives.push(alternative);
-    }
+    case.picture.clone_from(&frame.picture);
+    case.add_changes(session, run, &frame);
     Ok(case.document().into_bytes())
 }
 
@@ -96,26 +121,35 @@ fn explained(session: &Session, run: &Run, question: &Question) -> Outcome<Expla
         Some(report) => report,
         None => why::explained(session, run, question)?,
     };
-    Ok(ExplanationReply::new(report, question))
+    Ok(ExplanationReply::new(run, report, question))
 }
 
 /// What a change leads to: the run without the points of its cloud, and its scores.
-fn alternative(session: &Session, run: &Run, change: &Change, known: Sums) -> Outcome<Value> {
+fn alternative(
+    session: &Session,
+    run: &Run,
+    change: &Change,
+    frame: &FittedFrame,
+) -> Outcome<Value> {
     let mut setting: Setting = run.setting.clone();
     setting.set.extend(change.set.clone());
     let message = &run.cloud.message;
     let changed = session.run(&message.topic, message.number, &setting)?;
+    let mut compared = super::compared::compared(run, &changed);
+    let labels = [run, &changed].map(|run| run.stages.labels.instance.as_slice());
+    if let (Some(thinning), Some(all)) =
+        (&frame.detail.thinning, compared["differences"].as_array_mut())
+    {
+        for one in all {
+            let example = one["example"].as_u64().unwrap_or_default() as usize;
+            one["example"] = json!(thinning.stand_in(example, labels));
+        }
+    }
+    let own = picture(session, &changed, (false, frame.sums.clone()), &frame.detail)?;
     Ok(json!({
         "setting": setting,
         "scores": scores(&changed),
-        "compared": super::compared::compared(run, &changed),
-        "picture": packed(&picture(session, &changed, false, known)?.finish()),
+        "compared": compared,
+        "picture": packed(&own.finish()),
     }))
-}
-
-/// Bytes as text, compressed.
-fn packed(bytes: &[u8]) -> String {
-    let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
-    let compressed = encoder.write_all(bytes).and_then(|()| encoder.finish());
-    BASE64.encode(compressed.expect("memory takes all bytes"))
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -12,6 +12,7 @@ use super::run::Run;
 use super::setting::{self, Setting};
 use super::survey_state::Survey;
 use crate::annotate::AnnotateConfig;
+use crate::diagnose::explain::ExplanationReport;
 use crate::error::Result;
 use crate::frames::topics::{message_count, topic_names};
 use crate::frames::{CloudAt, Selection, TruthSource, choose_topics, encoded_cloud_at};
@@ -68,13 +69,34 @@ pub struct Session {
     /// Number of the latest question about changes; an older search is called off.
     latest_search: AtomicU64,
     kept: Mutex<Kept>,
+    /// Requests that are being answered.
+    requests: Mutex<usize>,
+    /// Told when the last of them was.
+    is_idle: Condvar,
+}
+
+/// A request that is being answered, until this is dropped.
+pub(super) struct Request<'a>(&'a Session);
+
+impl Drop for Request<'_> {
+    fn drop(&mut self) {
+        let mut requests = held(&self.0.requests);
+        *requests -= 1;
+        if *requests == 0 {
+            self.0.is_idle.notify_all();
+        }
+    }
 }
 
 #[derive(Default)]
 struct Kept {
     clouds: Vec<Arc<InspectedCloud>>,
     runs: Vec<Arc<Run>>,
+    changes: Option<(Searched, ExplanationReport)>,
 }
+
+/// What was searched for changes: topic, frame, setting and points.
+pub(super) type Searched = (String, u64, Setting, Vec<usize>);
 
 impl Session {
     /// Opens a recording; its messages are not read.
@@ -111,6 +133,8 @@ impl Session {
             survey: Survey::default(),
             latest_search: AtomicU64::new(0),
             kept: Mutex::default(),
+            requests: Mutex::default(),
+            is_idle: Condvar::new(),
         })
     }
 
@@ -173,6 +197,18 @@ impl Session {
         Ok(colours.colour_numbers(&run.stages.instances))
     }
 
+    /// Says that a request is being answered: work in the background waits meanwhile.
+    pub(super) fn is_asked(&self) -> Request<'_> {
+        *held(&self.requests) += 1;
+        Request(self)
+    }
+
+    /// Waits until no request is being answered.
+    pub(super) fn wait_until_idle(&self) {
+        let requests = held(&self.requests);
+        drop(self.is_idle.wait_while(requests, |requests| *requests > 0));
+    }
+
     /// Says that a new search begins; returns its number.
     pub(super) fn begin_search(&self) -> u64 {
         self.latest_search.fetch_add(1, Ordering::SeqCst) + 1
@@ -181,6 +217,18 @@ impl Session {
     /// Whether no search has begun since the one of that number.
     pub(super) fn is_latest_search(&self, number: u64) -> bool {
         self.latest_search.load(Ordering::SeqCst) == number
+    }
+
+    /// The explanation with its changes, if that was the last search that came to its end.
+    pub(super) fn known_changes(&self, searched: &Searched) -> Option<ExplanationReport> {
+        let kept = self.kept();
+        let (_, report) = kept.changes.as_ref().filter(|(own, _)| own == searched)?;
+        Some(report.clone())
+    }
+
+    /// Keeps the explanation of a search that came to its end.
+    pub(super) fn keep_changes(&self, searched: Searched, report: &ExplanationReport) {
+        self.kept().changes = Some((searched, report.clone()));
     }
 
     /// What a page needs to know once.
@@ -197,12 +245,18 @@ impl Session {
             "methods": setting::method_names(),
             "method": self.options.config.pipeline.method_name(),
             "parameters": setting::parameters(),
+            "parameters_over_time": setting::parameters_over_time(),
         })
     }
 
     fn kept(&self) -> MutexGuard<'_, Kept> {
-        self.kept.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+        held(&self.kept)
     }
+}
+
+/// What is behind a lock, also if a thread ended in the midst of it.
+fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
 /// The item that is asked for, which becomes the latest; of too many the eldest is dropped.

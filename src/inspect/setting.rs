@@ -134,6 +134,15 @@ pub(super) fn parameters() -> Vec<&'static Parameter> {
     registry().iter().filter(|parameter| is_of_frame(parameter)).collect()
 }
 
+/// For each part of the parameters over time its name and how many it has: none of them changes
+/// what is found in a single frame.
+pub(super) fn parameters_over_time() -> Vec<(&'static str, usize)> {
+    let count =
+        |part: &str| registry().iter().filter(|parameter| parameter.path.starts_with(part)).count();
+    let counts = OVER_TIME.map(|part| (part.trim_end_matches('.'), count(part)));
+    counts.into_iter().filter(|(_, count)| *count > 0).collect()
+}
+
 /// The parameters of another method.
 pub(super) fn method_parameters(config: &AnnotateConfig) -> Vec<Parameter> {
     let mut all = config.parameters().parameters();
@@ -211,5 +220,9 @@ mod tests {
         assert_eq!(values.len(), parameters().len());
         assert_eq!(values["cluster.voxel"], json!(0.5));
         assert!(values["cluster.birds_eye.margin"].is_null());
+        // What is not shown is counted.
+        let over_time: usize = parameters_over_time().iter().map(|(_, count)| count).sum();
+        assert!(over_time > 0);
+        assert_eq!(parameters().len() + over_time, registry().len());
     }
 }

@@ -84,10 +84,16 @@ impl Job<'_> {
     fn look_through(&self, asked: &SurveyRequest, frames: Range<u64>) -> Result<()> {
         let input = &self.session.options.input;
         let last = frames.end - 1;
-        let clouds = EncodedClouds::open(input, Some(&asked.topic), frames.start..=last)?;
-        for message in clouds {
+        let (topic, assemble) = (Some(asked.topic.as_str()), self.config.assemble);
+        let clouds = EncodedClouds::open_assembled(input, topic, frames.start..=last, assemble)?;
+        let mut several = false;
+        for (number, message) in clouds.enumerate() {
+            self.session.wait_until_idle();
+            let message = message?;
+            several = number > 0;
+            let messages = message.messages();
             let found = self.of_cloud(InspectedCloud::decode(
-                message?,
+                message,
                 &self.config,
                 (&self.session.options.truth, self.session.options.is_truth_said),
             ));
@@ -96,7 +102,7 @@ impl Job<'_> {
                 found => found?,
             };
             let goes_on = self.session.survey.update(self.number, |state| {
-                state.done += 1;
+                state.done = (state.done + messages).min(state.of);
                 state.cases.extend(found);
                 worst_first(&mut state.cases);
             });
@@ -104,7 +110,7 @@ impl Job<'_> {
                 return Ok(());
             }
         }
-        if frames.end - frames.start > 1 && self.config.pipeline.other_method.is_none() {
+        if several && self.config.pipeline.other_method.is_none() {
             self.follow(asked, frames.start..=last)?;
         }
         Ok(())
@@ -134,7 +140,10 @@ impl Job<'_> {
         let input = &self.session.options.input;
         let options = TrackOptions::default();
         let mut goes_on = |_| match self.session.survey.update(self.number, |_| {}) {
-            true => Ok(()),
+            true => {
+                self.session.wait_until_idle();
+                Ok(())
+            }
             false => Err(Error::Interrupted { path: input.clone() }),
         };
         let asked = (Some(asked.topic.as_str()), frames);

@@ -25,9 +25,9 @@ pub(super) struct SurveyState {
     pub topic: String,
     /// The parameters.
     pub setting: Setting,
-    /// Frames that were looked at.
+    /// Messages that were looked at: clouds, or parts of them.
     pub done: u64,
-    /// Frames to look at.
+    /// Messages to look at.
     pub of: u64,
     /// Whether it is over.
     pub is_over: bool,
@@ -90,6 +90,16 @@ impl Survey {
         }
         let of_frame = state.tracks.iter().filter(|((number, _), _)| *number == frame);
         of_frame.map(|(&(_, id), &track)| (id, track)).collect()
+    }
+
+    /// Ends the survey that goes on; what it has found stays.
+    pub fn stop(&self) -> SurveyState {
+        let mut state = self.lock();
+        if !state.is_over {
+            state.number += 1;
+            state.is_over = true;
+        }
+        state.clone()
     }
 
     /// The state, held.

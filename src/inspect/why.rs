@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::joined_nodes::{JoinedNode, joined_nodes};
 use super::requests::{Outcome, Problem};
 use super::run::Run;
 use super::session::Session;
@@ -54,6 +55,11 @@ impl Question {
         })?;
         let positions = at.iter().map(|(_, position)| *position).collect();
         Ok(Question { subject, at: at.into_iter().map(|(text, _)| text).collect(), positions })
+    }
+
+    /// The points by their numbers.
+    pub fn points(&self) -> Vec<usize> {
+        self.subject.points()
     }
 }
 
@@ -108,18 +114,32 @@ pub(super) struct ExplanationReply {
     at: Vec<String>,
     /// What the buttons of the page set.
     pub changes: Vec<Change>,
+    /// Without classes, the nodes from the points to where they join.
+    nodes: Vec<JoinedNode>,
 }
 
 impl ExplanationReply {
-    /// The reply to a question.
-    pub fn new(report: ExplanationReport, question: &Question) -> Self {
+    /// The reply to a question about a run.
+    pub fn new(run: &Run, report: ExplanationReport, question: &Question) -> Self {
         ExplanationReply {
+            nodes: joined_nodes(run, &report.explanation),
             headline: report.explanation.headline(),
             text: ExplanationText { report: &report, max_pairs: PAIRS }.to_string(),
             at: question.at.clone(),
             changes: report.what_if.iter().flatten().flat_map(changes).collect(),
             report,
         }
+    }
+
+    /// How many bytes the outlines of nodes take.
+    pub fn bytes_of_outlines(&self) -> usize {
+        let bytes = self.nodes.iter().flat_map(|node| &node.runs);
+        bytes.map(|number| number.to_string().len() + 1).sum()
+    }
+
+    /// Leaves the nodes without the pixels that their outlines go around.
+    pub fn leave_out_outlines(&mut self) {
+        self.nodes.iter_mut().for_each(|node| node.runs.clear());
     }
 }
 
@@ -133,11 +153,20 @@ pub(super) fn changed(
     run: &Run,
     question: &Question,
 ) -> Outcome<Option<ExplanationReport>> {
+    let message = &run.cloud.message;
+    let key = (message.topic.to_string(), message.number, run.setting.clone(), question.points());
+    if let Some(known) = session.known_changes(&key) {
+        return Ok(Some(known));
+    }
     let mut report = explained(session, run, question)?;
     let search = session.begin_search();
     let goes_on = || session.is_latest_search(search);
     report.what_if = Some(what_if_while(&run.clustered(), question.subject, &goes_on));
-    Ok(goes_on().then_some(report))
+    if !goes_on() {
+        return Ok(None);
+    }
+    session.keep_changes(key, &report);
+    Ok(Some(report))
 }
 
 /// A change of one parameter that gives the other answer.

@@ -36,6 +36,8 @@ pub struct ColourTables {
     pub apart: [u8; 3],
     /// Components that the vote kept apart and a later step joined.
     pub rejoined: [u8; 3],
+    /// Nodes of the tree of merges.
+    pub node: [u8; 3],
     /// What is selected.
     pub focus: [u8; 3],
 }
@@ -59,6 +61,7 @@ impl ColourTables {
             merged: dark.merged,
             apart: dark.apart,
             rejoined: dark.rejoined,
+            node: dark.node,
             focus: dark.focus,
         }
     }

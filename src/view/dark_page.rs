@@ -11,6 +11,22 @@ const DARK: [(Colour, Colour); 4] = [
     (theme::PALE_INK, [92, 98, 108, 255]),
 ];
 
+/// Rules of a style sheet that put the pages among its elements on a dark ground.
+pub fn dark_rules(elements: &str) -> String {
+    let hex = |[r, g, b, _]: Colour| format!("#{r:02x}{g:02x}{b:02x}");
+    let rule = |&(light, dark): &(Colour, Colour)| {
+        let (light, dark) = (hex(light), hex(dark));
+        ["fill", "stroke"]
+            .map(|what| {
+                // What lets through what is below it lies on a panel.
+                let is_it = format!("[{what}=\"{light}\"]:not([{what}-opacity])");
+                format!("  {elements} {is_it} {{ {what}: {dark}; }}\n")
+            })
+            .concat()
+    };
+    DARK.iter().map(rule).collect()
+}
+
 /// The same page on a dark ground.
 pub fn dark_page(mut canvas: Canvas) -> Canvas {
     darken(&mut canvas.background);
@@ -42,6 +58,14 @@ mod tests {
     use crate::view::canvas::{Anchor, Area};
 
     const ON_PANEL: Colour = crate::view::look::DARK.on_panel;
+
+    #[test]
+    fn rules_are_for_each_colour_of_the_page() {
+        let rules = dark_rules("figure svg");
+        assert_eq!(rules.lines().count(), 2 * DARK.len());
+        let page = "  figure svg [fill=\"#ffffff\"]:not([fill-opacity]) { fill: #15171b; }";
+        assert_eq!(rules.lines().next(), Some(page));
+    }
 
     #[test]
     fn page_and_ink_change_and_panels_stay() {

@@ -4,6 +4,7 @@
 //! Either one file, in which a case is a section, or an index and a file for each case.
 
 use super::canvas::Canvas;
+use super::dark_page::dark_rules;
 use super::svg::inline_svg;
 
 /// Title and summary of the report.
@@ -210,9 +211,11 @@ fn document(title: &str, content: &str) -> String {
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>Triage: {}</title>\n<link rel=\"icon\" href=\"data:,\">\n\
-         <style>\n{STYLE}</style>\n</head>\n<body>\n{content}\
+         <style>\n{STYLE}@media screen and (prefers-color-scheme: dark) {{\n{}}}\n</style>\n\
+         </head>\n<body>\n{content}\
          <script>\n{SCRIPT}</script>\n</body>\n</html>\n",
-        escaped(title)
+        escaped(title),
+        dark_rules("figure svg")
     )
 }
 

@@ -7,6 +7,7 @@ use std::process::{Command, Stdio};
 use divmerge::Result;
 use divmerge::annotate::{AnnotateOptions, AnnotationReport, Form, RunEvent, annotate};
 use divmerge::datasets::drive::CLOUD_TOPIC;
+use divmerge::frames::TruthSource;
 use divmerge::messages::clouds::CloudFormat;
 use divmerge::recording::{
     Compression, MessageHeader, Overview, Record, RecordingWriter, WriteOptions,
@@ -261,4 +262,32 @@ fn a_killed_run_is_continued() {
     assert!(report["topics"][CLOUD_TOPIC]["resumed"].as_u64() > Some(0), "{report}");
     let [made, expected] = [output, expected].map(|file| std::fs::read(file).expect("bytes"));
     assert!(made == expected);
+}
+
+#[test]
+fn whoever_looks_on_is_told_the_truth_if_they_want_it() {
+    let (folder, input) = drive(2);
+    let output = folder.path().join("out.mcap");
+    let fields =
+        |class: &str| TruthSource::Fields { class: class.into(), instance: "true_instance".into() };
+    let truths = |shown_truth: Option<(TruthSource, bool)>| {
+        let mut points = Vec::new();
+        let options = AnnotateOptions { shown_truth, ..options(Form::Beside) };
+        let done = annotate(&input, &output, &options, &mut |event: RunEvent| {
+            if let RunEvent::Frame(frame) = event {
+                points.push(frame.truth.map(|truth| truth.id.len() == frame.cloud.len()));
+            }
+            ControlFlow::Continue(())
+        });
+        done.map(|_| points)
+    };
+    let bytes = || std::fs::read(&output).expect("bytes");
+    assert_eq!(truths(None).expect("annotated"), [None, None]);
+    let without = bytes();
+    assert_eq!(truths(Some((fields("label"), false))).expect("annotated"), [Some(true); 2]);
+    assert!(bytes() == without, "the output depends on who looks on");
+    // A field that is not there is no truth, unless somebody named it.
+    assert_eq!(truths(Some((fields("other"), false))).expect("annotated"), [None, None]);
+    let problem = truths(Some((fields("other"), true))).unwrap_err().to_string();
+    assert!(problem.contains("other"), "{problem}");
 }

@@ -17,7 +17,11 @@ use crate::cli::{divmerge, path as text_of, text};
 use crate::recordings::{messages, run};
 
 /// A recording of messages of a type on `/points`, with stamps as log times.
-fn recording(type_name: &str, encoding: &str, of_stamps: &[(u64, Vec<u8>)]) -> (TempDir, PathBuf) {
+pub fn recording(
+    type_name: &str,
+    encoding: &str,
+    of_stamps: &[(u64, Vec<u8>)],
+) -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("made.mcap");
     let mut writer = RecordingWriter::create(&path, &WriteOptions::default()).expect("a writer");
@@ -133,7 +137,7 @@ fn part(whole: &CloudMessage, points: Range<usize>, stamp: u64) -> Vec<u8> {
 }
 
 /// Turns of a spinning sensor, as whole clouds and in so many parts of each.
-fn turns(count: usize, parts: usize) -> [Vec<(u64, Vec<u8>)>; 2] {
+pub fn turns(count: usize, parts: usize) -> [Vec<(u64, Vec<u8>)>; 2] {
     let drive = Drive::new(Sensor::Vlp16, Scene::Parking, 1);
     let (mut whole, mut in_parts) = (Vec::new(), Vec::new());
     for number in 0..count {

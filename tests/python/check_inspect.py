@@ -6,6 +6,7 @@ asked of the page but what it shows, and `window.inspector` for what it measured
 
 import argparse
 import json
+import math
 import re
 import struct
 import subprocess
@@ -69,11 +70,13 @@ def opened(browser, address, size=SIZES[0], scheme="light"):
 
 
 def points_of_two(page):
-    """Two points of the largest instance, as far apart as the image has them."""
+    """Two points of the largest object, as far apart as the image has them."""
     return page.evaluate("""() => {
       const { run, arrays } = inspector.state.pictures.A;
-      const largest = run.instances.reduce((a, b) => (a.points > b.points ? a : b)).id;
-      const seen = [...arrays.point_of_pixel].filter((point) => point !== 0xffffffff && arrays.instance[point] === largest);
+      const objects = run.instances.filter((one) => one.is_object);
+      const largest = objects.reduce((a, b) => (a.points > b.points ? a : b)).id;
+      const isOfIt = (point) => point !== 0xffffffff && arrays.instance[point] === largest;
+      const seen = [...arrays.point_of_pixel].filter(isOfIt);
       return [seen[0], seen[seen.length - 1]];
     }""")
 
@@ -87,6 +90,64 @@ def place_of(page, point):
       return [box.left + ((pixel % run.columns) + 0.5) / run.columns * box.width,
               box.top + bar + (top + 0.5) / run.rows * (box.height - bar)];
     }""", point)
+
+
+def lit(page):
+    """How many points are lit up."""
+    return page.evaluate("""() => {
+      const colours = inspector.views.painted.A;
+      let count = 0;
+      for (let n = 3; n < colours.length; n += 4) count += colours[n] === 255;
+      return count;
+    }""")
+
+
+def pictures(page):
+    """The three views as they are drawn."""
+    page.wait_for_timeout(300)
+    return [page.locator(f"#{view}").screenshot() for view in ("space", "plane", "range")]
+
+
+def check_nodes(page):
+    """Without classes: the chain of merges is drawn in all views, and a node lights up its points."""
+    page.evaluate("document.activeElement.blur()")
+    page.keyboard.press("Escape")
+    a, b = points_of_two(page)
+    for point in (a, b):
+        page.mouse.click(*place_of(page, point))
+        page.wait_for_timeout(150)
+    until(page, "inspector.state.explanation?.nodes.length > 1 && inspector.state.selected.length === 2")
+    page.keyboard.press("f")
+    nodes = page.evaluate("inspector.state.explanation.nodes")
+    assert page.locator("#nodes tbody tr").count() == len(nodes)
+    assert {tuple(node["holds"]) for node in nodes} >= {(0, 1)}, "they join nowhere"
+    before = pictures(page)
+    button = page.locator("#nodes button.node").first
+    place = int(button.get_attribute("data-node"))
+    button.focus()
+    until(page, f"inspector.state.node === {place}")
+    assert lit(page) == nodes[place]["pixels"], (lit(page), nodes[place]["pixels"])
+    assert all(one != other for one, other in zip(before, pictures(page))), "a view shows nothing of a node"
+    page.locator("#tab-why").focus()
+    until(page, "inspector.state.node === null")
+    button.hover()
+    until(page, f"inspector.state.node === {place}")
+    page.mouse.move(5, 5)
+    until(page, "inspector.state.node === null")
+    # What is pressed stays lit, and a node in the words is the same one.
+    chosen = next(number for number, node in enumerate(nodes) if node["is_chosen"])
+    page.locator(f"#explanation button[data-node='{chosen}']").first.click()
+    page.mouse.move(5, 5)
+    page.locator("#tab-why").focus()
+    assert page.evaluate("inspector.state.node") == chosen
+    assert lit(page) == nodes[chosen]["pixels"]
+    check_accessible(page)
+    page.locator("#tab-parameters").click()
+    words = page.locator("#over-time").inner_text()
+    assert "tracks" in words and "ego_motion" in words, words
+    idle = page.locator(".group").filter(has_text="cluster.fragments")
+    assert "No effect" in idle.text_content() and idle.locator("input").count() == 0, idle.text_content()
+    assert page.locator("[data-slider='cluster.tree.nearest'], [data-path='cluster.tree.nearest']").count() > 0
 
 
 def check_slider(page):
@@ -268,6 +329,7 @@ def check_looks(browser, address, keep):
 
 def check_survey(page):
     """Cases of several frames; a click goes to one."""
+    until(page, "inspector.state.survey?.is_over", 240)
     page.locator("#survey-to").fill("3")
     page.locator("#survey").click()
     until(page, "inspector.state.survey?.is_over && inspector.state.survey.done === 4", 240)
@@ -281,13 +343,11 @@ def check_survey(page):
     until(page, "inspector.state.selected.length > 0")
 
 
-def hostile(path):
-    """A recording of one cloud whose names are markup and whose points are no numbers, written here by hand."""
-    from mcap.writer import Writer
+DEFINITION = b"std_msgs/Header header\nuint32 height\nuint32 width\n"
 
-    name = '/x"><img src=x onerror=alert(1)><script>alert(2)</script>\u202e'
-    points = [(float("nan"), 1.0, 2.0), (float("inf"), 0, 0), (1e30, -1e30, 1e-30), (3.0, 1.0, 0.5)] * 50
-    data = b"".join(struct.pack("<fff", *point) for point in points)
+
+def cloud_message(frame_id, data):
+    """A PointCloud2 in CDR of points of x, y, z in single precision."""
 
     def text(words):
         encoded = words.encode() + b"\0"
@@ -296,22 +356,86 @@ def hostile(path):
     def aligned(body, to):
         return body + b"\0" * (-len(body) % to)
 
-    body = struct.pack("<iI", 0, 0) + text(name)
-    body = aligned(body, 4) + struct.pack("<II", 1, len(points)) + struct.pack("<I", 3)
+    count = len(data) // 12
+    body = struct.pack("<iI", 0, 0) + text(frame_id)
+    body = aligned(body, 4) + struct.pack("<II", 1, count) + struct.pack("<I", 3)
     for field, offset in (("x", 0), ("y", 4), ("z", 8)):
         body = aligned(body, 4) + text(field)
         body = aligned(body, 4) + struct.pack("<IBxxxI", offset, 7, 1)
     body += struct.pack("<B", 0)
     body = aligned(body, 4) + struct.pack("<II", 12, len(data)) + struct.pack("<I", len(data)) + data + b"\1"
-    definition = "std_msgs/Header header\nuint32 height\nuint32 width\n"
+    return b"\0\1\0\0" + body
+
+
+def hostile(path):
+    """A recording of one cloud whose names are markup and whose points are no numbers, written here by hand."""
+    from mcap.writer import Writer
+
+    name = '/x"><img src=x onerror=alert(1)><script>alert(2)</script>\u202e'
+    points = [(float("nan"), 1.0, 2.0), (float("inf"), 0, 0), (1e30, -1e30, 1e-30), (3.0, 1.0, 0.5)] * 50
+    body = cloud_message(name, b"".join(struct.pack("<fff", *point) for point in points))
     with path.open("wb") as file:
         writer = Writer(file)
         writer.start(profile="ros2")
-        schema = writer.register_schema("sensor_msgs/msg/PointCloud2", "ros2msg", definition.encode())
+        schema = writer.register_schema("sensor_msgs/msg/PointCloud2", "ros2msg", DEFINITION)
         channel = writer.register_channel(name, "cdr", schema)
-        writer.add_message(channel, 5, b"\0\1\0\0" + body, 5)
+        writer.add_message(channel, 5, body, 5)
         writer.finish()
     return name
+
+
+def large(path, rows=122, columns=8200):
+    """A recording of one cloud of a million returns: uneven ground, and posts on it."""
+    from array import array
+
+    from mcap.writer import Writer
+
+    points = array("f")
+    for row in range(rows):
+        down = math.radians(1.2 + 24 * (row / rows) ** 1.5)
+        for column in range(columns):
+            turn = 2 * math.pi * column / columns
+            uneven = 0.01 * math.sin(91 * turn) + 0.003 * ((row * 7919 + column * 104729) % 97) / 97
+            away = 1.9 / math.tan(down) * (1 + uneven)
+            if column % 400 < 12 and away > 9:
+                away = 9 + 0.01 * (column % 7)
+            points.extend((away * math.cos(turn), away * math.sin(turn), -away * math.tan(down)))
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start(profile="ros2")
+        schema = writer.register_schema("sensor_msgs/msg/PointCloud2", "ros2msg", DEFINITION)
+        channel = writer.register_channel("/large", "cdr", schema)
+        writer.add_message(channel, 5, cloud_message("", points.tobytes()), 5)
+        writer.finish()
+    return len(points) // 3
+
+
+def check_large(browser, binary, folder):
+    """A million points are shown, and their case is small, opens alone and says what it leaves out."""
+    path = folder / "large.mcap"
+    count = large(path)
+    assert count > 1_000_000, count
+    with inspected(binary, path) as address, opened(browser, address) as page:
+        assert page.evaluate("inspector.state.points.position.length") == 3 * count
+        page.keyboard.press("y")
+        with page.expect_download(timeout=240_000) as download:
+            page.locator("#save-case").click()
+        case = folder / "large.html"
+        download.value.save_as(case)
+    assert case.stat().st_size <= 6_000_000, case.stat().st_size
+    context = browser.new_context(viewport={"width": 1400, "height": 900}, offline=True)
+    saved, errors = context.new_page(), []
+    saved.on("pageerror", lambda error: errors.append(str(error)))
+    saved.goto(case.as_uri())
+    until(saved, "window.inspector?.measured.firstPicture && inspector.state.points")
+    kept = saved.evaluate("inspector.state.points.position.length / 3")
+    assert 50_000 < kept < count, kept
+    saved.locator("#tab-about").click()
+    words = saved.locator(".left-out").inner_text()
+    assert f"{int(kept):,} of {count:,} are in it" in words, words
+    assert not errors, errors
+    context.close()
+    return case.stat().st_size, int(kept)
 
 
 def check_hostile(browser, binary, folder):
@@ -352,10 +476,15 @@ def main():
                 check_survey(page)
                 first, draw = page.evaluate("[inspector.measured.firstPicture, inspector.views.measureDraw()]")
             check_looks(browser, address, arguments.keep)
+        with inspected(arguments.binary, arguments.recording, "--semantics", "ground") as address:
+            with opened(browser, address) as page:
+                check_nodes(page)
         check_hostile(browser, arguments.binary, folder)
+        large_size, kept = check_large(browser, arguments.binary, folder)
         browser.close()
     print(f"inspector: {changes} changes, a case of {size / 1e6:.1f} MB; first picture {first:.0f} ms after the page, "
-          f"all views drawn in {draw:.0f} ms in software")
+          f"all views drawn in {draw:.0f} ms in software; a case of a million points {large_size / 1e6:.1f} MB "
+          f"with {kept:,} of them")
 
 
 if __name__ == "__main__":

@@ -1,11 +1,12 @@
 """Opens recordings in a real Rerun viewer without a display, and looks at the pictures.
 
-    python tests/python/check_rerun.py VIEW.rrd ANNOTATED.mcap PAIR.rrd [--keep FOLDER]
+    python tests/python/check_rerun.py VIEW.rrd ANNOTATED.mcap PAIR.rrd [--live LIVE.rrd] [--keep FOLDER]
 
 VIEW.rrd is what `divmerge view` made of a drive with truth, ANNOTATED.mcap what `divmerge annotate --blueprint`
 made of the same drive, with ANNOTATED.rbl beside it, and PAIR.rrd what `divmerge explain --rerun` made of two points
-that votes kept apart. Each picture must show something, and the colours that it is about must be in it: they are read
-from the recordings, so that nothing here depends on how divmerge chooses them.
+that votes kept apart. LIVE.rrd is what `divmerge annotate --rerun` sent meanwhile: it has the truth, too. Each
+picture must show something, and the colours that it is about must be in it: they are read from the recordings, so
+that nothing here depends on how divmerge chooses them.
 
 Needs rerun-sdk (of the version that divmerge is built with), mcap-ros2-support, numpy and pillow, and a Vulkan
 driver (Mesa's will do: apt-get install mesa-vulkan-drivers libgl1-mesa-dri libegl1 libxkbcommon-x11-0).
@@ -257,6 +258,7 @@ def main() -> None:
     arguments.add_argument("rrd")
     arguments.add_argument("annotated")
     arguments.add_argument("pair")
+    arguments.add_argument("--live", default=None)
     arguments.add_argument("--keep", help="folder for the pictures", default=None)
     options = arguments.parse_args()
     folder = pathlib.Path(options.keep or tempfile.mkdtemp(prefix="rerun"))
@@ -289,6 +291,9 @@ def main() -> None:
     ids, counts = np.unique(recording.last(f"{topic}/cloud/truth", "class_ids"), return_counts=True)
     largest = [truth[id][1] for id in ids[np.argsort(-counts)][:LARGEST]]
     check_layer("truth", ["cloud/truth"], largest, WANTED)
+    if options.live:
+        own, other = (one.last(f"{topic}/cloud/truth", "class_ids") for one in (recording, Recording(options.live)))
+        require(len(own) > 0 and own == other, f"{options.live}: another truth than that of {options.rrd}")
     trails = recording.colours(f"{topic}/tracks/trails")
     check_layer("tracks", ["tracks/trails"], trails, min(5, len(trails)))
     classes = recording.meanings(f"{topic}/cloud/class")

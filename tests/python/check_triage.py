@@ -43,6 +43,23 @@ window.addEventListener("load", () => {
   key("?"); found.help = document.getElementById("help").open;
   document.querySelector("#help button").click(); found.closed = !document.getElementById("help").open;
   found.loaded = performance.getEntriesByType("resource").map((entry) => entry.name);
+  // Luminance of colours, and how much text stands out (WCAG 2.2).
+  const linear = (part) => (part /= 255) <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4;
+  const luminance = (colour) => { const [r, g, b] = colour.match(/[\\d.]+/g).map(Number).map(linear);
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b; };
+  const style = (one, name) => getComputedStyle(one)[name];
+  const page = luminance(style(document.body, "backgroundColor"));
+  const contrast = (a, b) => (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+  found.page = page;
+  found.texts = [...document.querySelectorAll("h1, p, td, th button, pre, nav a")]
+    .filter((one) => one.checkVisibility())
+    .map((one) => contrast(luminance(style(one, "color")), page));
+  const figures = [...document.querySelectorAll("figure > svg")];
+  found.figures = figures.map((one) => luminance(style(one.querySelector("rect"), "fill")));
+  found.headings = figures.map((one, n) =>
+    contrast(luminance(style(one.querySelector("g[aria-label]"), "fill")), found.figures[n]));
+  found.screen = [...document.styleSheets[0].cssRules].filter((rule) => /dark/.test(rule.conditionText ?? ""))
+    .map((rule) => rule.conditionText);
   found.fits = document.documentElement.scrollWidth <= window.innerWidth;
   document.getElementById("probe").textContent = "PROBE" + JSON.stringify(found) + "END";
 });
@@ -64,12 +81,16 @@ def chromium(folder, *arguments):
     return done.stdout.decode()
 
 
-def probed(folder, page):
+# Colours that the reader wants, as Chromium is told.
+DARK, LIGHT = "--blink-settings=preferredColorScheme=0", "--blink-settings=preferredColorScheme=1"
+
+
+def probed(folder, page, scheme=LIGHT):
     text = page.read_text()
     copy = page.with_name(f"probe-{page.name}")
     assert text.count("</body>") == 1
     copy.write_text(text.replace("</body>", PROBE))
-    dumped = chromium(folder, "--virtual-time-budget=5000", "--dump-dom", copy.as_uri())
+    dumped = chromium(folder, scheme, "--virtual-time-budget=5000", "--dump-dom", copy.as_uri())
     copy.unlink()
     found = dumped.split("PROBE{")[-1].split("}END")[0]
     return json.loads("{" + found.replace("&amp;", "&").replace("&lt;", "<").replace("&gt;", ">") + "}")
@@ -89,6 +110,16 @@ def check_index(found, cases, link):
     assert found["fits"], "wider than the window"
 
 
+def check_colours(light, dark):
+    """The page and its figures follow the reader's colours, on the screen alone, and text stands out in both."""
+    assert light["page"] > 0.8 and dark["page"] < 0.05, (light["page"], dark["page"])
+    for found in (light, dark):
+        assert min(found["texts"]) >= 4.5, sorted(found["texts"])[:5]
+        assert found["screen"] and all("screen" in condition for condition in found["screen"]), found["screen"]
+    assert light["figures"] and min(light["figures"]) > 0.8 and max(dark["figures"]) < 0.05, "figures do not follow"
+    assert min(light["headings"] + dark["headings"]) >= 4.5, (light["headings"], dark["headings"])
+
+
 def main():
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("recording", type=Path)
@@ -101,18 +132,22 @@ def main():
             command = [BINARY, "triage", arguments.recording, "--limit", str(cases), "--report", folder / name]
             subprocess.run(command, check=True, capture_output=True)
         check_index(probed(folder, folder / "pages" / "index.html"), cases, "case-001.html")
-        check_index(probed(folder, folder / "one.html"), cases, "#case-1")
+        light, dark = (probed(folder, folder / "one.html", scheme) for scheme in (LIGHT, DARK))
+        check_index(light, cases, "#case-1")
+        check_colours(light, dark)
         # Without scripts the table stands there with its links.
         plain = (folder / "pages" / "index.html").read_text().split("<script>")[0]
         assert plain.count("<tr tabindex") == cases and plain.count('href="case-') == cases
         if arguments.keep:
             arguments.keep.mkdir(parents=True, exist_ok=True)
-            for name, size in (("index", "1400,1000"), ("case-001", "1400,1700")):
-                picture = arguments.keep / f"triage-{name}.png"
-                page = folder / "pages" / f"{name}.html"
-                chromium(folder, f"--screenshot={picture}", f"--window-size={size}", page.as_uri())
-                assert picture.stat().st_size > 20_000, picture
-    print("triage pages: sorted, moved, opened; nothing loaded")
+            for name, size in (("index", "1400,900"), ("case-001", "1400,900")):
+                for side, scheme in (("light", LIGHT), ("dark", DARK)):
+                    picture = arguments.keep / f"triage-{name}-{side}.png"
+                    page = folder / "pages" / f"{name}.html"
+                    chromium(folder, scheme, f"--screenshot={picture}", f"--window-size={size}", page.as_uri())
+                    assert picture.stat().st_size > 20_000, picture
+            chromium(folder, DARK, f"--print-to-pdf={arguments.keep / 'triage.pdf'}", (folder / "one.html").as_uri())
+    print("triage pages: sorted, moved, opened; light and dark; nothing loaded")
 
 
 if __name__ == "__main__":

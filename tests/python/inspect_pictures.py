@@ -10,7 +10,7 @@ import argparse
 import io
 from pathlib import Path
 
-from check_inspect import BROWSER, FLAGS, ROOT, inspected, opened, until
+from check_inspect import BROWSER, FLAGS, ROOT, inspected, opened, place_of, points_of_two, until
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
@@ -27,11 +27,25 @@ def still(page, path):
 
 def worst(page):
     """Goes to the failure of most points and shows why it is one."""
-    until(page, "document.querySelectorAll('#cases button').length")
+    until(page, "inspector.state.survey?.is_over", 240)
     page.locator("#survey-source").select_option("failures")
     page.locator("#cases button").first.click()
     until(page, "inspector.state.explanation")
     page.evaluate("document.activeElement.blur()")
+
+
+def nodes(page):
+    """Asks why two points of the largest object are one, where there are no classes."""
+    until(page, "inspector.state.survey?.is_over", 240)
+    for point in points_of_two(page):
+        page.mouse.click(*place_of(page, point))
+        page.wait_for_timeout(150)
+    until(page, "inspector.state.explanation?.nodes.length > 1 && inspector.state.selected.length === 2")
+    page.evaluate("document.activeElement.blur()")
+    page.keyboard.press("f")
+    page.locator("#nodes").scroll_into_view_if_needed()
+    page.evaluate("document.getElementById('nodes').scrollIntoView({ block: 'start' })")
+    page.locator("#nodes button.node").first.hover()
 
 
 def main():
@@ -44,7 +58,7 @@ def main():
     with sync_playwright() as playwright, inspected(arguments.binary, arguments.recording) as address:
         browser = playwright.chromium.launch(executable_path=BROWSER, args=FLAGS)
         with opened(browser, address, SIZE) as page:
-            until(page, "document.querySelectorAll('#cases button').length")
+            until(page, "inspector.state.survey?.is_over", 240)
             still(page, folder / "inspect.png")
             worst(page)
             page.keyboard.press("w")
@@ -81,8 +95,12 @@ def main():
             frames = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
             frames[0].save(folder / "inspect.gif", save_all=True, append_images=frames[1:], duration=MILLISECONDS,
                            loop=0, optimize=True)
+        with inspected(arguments.binary, arguments.recording, "--semantics", "ground") as tree:
+            with opened(browser, tree, SIZE) as page:
+                nodes(page)
+                still(page, folder / "inspect-nodes.png")
         browser.close()
-    for name in ("inspect.png", "inspect-why.png", "inspect-compare.png", "inspect.gif"):
+    for name in ("inspect.png", "inspect-why.png", "inspect-nodes.png", "inspect-compare.png", "inspect.gif"):
         size = (folder / name).stat().st_size
         assert size < 4_000_000, f"{name}: {size} bytes"
         print(f"{name}: {size} bytes")

@@ -12,6 +12,7 @@ use crate::annotate::clustered::Clustered;
 use crate::annotate::event::{ClusteredFrame, RunEvent};
 use crate::annotate::form::Form;
 use crate::annotate::report::FrameReport;
+use crate::annotate::shown_truth::shown_truth;
 use crate::annotate::times::FrameTimes;
 use crate::annotate::writing::Annotated;
 use crate::error::{Error, Result};
@@ -89,6 +90,12 @@ impl Job<'_> {
     ) -> Result<()> {
         let remarks: Vec<String> =
             report.remarks.iter().map(|(_, problem)| problem.clone()).collect();
+        let wanted = self.options.shown_truth.as_ref();
+        let wanted = wanted.map(|(source, is_said)| (source, *is_said));
+        let truth = match wanted {
+            Some(_) => shown_truth(wanted, encoded, &encoded.decode()?)?,
+            None => None,
+        };
         let frame = ClusteredFrame {
             key: CloudKey {
                 topic: &encoded.topic,
@@ -100,7 +107,7 @@ impl Job<'_> {
             cloud: &clustered.cloud,
             stages: &clustered.stages,
             taxonomy: clustered.taxonomy.as_ref(),
-            truth: None,
+            truth: truth.as_ref(),
             remarks: &remarks,
         };
         self.tell(RunEvent::Frame(frame))

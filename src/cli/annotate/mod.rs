@@ -8,7 +8,7 @@ mod types;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use clap::Args;
 
 use tasks::{CheckedTask, CheckedTasks, Tasks};
@@ -21,6 +21,7 @@ use crate::annotate::{
 use crate::cli::arguments::method::MethodArguments;
 use crate::cli::arguments::selection::window;
 use crate::cli::arguments::tracks::TrackArguments;
+use crate::cli::arguments::truth::SourceArguments;
 use crate::cli::arguments::values::{COMPRESSIONS, one_of};
 use crate::cli::exit::{Outcome, contradict, error_chain};
 use crate::cli::layout::{Layout, WantedLayouts};
@@ -63,6 +64,9 @@ pub struct Arguments {
 
     #[command(flatten)]
     tracks: TrackArguments,
+
+    #[command(flatten)]
+    truth: SourceArguments,
 
     /// Boxes on T/objects: their type, `all` for those of background too, or both (detection3d,all)
     /// [default: objects alone, in what viewers draw: markers, or a SceneUpdate beside Foxglove's
@@ -108,8 +112,8 @@ pub struct Arguments {
     no_layout: bool,
 
     /// Also write OUT.rbl, a blueprint for `rerun OUT OUT.rbl`, with which Rerun shows the
-    /// instances in colour and not the clouds over them; needs a divmerge built with `--features
-    /// rerun`
+    /// instances in colour and not the clouds over them. It is in a binary form that Rerun's own
+    /// library writes: needs a divmerge built with `--features rerun`
     #[arg(long, conflicts_with = "slice")]
     blueprint: bool,
 
@@ -146,8 +150,10 @@ pub struct Arguments {
     #[arg(long)]
     profile: bool,
 
-    /// Show every frame in the Rerun viewer as it is annotated: write to a file (F.rrd), send to a
-    /// running viewer (rerun+http://127.0.0.1:9876/proxy), or start one (spawn)
+    /// Show every frame in the Rerun viewer as it is annotated, with the truth where clouds have
+    /// it: write to a file (F.rrd), send to a running viewer
+    /// (rerun+http://127.0.0.1:9876/proxy), or start one (spawn); needs a divmerge built with
+    /// `--features rerun`
     #[arg(long, value_name = "TARGET", value_parser = viewer::target)]
     rerun: Option<Target>,
 
@@ -249,10 +255,15 @@ fn one_slice(arguments: &Arguments, planned: &PlannedSlice) -> Result<Outcome> {
 /// Checks what is written for Rerun.
 fn check_stream(arguments: &Arguments, outputs: &mut Outputs) -> Result<()> {
     if arguments.blueprint {
-        viewer::require_built()?;
+        viewer::require_built().context(
+            "--blueprint: the layout is in Rerun's own binary form, which its library alone writes",
+        )?;
         if arguments.output == Path::new(STANDARD_STREAM) {
             contradict!("--blueprint is written beside a file: name one with -o");
         }
+    }
+    if arguments.truth.is_said() && arguments.rerun.is_none() {
+        contradict!("the truth is shown in Rerun alone: say where with --rerun");
     }
     if let Some(Target::Save { path, .. }) = &arguments.rerun {
         outputs.file(path)?;
@@ -356,6 +367,10 @@ fn options(arguments: &Arguments, input: &Path) -> Result<AnnotateOptions> {
         resume: arguments.resume,
         resumable: true,
         force: arguments.force,
+        shown_truth: arguments
+            .rerun
+            .is_some()
+            .then(|| (arguments.truth.source(), arguments.truth.is_said())),
         threads: arguments.threads.map_or(0, usize::from),
     })
 }

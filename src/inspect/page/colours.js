@@ -3,6 +3,7 @@
 // Four bytes a point: red, green, blue, and how large it is drawn: 0 not at all.
 
 import { css, grouped } from "inspect/dom";
+import { litPoints } from "inspect/nodes";
 import { instanceOf, picture, state } from "inspect/state";
 
 export const HIDDEN = 0,
@@ -151,7 +152,8 @@ export function paint(slot, into) {
   const range = rangeOf(),
     behind = backdropTable(tables),
     { instance } = arrays;
-  const litId = slot === state.slot ? lit : litIn(slot);
+  const litId = slot === state.slot ? lit : litIn(slot),
+    ofNode = slot === state.slot ? litPoints() : null;
   for (let n = 0, at = 0; n < count; n++, at += 4) {
     const isReturn = range[n] > 0 && range[n] < Infinity;
     if (!isReturn) {
@@ -165,7 +167,7 @@ export function paint(slot, into) {
       size = SMALL;
     }
     if (isRamp) size = SMALL;
-    if (litId && instance[n] === litId) {
+    if (ofNode ? ofNode[n] : litId && instance[n] === litId) {
       colour = tables.focus;
       size = LIT;
     }

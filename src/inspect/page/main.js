@@ -48,8 +48,11 @@ const showFrame = latest(async ({ topic, frame, points, instance }) => {
     state.wasShown = true;
   }
   tell("picture");
-  tell("frame");
   const { run } = picture();
+  state.frame = state.cloud.frame;
+  tell("frame");
+  tell("settled");
+  for (const slot of ["A", "B"]) parameters.scored(slot);
   say(`${run.instances.length} instances, clustered in ${fixed(run.total_ms, 0)} ms`);
   if (points || instance) {
     selectPoints(points ?? [], instance);
@@ -57,7 +60,11 @@ const showFrame = latest(async ({ topic, frame, points, instance }) => {
   }
 });
 
-const step = (by) => showFrame({ topic: state.topic, frame: state.frame + by });
+// The next cloud, or the one before: of several messages, where they are put together.
+const step = (by) => {
+  const [first, last] = state.cloud?.messages ?? [state.frame, state.frame];
+  return showFrame({ topic: state.topic, frame: by > 0 ? last + by : first + by });
+};
 // Goes to a case of the list.
 const goTo = (one) => {
   if (one.frame === state.frame) {
@@ -85,10 +92,11 @@ function head() {
   );
   byId("frame").value = state.frame;
   byId("frame").max = Math.max(clouds() - 1, 0);
-  byId("of").textContent = `of ${clouds()}`;
+  const [first, last] = cloud?.messages ?? [state.frame, state.frame];
+  byId("of").textContent = first < last ? `of ${clouds()}: ${first} to ${last}` : `of ${clouds()}`;
   byId("time").textContent = cloud ? `${fixed(cloud.seconds, 3)} s` : "";
-  byId("back").disabled = state.frame <= 0 || source.isSaved;
-  byId("on").disabled = state.frame >= clouds() - 1 || source.isSaved;
+  byId("back").disabled = first <= 0 || source.isSaved;
+  byId("on").disabled = last >= clouds() - 1 || source.isSaved;
   for (const id of ["topic", "frame"]) byId(id).disabled = source.isSaved;
   about();
 }
@@ -117,6 +125,9 @@ function about() {
     ]),
   ];
   byId("about").replaceChildren(
+    h("p", { className: "lead", id: "heading" }, plain(run.heading)),
+    h("p", { id: "remark" }, plain(run.remark)),
+    ...leftOut(),
     ...cloud.remarks.map((words) => h("p", {}, plain(words))),
     h(
       "dl",
@@ -124,6 +135,16 @@ function about() {
       rows.flatMap(([name, value]) => [h("dt", {}, name), h("dd", {}, plain(value))]),
     ),
   );
+}
+
+// What a saved case does not have.
+function leftOut() {
+  const words = savedCase?.left_out ?? [];
+  if (!words.length) return [];
+  return [
+    h("h3", {}, "Left out, so that the file is small"),
+    h("ul", { className: "left-out" }, words.map((one) => h("li", {}, plain(one)))),
+  ];
 }
 
 function theme(next) {
@@ -189,7 +210,7 @@ async function start() {
   why.start();
   sideList.start(goTo);
   keys.start(actions);
-  on("frame picture", head);
+  on("frame settled", head);
   on("show", () => views.showSelected());
   byId("back").onclick = () => step(-1);
   byId("on").onclick = () => step(1);
@@ -204,7 +225,7 @@ async function start() {
   head();
   await showFrame({ topic: state.topic, frame: state.frame });
   if (savedCase) openCase();
-  else if (picture()) sideList.look(state.frame, state.frame);
+  else if (picture()) sideList.lookAround();
 }
 
 // A saved case as it was left.
@@ -215,7 +236,8 @@ function openCase() {
   selectPoints(shown.points ?? [], shown.instance || undefined);
   views.showSelected();
   if (explanation) why.openTab("why");
-  say("a saved case: nothing is loaded from anywhere");
+  const missing = savedCase.left_out?.length;
+  say(missing ? "a saved case: the tab Frame lists what was left out" : "a saved case");
 }
 
 // For people at the console, and for tests.

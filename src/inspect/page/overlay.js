@@ -4,6 +4,7 @@
 import { changeColour, colourOf } from "inspect/colours";
 import { css } from "inspect/dom";
 import { plane, project, range } from "inspect/camera";
+import { drawnNodes, drawOutlines, nodeColour, outlineOf } from "inspect/nodes";
 import { position, state } from "inspect/state";
 
 const EDGES = [
@@ -61,11 +62,22 @@ export function lines(slot) {
       }
     }
   }
+  if (slot === state.slot) {
+    for (const { node, isLit } of drawnNodes()) {
+      if (!node.bounds) continue;
+      const colour = isLit ? [255, 255, 255] : nodeColour(node);
+      const sizes = node.is_chosen || isLit ? [0, 0.06, 0.12] : [0];
+      for (const more of sizes) {
+        const at = corners({ ...node.bounds, size: node.bounds.size.map((side) => side + more) });
+        for (const [a, b] of EDGES) add(at[a], at[b], colour);
+      }
+    }
+  }
   if (state.shown.votes) {
     const edge = arrays.edge_ends;
-    run.edges.forEach(([, , , , decision], n) => {
+    arrays.edge_decision.forEach((decision, n) => {
       const at = [...edge.slice(6 * n, 6 * n + 6)];
-      add(at.slice(0, 3), at.slice(3), tables[decision]);
+      add(at.slice(0, 3), at.slice(3), tables[run.decisions[decision]]);
     });
   }
   return [new Float32Array(ends), new Uint8Array(colours)];
@@ -262,6 +274,36 @@ function marks(context, pane, matrix) {
   });
 }
 
+// The order in which nodes joined, at their upper corners.
+function orders(context, pane, matrix) {
+  const shown = [];
+  const all = drawnNodes().sort(
+    (a, b) => b.isLit - a.isLit || b.node.is_chosen - a.node.is_chosen || b.node.order - a.node.order,
+  );
+  for (const { node, place: number, isLit } of all) {
+    let place = null;
+    if (pane.view === "range") {
+      const [x, y] = outlineOf(number).corner ?? [],
+        { rows, columns } = state.pictures[pane.slot].run,
+        { area } = pane;
+      place = [
+        area.x + ((x / columns - range.x) * range.zoom + 0.5) * area.width - 14,
+        area.y + ((y / rows - range.y) * range.zoom + 0.5) * area.height,
+      ];
+    } else if (node.bounds) {
+      const top = corners(node.bounds).slice(4),
+        seen = top.map((at) => placeIn(pane, matrix, at)).filter(Boolean);
+      place = seen.sort((a, b) => b[0] - b[1] - (a[0] - a[1]))[0];
+    }
+    const isFree = ([x, y]) =>
+      shown.every(([a, b]) => Math.abs(a - x) > 18 || Math.abs(b - y) > 13);
+    if (!place || !isFree(place)) continue;
+    shown.push(place);
+    const colour = css(isLit ? [255, 255, 255] : nodeColour(node));
+    text(context, String(node.order), [place[0] + 8, place[1] - 3], colour, 12, 700);
+  }
+}
+
 function scaleBar(context, { area }) {
   const metres = plane.metres / area.width,
     most = (area.width / 4) * metres;
@@ -312,7 +354,11 @@ export function drawOver(context, pane, matrix, cursor) {
       }
       context.setLineDash([]);
     }
-    if (state.shown.ids) ids(context, pane, matrix);
+    if (pane.slot === state.slot) {
+      if (pane.view === "range") drawOutlines(context, area, range);
+      orders(context, pane, matrix);
+    }
+    if (state.shown.ids && !drawnNodes().length) ids(context, pane, matrix);
     marks(context, pane, matrix);
     if (pane.view === "plane") scaleBar(context, pane);
     if (cursor && pane.view === "range") {

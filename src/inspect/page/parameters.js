@@ -11,7 +11,7 @@ export const latency = { ms: null };
 export function start() {
   build();
   on("slot setting frame", build);
-  on("picture compare", figures);
+  on("settled compare", figures);
 }
 
 const setting = () => state.settings[state.slot];
@@ -139,20 +139,45 @@ function groups() {
   }
   // What the clustering goes by comes first; what seldom helps is folded.
   const place = (group) =>
-    ["cluster", "method", "smoothing", "ground", "projection"].indexOf(group.split(".")[0]);
+    ["cluster", "method", "smoothing", "bleed", "segment_vote", "ground", "projection"].indexOf(
+      group.split(".")[0],
+    );
   const sorted = [...byGroup].sort(([a], [b]) => place(a) - place(b));
   const isOpen = (group) => folded.get(group) ?? /^(cluster|method)/.test(group);
-  return sorted.map(([group, own]) =>
-    h(
+  return [...sorted.map(groupOf), overTime(state.session.parameters_over_time)];
+  function groupOf([group, own]) {
+    const reasons = new Set(own.map(whyIdle)),
+      isIdle = !reasons.has(undefined);
+    return h(
       "details",
       {
         className: "group",
-        open: isOpen(group),
-        ontoggle: (event) => folded.set(group, event.target.open),
+        open: isOpen(group) && !(isIdle && !folded.has(group)),
       },
-      h("summary", {}, group),
-      own.map(row),
-    ),
+      h(
+        "summary",
+        { onclick: (event) => folded.set(group, !event.currentTarget.parentElement.open) },
+        group,
+        isIdle ? h("span", { className: "faint" }, " no effect here") : null,
+      ),
+      [...reasons]
+        .filter(Boolean)
+        .map((words) => h("p", { className: "faint idle" }, `No effect: ${words}.`)),
+      own.filter((one) => !whyIdle(one)).map(row),
+    );
+  }
+}
+
+// Why a parameter changes nothing of what is shown; nothing of one that does.
+const whyIdle = ({ path }) => picture()?.run.idle[path];
+
+// What acts over many frames has no slider here, and says so.
+function overTime(parts) {
+  const words = parts.map(([part, count]) => `${part} (${count})`).join(", ");
+  return h(
+    "p",
+    { className: "faint", id: "over-time" },
+    `Without effect on one frame, and so not here: ${words}. Set them with --set; divmerge params lists them.`,
   );
 }
 
@@ -290,24 +315,29 @@ function narrow(words) {
   for (const one of document.querySelectorAll(".parameter"))
     one.hidden = !one.dataset.words.includes(words.toLowerCase());
   for (const group of document.querySelectorAll(".group"))
-    group.hidden = [...group.querySelectorAll(".parameter")].every((one) => one.hidden);
+    group.hidden =
+      words !== "" && [...group.querySelectorAll(".parameter")].every((one) => one.hidden);
 }
 
-export function chooseSlot(name) {
+export async function chooseSlot(name) {
   state.slot = name;
-  if (!state.pictures[name]) return load(name).then(() => tell("slot"));
+  const isNew = !state.pictures[name];
+  if (isNew) await load(name);
   tell("slot");
   tell("picture");
+  tell("settled");
+  if (isNew) scored(name);
 }
 
 export async function toggleCompare() {
   state.compare = !state.compare;
-  if (state.compare)
-    await Promise.all(["A", "B"].filter((slot) => !state.pictures[slot]).map(load));
+  const missing = ["A", "B"].filter((slot) => state.compare && !state.pictures[slot]);
+  await Promise.all(missing.map(load));
   await compared();
   if (!state.compare && state.layer === "difference") state.layer = "instances";
   tell("slot");
   tell("compare");
+  missing.forEach(scored);
 }
 
 async function compared() {
@@ -338,13 +368,24 @@ export function apply(set) {
   return change({ ...next, set: { ...next.set, ...set } });
 }
 
+// Waits until the screen has the picture that is due; of a page that nobody sees not for long.
+const isDrawn = () =>
+  new Promise((done) => {
+    requestAnimationFrame(() => setTimeout(done));
+    setTimeout(done, 300);
+  });
+
 const recluster = latest(async ({ slot, before, began }) => {
+  const idleBefore = JSON.stringify(picture()?.run.idle);
   try {
     await load(slot);
     await compared();
-    state.explanation = null;
+    if (!source.isSaved) state.explanation = null;
     tell("picture");
+    await isDrawn();
     latency.ms = performance.now() - began;
+    tell("settled");
+    scored(slot);
     say(
       `clustered in ${fixed(state.pictures[slot].run.total_ms, 0)} ms, drawn after ${fixed(latency.ms, 0)} ms`,
     );
@@ -353,7 +394,8 @@ const recluster = latest(async ({ slot, before, began }) => {
     state.settings[slot] = before;
     say(error.message, true);
   }
-  if (!document.activeElement?.dataset?.slider) tell("setting");
+  const idle = JSON.stringify(picture()?.run.idle);
+  if (!document.activeElement?.dataset?.slider || idle !== idleBefore) tell("setting");
   else refresh();
 });
 
@@ -382,13 +424,14 @@ export async function load(slot) {
   }
   state.pictures[slot] = { run, arrays, sums };
   state.scores[slot] = null;
-  if (state.cloud.has_truth) {
-    source.scores(asked(slot)).then(
-      (scores) => {
-        state.scores[slot] = scores;
-        figures();
-      },
-      () => {},
-    );
-  }
+}
+
+// Asks for the scores of what is shown; that of a picture that has gone is not waited for.
+export async function scored(slot) {
+  const now = state.pictures[slot];
+  if (!state.cloud?.has_truth || !now) return;
+  const scores = await source.scores(asked(slot)).catch(() => null);
+  if (now !== state.pictures[slot]) return;
+  state.scores[slot] = scores;
+  figures();
 }

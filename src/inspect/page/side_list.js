@@ -12,7 +12,7 @@ let goTo = null,
 export function start(jump) {
   goTo = jump;
   on("survey", listCases);
-  on("picture", listInstances);
+  on("settled", listInstances);
   on("selection frame", mark);
   build();
 }
@@ -37,7 +37,7 @@ function build() {
             id: "survey",
             disabled: source.isSaved,
             title: "find the worst cases of these frames (r)",
-            onclick: () => look(Number(byId("survey-from").value), Number(byId("survey-to").value)),
+            onclick: lookOrStop,
           },
           "Look through",
         ),
@@ -97,6 +97,23 @@ function build() {
 }
 
 const clouds = () => state.session.topics.find((one) => one.topic === state.topic)?.clouds ?? 0;
+
+// Most milliseconds that a frame takes to be clustered if its neighbours are looked through unasked.
+const QUICK = 400;
+
+// Looks through the frame that is shown, and where that is quick through the next ones too, so that
+// objects are followed.
+export function lookAround() {
+  const [first, last] = state.cloud.messages,
+    isQuick = picture().run.total_ms < QUICK;
+  return look(first, isQuick ? Number(byId("survey-to").value) : last);
+}
+
+// Looks through frames, or stops doing so.
+async function lookOrStop() {
+  if (state.survey && !state.survey.is_over) return follow(await source.stopSurvey());
+  return look(Number(byId("survey-from").value), Number(byId("survey-to").value));
+}
 
 // Looks through frames, from the first to the last.
 export async function look(first, last) {
@@ -173,18 +190,25 @@ function listCases() {
       fits({ id: one.instance, title: `${one.title} ${one.class}`, size: one.size }),
   );
   const shown = entries(chosen);
+  byId("survey").textContent = survey.is_over ? "Look through" : "Stop";
   byId("cases-head").textContent = `Cases (${grouped(shown.length)})`;
   list.replaceChildren(...shown.slice(0, 200).map(caseEntry));
   byId("survey-progress").replaceChildren(...progress(survey));
   mark();
 }
 
+// What is counted: messages, where several are put together to a cloud.
+const unit = () => {
+  const [first, last] = state.cloud?.messages ?? [0, 0];
+  return first < last ? "message" : "frame";
+};
+
 function progress(survey) {
   if (survey.problem) return [h("p", { className: "problem-text" }, plain(survey.problem))];
   if (!survey.of) return [];
   const words = survey.is_over
-    ? counted(survey.done, "frame")
-    : `${survey.done} of ${survey.of} frames${survey.done === survey.of ? ", following objects" : ""}`;
+    ? counted(survey.done, unit())
+    : `${survey.done} of ${survey.of} ${unit()}s${survey.done === survey.of ? ", following objects" : ""}`;
   return [
     survey.is_over
       ? null

@@ -47,6 +47,7 @@ class Served {
   command = (asked) => this.json("command", asked);
   survey = (asked) => this.json("survey", asked);
   surveyState = () => this.json("survey-state");
+  stopSurvey = () => this.json("survey-stop");
   tracks = (asked) => this.json("tracks", asked);
   file = async (name, asked) => (await this.ask(name, asked)).blob();
 }
@@ -107,6 +108,7 @@ class Saved {
   changes = (asked) => this.explain(asked);
   command = this.missing;
   survey = this.missing;
+  stopSurvey = this.missing;
   surveyState = async () => ({ number: 0, cases: [], is_over: true, done: 0, of: 0 });
   tracks = this.missing;
   file = this.missing;

@@ -24,6 +24,8 @@ export const state = {
   // Row and column of the cursor in the range image.
   cursor: null,
   explanation: null,
+  // The node of the explanation that is lit up, by its place in the list.
+  node: null,
   // The worst of many frames, and the object over time of each instance of this one.
   survey: null,
   tracks: null,

@@ -28,8 +28,8 @@ export function start() {
   for (const element of [document.body, ...VIEWS.map(byId)])
     new ResizeObserver(() => due()).observe(element);
   on("points", () => scene.setPoints(state.points.position));
-  on("picture selection layer shown compare", repaint);
-  on("explanation view", () => due());
+  on("picture selection layer shown compare explanation node", repaint);
+  on("view", () => due());
   toggles();
   layers();
 }

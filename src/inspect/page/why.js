@@ -1,6 +1,7 @@
 // Why: what is known of a point, and why two points are one instance or not.
 
 import { byId, fixed, grouped, h, plain, say } from "inspect/dom";
+import { forgetNode, nodeTable, withNodes } from "inspect/nodes";
 import { apply } from "inspect/parameters";
 import { source } from "inspect/source";
 import { asked, clearSelection, instanceOf, on, picture, state, tell } from "inspect/state";
@@ -10,29 +11,44 @@ let turn = 0,
   isSearching = false;
 
 export function start() {
-  on("selection changed", ask);
+  on("selection", () => ask(true));
+  on("changed slot", askAgain);
   on("explanation slot", build);
   on("frame", () => {
     state.explanation = null;
+    forgetNode();
     build();
   });
   on("frame changed slot followed", askTracks);
   build();
 }
 
-// Asks about the points that are selected.
-async function ask() {
+// Asks again once a slider rests, unless the answer holds for the setting that is chosen now. A
+// saved case keeps the answer that it has.
+let resting = null,
+  askedFor = "";
+function askAgain() {
+  clearTimeout(resting);
+  if (source.isSaved || !state.selected.length) return;
+  if (state.explanation && askedFor === JSON.stringify(asked().setting)) return;
+  resting = setTimeout(() => ask(false), 150);
+}
+
+// Asks about the points that are selected, and shows the answer if they are new.
+async function ask(isNew) {
   const own = ++turn;
   problem = null;
   isSearching = false;
   state.explanation = null;
+  forgetNode();
   build();
   if (!state.selected.length || !picture()) return tell("explanation");
+  askedFor = JSON.stringify(asked().setting);
   try {
     const found = await source.explain({ ...asked(), points: state.selected });
     if (own !== turn) return;
     state.explanation = found;
-    if (state.selected.length === 2) openTab("why");
+    if (isNew && state.selected.length === 2) openTab("why");
   } catch (error) {
     if (own !== turn) return;
     problem = error.message;
@@ -105,7 +121,9 @@ function build() {
   else if (!problem && state.selected.length)
     parts.push(h("p", { className: "faint", "aria-busy": "true" }, "asking …"));
   if (!state.selected.length) parts.push(ofInstance(instanceOf(state.instance)));
-  panel.replaceChildren(...parts);
+  const focused = panel.contains(document.activeElement) && document.activeElement.dataset.node;
+  panel.replaceChildren(...parts.filter(Boolean));
+  if (focused) panel.querySelector(`[data-node="${focused}"]`)?.focus();
 }
 
 const figures = (rows) =>
@@ -150,9 +168,9 @@ async function askTracks() {
 
 const place = (one) => (one ? `row ${one.row}, column ${one.column}` : null);
 
-function ofPoint(point, name) {
+function ofPoint(point, name, selected) {
   const { pixel, component, group } = point,
-    reason = state.session.colours.reason_words[picture().arrays.reason[point.index]];
+    reason = state.session.colours.reason_words[picture().arrays.reason[selected]];
   return h(
     "div",
     {},
@@ -184,14 +202,15 @@ function explained(found) {
     two = report.points.length === 2;
   return [
     h("p", { className: "lead" }, plain(headline)),
-    ...report.points.map((point, n) => ofPoint(point, two ? "AB"[n] : "")),
+    ...report.points.map((point, n) => ofPoint(point, two ? "AB"[n] : "", state.selected[n])),
     changes(found),
     votes(report),
+    nodeTable(),
     h(
       "details",
       { open: true },
       h("summary", {}, "In words"),
-      h("pre", { id: "explanation" }, plain(text)),
+      h("pre", { id: "explanation" }, withNodes(text)),
     ),
   ];
 }

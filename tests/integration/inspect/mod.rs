@@ -1,5 +1,9 @@
 //! The inspector: what it answers, to whom, and that nothing in a recording does harm.
 
+mod cases;
+mod surveys;
+mod without_classes;
+
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
@@ -37,7 +41,11 @@ struct Desk {
 
 impl Desk {
     fn of(input: &Path) -> Self {
-        let session = Session::open(options(input)).expect("a session");
+        Desk::with(options(input))
+    }
+
+    fn with(options: SessionOptions) -> Self {
+        let session = Session::open(options).expect("a session");
         let gate = Gate::new(HOST.parse().unwrap()).expect("random numbers");
         Desk { session: Arc::new(session), gate }
     }
@@ -72,6 +80,22 @@ impl Desk {
         (status, words["problem"].as_str().expect("a problem").to_owned())
     }
 
+    /// What a survey found, once it is over.
+    fn survey(&self) -> Value {
+        loop {
+            let state = self.answer("api/survey-state", &json!({}));
+            if state["is_over"] == true {
+                return state;
+            }
+            std::thread::yield_now();
+        }
+    }
+
+    fn looked_through(&self, survey: &Value) -> Value {
+        self.answer("api/survey", survey);
+        self.survey()
+    }
+
     fn topic(&self) -> Value {
         self.answer("api/session", &json!({}))["topic"].clone()
     }
@@ -84,6 +108,15 @@ impl Desk {
         }
         body
     }
+}
+
+/// Two points of the largest instance, as far apart in the cloud as they can be.
+fn points_of_largest(instance: &[u32]) -> [usize; 2] {
+    let of = |id: u32| instance.iter().filter(|&&own| own == id).count();
+    let largest = (1..=instance.iter().copied().max().unwrap_or(0)).max_by_key(|&id| of(id));
+    let is_it = |own: &u32| Some(*own) == largest;
+    let first = instance.iter().position(is_it).expect("a point");
+    [first, instance.iter().rposition(is_it).expect("a point")]
 }
 
 /// The header of a picture, and one of its arrays of 32 bits.
@@ -231,69 +264,6 @@ fn no_file_of_the_machine_is_served() {
     }
 }
 
-#[test]
-fn a_survey_lists_cases_and_a_later_one_takes_its_place() {
-    let (_folder, input) = drive(4);
-    let desk = Desk::of(&input);
-    let begin = |frames: [u64; 2]| {
-        desk.answer("api/survey", &json!({ "topic": desk.topic(), "frames": frames }))
-    };
-    let first = begin([0, 4])["number"].as_u64().unwrap();
-    let second = begin([1, 3])["number"].as_u64().unwrap();
-    assert_eq!(second, first + 1);
-    let over = loop {
-        let state = desk.answer("api/survey-state", &json!({}));
-        if state["is_over"] == true {
-            break state;
-        }
-        std::thread::yield_now();
-    };
-    assert_eq!(
-        (&over["done"], &over["of"], &over["problem"]),
-        (&json!(2), &json!(2), &json!(null))
-    );
-    let cases = over["cases"].as_array().unwrap();
-    assert!(!cases.is_empty() && over["is_followed"] == true);
-    assert!(cases.iter().all(|case| (1..3).contains(&case["frame"].as_u64().unwrap())));
-    let tracks = |more: Value| {
-        let mut body = json!({ "topic": desk.topic(), "frame": 1 });
-        body.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
-        desk.answer("api/tracks", &body)
-    };
-    let followed = tracks(json!({}));
-    assert!(!followed.as_object().unwrap().is_empty());
-    assert!(followed.as_object().unwrap().values().all(|track| track.as_u64() > Some(0)));
-    assert_eq!(tracks(json!({ "setting": { "preset": "paper" } })), json!({}));
-    let (status, words) =
-        desk.problem("api/survey", &json!({ "topic": desk.topic(), "frames": [4, 9] }));
-    assert!(status == 400 && words.contains("has 4 clouds"), "{words}");
-}
-
-#[test]
-fn a_case_is_one_file_with_its_changes() {
-    let (_folder, input) = drive(2);
-    let desk = Desk::of(&input);
-    let picture = desk.asked("api/frame", Some(&desk.frame(json!({}))));
-    let (_, instance) = unpacked(&picture.body, "instance");
-    let of_one: Vec<usize> = (0..instance.len()).filter(|&point| instance[point] == 1).collect();
-    let points = json!([of_one[0], of_one[of_one.len() - 1]]);
-    let shown = json!({ "points": points, "layer": "instances", "note": "</script><b>" });
-    let case =
-        desk.asked("api/case", Some(&desk.frame(json!({ "points": points, "shown": shown }))));
-    assert_eq!((case.status, case.content_type), (200, "text/html; charset=utf-8"));
-    let page = String::from_utf8(case.body).unwrap();
-    assert!(page.len() < 6_000_000, "{} bytes", page.len());
-    assert!(!page.contains("</script><b>") && !page.contains("https://"));
-    let data = page.split("id=\"case\">").nth(1).unwrap().split("</script>").next().unwrap();
-    let data: Value = serde_json::from_str(data).unwrap();
-    assert_eq!(data["shown"], shown);
-    assert!(data["explanation"]["text"].as_str().unwrap().contains("instance 1"));
-    let changes = data["explanation"]["changes"].as_array().unwrap().len();
-    let alternatives = data["alternatives"].as_array().unwrap();
-    assert_eq!(alternatives.len(), changes.min(12));
-    assert!(alternatives.iter().all(|one| !one["compared"]["differences"].is_null()));
-}
-
 /// What a server replies to bytes.
 fn sent(address: &str, request: &str) -> String {
     let host = address.strip_prefix("http://").unwrap().split('/').next().unwrap();
@@ -386,4 +356,22 @@ fn a_frame_that_is_not_there_is_refused() {
     let done = divmerge(&["inspect", path(&input), "--frame", "2", "--no-open"]);
     assert_eq!(done.status.code(), Some(2));
     assert!(text(&done.stderr).contains("numbered 0 to 1"), "{}", text(&done.stderr));
+}
+
+#[test]
+fn the_folder_of_a_bag_is_its_first_file() {
+    let (folder, input) = drive(2);
+    let bag = folder.path().join("bag");
+    std::fs::create_dir(&bag).unwrap();
+    for name in ["bag_0.mcap", "bag_1.mcap"] {
+        std::fs::copy(&input, bag.join(name)).unwrap();
+    }
+    let metadata = "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: mcap\n  \
+                    relative_file_paths: [bag_0.mcap, bag_1.mcap]\n";
+    std::fs::write(bag.join("metadata.yaml"), metadata).unwrap();
+    // It gets as far as the frame that is not there.
+    let done = divmerge(&["inspect", path(&bag), "--frame", "2", "--no-open"]);
+    let said = text(&done.stderr);
+    assert!(said.contains("bag_0.mcap") && said.contains("numbered 0 to 1"), "{said}");
+    assert!(said.contains("name it: bag_1.mcap"), "{said}");
 }
