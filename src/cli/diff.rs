@@ -10,10 +10,10 @@ use crate::cli::annotated::{annotated, find_annotated};
 use crate::cli::exit::Outcome;
 use crate::cli::output::Outputs;
 use crate::cli::progress::frame_bar;
-use crate::cli::table::csv_line;
 use crate::cli::text::{counted, grouped, listed};
 use crate::evaluate::{Difference, differences};
 use crate::frames::{EncodedCloud, EncodedClouds};
+use crate::text::csv_line;
 
 /// List the differences between two annotated recordings
 ///
