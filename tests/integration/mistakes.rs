@@ -44,11 +44,9 @@ fn of_a_misspelt_name_the_nearest_is_said() {
     let typed = folder.path().join("mien.toml");
     assert!(annotate(&["--config", path(&typed)]).contains("did you mean `mine.toml`?"));
     let missing = folder.path().join("drvie.mcap");
-    let name = format!("did you mean `{}`?", input.rsplit('/').next().expect("a name"));
     let told = divmerge(&["info", path(&missing)]);
     assert_eq!(told.status.code(), Some(1));
-    let is_near = name.contains("`drive.mcap`");
-    assert_eq!(text(&told.stderr).contains(&name), is_near, "{}", text(&told.stderr));
+    assert!(text(&told.stderr).contains("did you mean `drive.mcap`?"), "{}", text(&told.stderr));
 }
 
 #[test]
