@@ -34,7 +34,7 @@ const HEADINGS: &[(&str, &str)] = &[
 /// The options that `-h` shows, of commands that have many; `--help` shows all.
 const COMMON: &[(&str, &str)] = &[
     ("annotate", "output topic from to semantics preset set config dry-run force"),
-    ("compare", "topic frames labels semantics methods set min-points output force"),
+    ("compare", "topic frames labels semantics methods set output force"),
     ("demo", "out frames seed semantics set config"),
     ("evaluate", "topic labels truth predictions sequences taxonomy entropy over-time json force"),
     ("explain", "topic frame at instance track semantics preset set output json"),

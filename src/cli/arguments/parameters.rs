@@ -39,7 +39,7 @@ pub struct ContenderParameterArguments {
     /// Set a parameter of each method that has it, as in cluster.voxel=0.3, or of one, as in
     /// paper:cluster.voxel=0.3 or dbscan:method.reach=0.7; may be repeated. `divmerge params
     /// --method M` lists those of a method
-    #[arg(long, value_name = "[METHOD:]PATH=VALUE", value_parser = ContenderSettingParser)]
+    #[arg(long, value_name = "PATH=VALUE", value_parser = ContenderSettingParser)]
     #[arg(allow_hyphen_values = true, hide_possible_values = true)]
     pub set: Vec<ContenderSetting>,
 }

@@ -17,7 +17,7 @@ use crate::cli::interrupt;
 use crate::cli::output::{OutputFile, Outputs};
 use crate::cli::progress::RecordingProgress;
 use crate::cli::shell::{command_line, option_words, path_word};
-use crate::cli::text::grouped;
+use crate::cli::text::{fitted, grouped};
 use crate::diagnose::triage::TriageParams;
 use crate::diagnose::triage::ranking::{RankedCase, Ranking};
 use crate::diagnose::triage::recording::{TriageOutput, Triaged, triage_recording};
@@ -217,7 +217,7 @@ fn print(arguments: &Arguments, ranking: &Ranking, triaged: &Triaged) {
             case.seconds,
             suspect.kind.name()
         );
-        println!("     {}", suspect.sentence);
+        print!("{}", fitted(&format!("     {}", suspect.sentence)));
         let others: Vec<&str> = case.suspects[1..].iter().map(|other| other.kind.name()).collect();
         if !others.is_empty() {
             println!("     also: {}", with_counts(&others));
