@@ -8,7 +8,7 @@ use crate::evaluate::{JudgedObject, Verdict};
 use super::row::{Row, side_name};
 use crate::cli::shell::{path_word, quoted};
 use crate::cli::table::Table;
-use crate::cli::text::{counted, fitted, grouped, listed, seconds};
+use crate::cli::text::{counted, grouped, listed, seconds};
 
 /// Prints the counts and the first `limit` failures. Unmatched objects of fewer than `min_points`
 /// points are not among them.
@@ -77,7 +77,7 @@ fn print_failure(number: usize, row: &Row) {
     let name = if judged.class_name.is_empty() { "instance" } else { &judged.class_name };
     let time =
         row.found.log_time_ns.map_or(String::new(), |ns| format!(", log time {}", seconds(ns)));
-    let head = format!(
+    println!(
         "{number}. {} frame {}{time}: {} {name} of {} at {x:.1},{y:.1},{z:.1}: {}",
         row.found.topic,
         row.found.frame,
@@ -85,10 +85,8 @@ fn print_failure(number: usize, row: &Row) {
         counted(judged.points, "point"),
         judged.verdict.name()
     );
-    print!("{}", fitted(&head));
-    print!("{}", fitted(&format!("   {}", shared_points(*side, judged))));
-    let cause_in_words = format!("   cause: {}: {}", cause.step(), row.found.cause_in_words);
-    print!("{}", fitted(&cause_in_words));
+    println!("   {}", shared_points(*side, judged));
+    println!("   cause: {}: {}", cause.step(), row.found.cause_in_words);
     if row.found.failure.is_right_with_true_mask && cause.step() != "mask" {
         println!("   (with a true mask it would be right)");
     }
