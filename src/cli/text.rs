@@ -8,7 +8,7 @@ pub fn counted(count: u64, noun: &str) -> String {
 }
 
 /// Widest line.
-const WIDTH: usize = 100;
+pub const WIDTH: usize = 100;
 
 /// A text with its long lines broken at spaces; what follows stands in by four more.
 pub fn fitted(text: &str) -> String {
