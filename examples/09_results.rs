@@ -8,9 +8,10 @@
 //! ```
 //!
 //! A table of the page is replaced by the printed table of the same head (of several the one in the
-//! same place), and a line by the printed line that is the same up to its first digit. What is
-//! printed beside is left out; a table that no command prints any more is an error, so that the
-//! page holds no table made by hand. The text between is left as it is: read it again afterwards.
+//! same place), and a line by the printed line that is the same up to its first digit (of several
+//! the one in the same place). What is printed beside is left out; a table that no command prints
+//! any more is an error, so that the page holds no table made by hand. The text between is left as
+//! it is: read it again afterwards.
 
 use std::path::Path;
 use std::process::Command;
@@ -107,11 +108,11 @@ fn run(root: &Path, command: &str) -> Result<String> {
 
 /// The lines of a section with what was printed in the place of what stood there.
 fn replaced(below: &[&str], printed: &str) -> Result<Vec<String>> {
-    let printed: Vec<&str> = printed.lines().map(str::trim_end).collect();
-    let mut tables: Vec<(&str, &[&str])> = printed
+    let mut printed: Vec<&str> = printed.lines().map(str::trim_end).collect();
+    let mut tables: Vec<(&str, Vec<&str>)> = printed
         .chunk_by(|a, b| a.starts_with('|') && b.starts_with('|'))
         .filter(|lines| lines[0].starts_with('|'))
-        .map(|lines| (lines[0], lines))
+        .map(|lines| (lines[0], lines.to_vec()))
         .collect();
     let mut made = Vec::new();
     let parts = below.chunk_by(|a, b| a.starts_with('|') && b.starts_with('|'));
@@ -124,8 +125,9 @@ fn replaced(below: &[&str], printed: &str) -> Result<Vec<String>> {
             continue;
         }
         let line = part[0];
-        let same = printed.iter().find(|other| is_same_statement(line, other));
-        made.push(same.map_or(line, |same| same).to_owned());
+        let same = printed.iter().position(|other| is_same_statement(line, other));
+        // Of several such lines the one in the same place, as of tables.
+        made.push(same.map_or(line, |place| printed.remove(place)).to_owned());
     }
     Ok(made)
 }

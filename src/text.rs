@@ -59,6 +59,27 @@ pub fn option_words(option: &str, value: &str) -> Vec<String> {
     }
 }
 
+/// A line of a CSV file (RFC 4180), in which no cell is a formula.
+pub fn csv_line(cells: &[String]) -> String {
+    let quoted = |text: String| match text.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text,
+    };
+    let cell = |text: &String| quoted(without_formula(text));
+    cells.iter().map(cell).collect::<Vec<_>>().join(",") + "\n"
+}
+
+/// Text with an apostrophe before it if a spreadsheet would take it for a formula: it begins with
+/// `=`, `+`, `-`, `@` or an invisible character before those, and is neither a number nor the `-`
+/// of an empty cell.
+fn without_formula(text: &str) -> String {
+    let is_risky = text.starts_with(['=', '+', '-', '@', '\t', '\r', '\n']);
+    match is_risky && text != "-" && text.parse::<f64>().is_err() {
+        true => format!("'{text}"),
+        false => text.to_owned(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -89,5 +110,13 @@ mod tests {
         assert_eq!(option_words("--topic", "-x"), ["--topic=-x"]);
         assert_eq!(option_words("--topic", "/x"), ["--topic", "/x"]);
         assert_eq!(option_words("--sensor-height", "-2.5"), ["--sensor-height", "-2.5"]);
+    }
+
+    #[test]
+    fn cells_of_a_table_are_quoted_and_no_formulas() {
+        let cells =
+            ["=1+1", "@a", "-x", "+y", "\t=1", "-1.5", "+2e3", "-", "a=b"].map(String::from);
+        assert_eq!(csv_line(&cells), "'=1+1,'@a,'-x,'+y,'\t=1,-1.5,+2e3,-,a=b\n");
+        assert_eq!(csv_line(&["a,\"b\"\n".to_owned()]), "\"a,\"\"b\"\"\n\"\n");
     }
 }

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use divmerge::annotate::{AnnotateConfig, ObjectOptions};
 use divmerge::comparison::methods::BOXES;
-use divmerge::comparison::{Contender, MethodScores, USUAL_CONTENDERS, measure};
+use divmerge::comparison::{
+    Contender, ContenderSetting, MethodScores, USUAL_CONTENDERS, check_settings, measure,
+};
 use divmerge::evaluate::panoptic::MIN_POINTS;
 use divmerge::pipeline::overrides::limits;
 use pyo3::prelude::*;
@@ -20,7 +22,7 @@ use crate::objects::{OBJECTS, set_objects};
 use crate::parameters::{NEEDS_BOXES, Parameters, names, recording, whole};
 
 /// Names of the arguments of `compare` beside those about clouds and objects.
-const OWN: &[&str] = &["methods", "voxels", "min_points", "taxonomy"];
+const OWN: &[&str] = &["methods", "voxels", "min_points", "taxonomy", "set"];
 
 /// A line of the command's JSON without the memory of a process.
 #[derive(Serialize)]
@@ -38,7 +40,8 @@ struct Row {
         min_points=50, topic=None, sequences=(), start=0, stop=None, labels=None, \
         true_class_field='label', true_instance_field='true_instance', semantics='auto', \
         taxonomy=None, tolerance=0.01, model_config=None, model_image='auto', \
-        remission_scale=None, batch=None, runtime='auto', onnxruntime=None, device='auto')"
+        remission_scale=None, batch=None, runtime='auto', onnxruntime=None, device='auto', \
+        set=None, **parameters)"
 )]
 /// Compares methods on clouds with truth: the dicts, one a method, that `divmerge compare -o
 /// FILE.json` writes, but for `peak_memory`, since all are measured in this process.
@@ -47,7 +50,9 @@ struct Row {
 /// `failures`. methods: presets ("best", "paper", "authors") and other methods (those of
 /// `cluster`), one or several. voxels: also preset "paper" with these sides of a voxel, metres.
 /// min_points: unmatched objects of fewer points are neither spurious nor missed. semantics,
-/// taxonomy and how a network is run: as for `annotate`.
+/// taxonomy and how a network is run: as for `annotate`. set: parameters by path, as
+/// {"cluster.voxel": 0.3}, for each method that has them, or for one, as {"dbscan:method.reach":
+/// 0.7}; those of ours are keywords, too, as for `cluster`.
 ///
 /// Of each: `method`, `frames`, `all` and `things` (panoptic quality, 0 to 1; None where methods
 /// are given no classes), `classes`, `over` and `under` (mean and deviation of the over- and
@@ -70,7 +75,7 @@ pub fn compare<'py>(
         min_points = whole("min_points", &said)? as u64;
     }
     let known = [LABELLED, OWN, OBJECTS];
-    let parameters = Parameters::take("compare", &known, parameters, |name, value| {
+    let mut parameters = Parameters::take("compare", &known, parameters, |name, value| {
         match name {
             "methods" => named = names(name, value)?,
             "voxels" => voxels = sides(name, value)?,
@@ -79,19 +84,31 @@ pub fn compare<'py>(
         }
         Ok(())
     })?;
+    let settings = settings(&mut parameters)?;
     let method = method(py, &parameters, objects, (&path, &clouds.topics(), None))?;
     let mut contenders =
         named.iter().map(|name| contender(name)).collect::<PyResult<Vec<Contender>>>()?;
     contenders.extend(voxels.into_iter().map(Contender::Voxel));
+    check_settings(&contenders, &settings, &method).map_err(|error| parameters.raised(error))?;
     let mut rows = Vec::new();
     for contender in contenders {
-        let pipeline = contender.config(&method.taxonomy);
-        let method = AnnotateConfig { pipeline, ..method.clone() };
+        let method = contender.with_settings(&method, &settings);
+        let method = method.map_err(|error| parameters.raised(error))?;
         let frames = clouds.open(py, &path, &method)?;
         let measured = measured(py, frames, &method, min_points)?;
         rows.push(Row { method: contender.name(), measured });
     }
     plain(py, &rows)
+}
+
+/// The parameters that were set, which are not those of the method that reads the clouds.
+fn settings(parameters: &mut Parameters) -> PyResult<Vec<ContenderSetting>> {
+    let said = parameters.take_settings().into_iter();
+    let setting = |(path, value): (String, _)| {
+        ContenderSetting::new(&path, value)
+            .map_err(|known| wrong("set", format!("`{path}` is of no method: {known}")))
+    };
+    said.map(setting).collect()
 }
 
 fn contender(name: &str) -> PyResult<Contender> {

@@ -1,12 +1,17 @@
 //! Figures of a cloud with its parameters.
 
-use divmerge::Taxonomy;
+use std::path::{Path, PathBuf};
+
 use divmerge::diagnose::explain::ClusteredCloud;
-use divmerge::view::{self, Canvas, ColourTracker, FigureOptions, FrameScene, Panel, Theme};
+use divmerge::recording::write_file;
+use divmerge::view::{
+    self, Canvas, ColourTracker, FigureOptions, FrameScene, Panel, StepPages, Theme,
+};
+use divmerge::{Error as LibraryError, Taxonomy};
 use pyo3::prelude::*;
 
 use crate::cloud_run::{CloudRun, Origin};
-use crate::errors::{raised, wrong};
+use crate::errors::{exists_already, raised, wrong};
 
 /// The forms of figures.
 #[derive(Debug, Clone, Copy)]
@@ -54,6 +59,35 @@ pub fn drawn(py: Python<'_>, made_of: &CloudRun, look: &Look, form: Form) -> PyR
         view::figure(&scene, &options)
     });
     encoded(&page.map_err(raised)?, form, look.options.dpi)
+}
+
+/// Writes the pictures of a run's merge to a folder, by each instance or by each decision.
+pub fn write_steps(
+    py: Python<'_>,
+    made_of: &CloudRun,
+    look: &Look,
+    (folder, by_decision): (&Path, bool),
+) -> PyResult<()> {
+    let origin = &*made_of.origin;
+    made_of.look(py, |frame| {
+        let scene = FrameScene { theme: look.theme, ..scene(frame, origin) };
+        let pages = StepPages::new(&scene, &look.options, by_decision).map_err(raised)?;
+        if by_decision && pages.are_of_objects() {
+            let problem = "`decision` draws merges by votes; these objects were cut from a tree";
+            return Err(wrong("steps_by", problem));
+        }
+        let names = (1..=pages.count()).map(|number| folder.join(StepPages::name(number)));
+        let there = |file: &PathBuf| !look.force && file.symlink_metadata().is_ok();
+        if let Some(there) = names.into_iter().find(there) {
+            return Err(exists_already(&there));
+        }
+        let problem = |source| LibraryError::Io { path: folder.to_owned(), source };
+        std::fs::create_dir_all(folder).map_err(|source| raised(problem(source)))?;
+        pages.pages().try_for_each(|(name, page)| {
+            let picture = encoded(&page, Form::Png, look.options.dpi)?;
+            write_file(&folder.join(name), &picture, look.force).map_err(raised)
+        })
+    })
 }
 
 /// A run as it is drawn, with the headings of the command's figure.

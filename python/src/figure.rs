@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use divmerge::error::spelling::did_you_mean;
 use divmerge::recording::write_file;
 use divmerge::view::{self, FigureOptions, FrameScene, Panel, PixelCrop, PlaneRegion, Theme};
 use pyo3::prelude::*;
@@ -10,22 +11,25 @@ use pyo3::types::{PyBytes, PyDict};
 use crate::annotate::flag;
 use crate::asked::cloud_run;
 use crate::cloud_run::CloudRun;
-use crate::drawing::{FORMS, Form, Look, drawn, encoded};
+use crate::drawing::{FORMS, Form, Look, drawn, encoded, write_steps};
 use crate::errors::{exists_already, raised, wrong, wrong_type};
 use crate::explain::{POINTS, Problem, Question, refuse_other_method, report};
 use crate::following::{OVER_TIME, followed, given, needs};
-use crate::parameters::{choice, names, number};
+use crate::parameters::{choice, names, number, path};
 
 /// Names of the arguments of `figure` beside those about cloud and method.
-const OWN: &[&str] =
-    &["a", "b", "panels", "theme", "aspect", "dpi", "window", "view", "format", "force"];
+const OWN: &[&str] = &[
+    "a", "b", "panels", "theme", "aspect", "dpi", "window", "view", "format", "force", "steps",
+    "steps_by",
+];
 
 #[pyfunction]
 #[pyo3(
     signature = (cloud, out=None, **parameters),
     text_signature = "(cloud, out=None, *, format=None, panels=(), theme='dark', aspect=0.125, \
-        dpi=192, window=None, view=None, force=False, a=None, b=None, instances=None, \
-        within=0.3, tracks=False, start=0, stop=None, lag=None, ego_motion='auto', \
+        dpi=192, window=None, view=None, steps=None, steps_by='instance', force=False, \
+        a=None, b=None, instances=None, within=0.3, tracks=False, start=0, stop=None, \
+        lag=None, ego_motion='auto', \
         topic=None, frame=0, time=None, assemble=None, semantics='auto', taxonomy=None, \
         preset='best', voxel=None, angle=None, gap_columns=None, gap_rows=None, \
         min_points=None, bev=None, method=None, set=None, rows=None, columns=None, \
@@ -44,7 +48,10 @@ const OWN: &[&str] =
 /// theme: "dark" or "light". aspect: height over width of the whole range image, 0.01 to 10. dpi:
 /// pixels per inch, 24 to 1200; a figure is 10.4 inches wide. window: ((first, end), (first, end)),
 /// the columns and the rows from the top that are shown, None for all. view: ((x, x), (y, y)), the
-/// part of the bird's-eye plane, metres. force: replace an existing file. a, b, instances, within:
+/// part of the bird's-eye plane, metres. steps: also write numbered pictures to this folder: the
+/// merge step by step, or without classes each object and the tree of merges around it; steps_by:
+/// "instance", or "decision" for one picture for each merge by votes. force: replace existing
+/// files. a, b, instances, within:
 /// draw what `explain` says of these; aspect, panels, window and view are then its own. tracks:
 /// draw the ways of all objects of a recording, as `divmerge figure --tracks`; start, stop: numbers
 /// of the first cloud that is followed and of the one behind the last, from 0; lag, ego_motion: as
@@ -64,7 +71,7 @@ pub fn figure<'py>(
     {
         return ways(cloud, out, parameters);
     }
-    let mut question = Question::default();
+    let (mut question, mut steps, mut by_decision) = (Question::default(), None, false);
     let options = FigureOptions { panels: Vec::new(), ..FigureOptions::default() };
     let mut look = Look { options, ..Look::default() };
     let own = [POINTS, OWN, OVER_TIME, &["tracks"]].concat();
@@ -73,13 +80,25 @@ pub fn figure<'py>(
         "b" => question.add("b", Some(value)),
         _ if POINTS.contains(&name) => question.set(name, value),
         _ if OVER_TIME.contains(&name) => Err(needs(name, "tracks=True")),
+        "steps" => {
+            steps = Some(path(name, value)?);
+            Ok(())
+        }
+        "steps_by" => {
+            by_decision = choice(name, value, &[("instance", false), ("decision", true)])?;
+            Ok(())
+        }
         _ => set_look(&mut look, name, value),
     })?;
     let form = target(out.as_deref(), &look)?;
     let bytes = match question.is_any() {
+        true if steps.is_some() => return Err(wrong("steps", "not together with a, b, instances")),
         true => explained(py, &made_of, &question, (&look, form))?,
         false => drawn(py, &made_of, &look, form)?,
     };
+    if let Some(folder) = steps {
+        write_steps(py, &made_of, &look, (&folder, by_decision))?;
+    }
     written(py, out, bytes, look.force)
 }
 
@@ -179,8 +198,9 @@ fn set_look(look: &mut Look, name: &str, value: &Bound<'_, PyAny>) -> PyResult<(
 fn panel(said: String) -> PyResult<Panel> {
     let found = Panel::NAMES.iter().find(|(name, _)| *name == said);
     found.map(|&(_, panel)| panel).ok_or_else(|| {
-        let names = Panel::NAMES.map(|(name, _)| name).join(", ");
-        wrong("panels", format!("`{said}` is none of {names}"))
+        let names = Panel::NAMES.map(|(name, _)| name);
+        let near = did_you_mean(&said, &names);
+        wrong("panels", format!("`{said}` is none of {}{near}", names.join(", ")))
     })
 }
 

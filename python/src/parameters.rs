@@ -7,11 +7,13 @@ use divmerge::Taxonomy;
 use divmerge::annotate::{AnnotateConfig, ObjectOptions, ObjectSource};
 use divmerge::cloud::sensor_frame::SensorFrame;
 use divmerge::cloud::{CloudFrames, Crop, Ego, LengthUnit, SensorOrigin};
+use divmerge::cluster::params::Region;
 use divmerge::comparison::DIVIDE_AND_MERGE;
 use divmerge::comparison::methods::{self, BOXES};
+use divmerge::error::spelling::did_you_mean;
 use divmerge::frames::{EgoBodies, recorded_transforms};
 use divmerge::parameters::{ParameterSet, SettingError};
-use divmerge::pipeline::{Config, Overrides};
+use divmerge::pipeline::{BirdsEyeMerge, Config, Overrides, Preset};
 use divmerge::recording::address::put_secrets_aside;
 use divmerge::semantics::GroundParams;
 use pyo3::exceptions::PyOverflowError;
@@ -73,6 +75,18 @@ pub const WITHOUT_CLASSES: &[&str] = ALL.split_at(1).1;
 pub const COORDINATES: &[&str] =
     &["units", "sensor_origin", "min_range", "max_range", "crop", "ego"];
 
+/// Presets.
+pub const PRESETS: &[(&str, Preset)] =
+    &[("best", Preset::Best), ("paper", Preset::Paper), ("authors", Preset::Authors)];
+
+const BIRDS_EYE_MERGES: &[(&str, BirdsEyeMerge)] = &[
+    ("off", BirdsEyeMerge::Off),
+    ("size", BirdsEyeMerge::Size),
+    ("box", BirdsEyeMerge::Overlap(Region::Box)),
+    ("rectangle", BirdsEyeMerge::Overlap(Region::Rectangle)),
+    ("hull", BirdsEyeMerge::Overlap(Region::Hull)),
+];
+
 /// Why the method of boxes cannot be had here.
 pub const NEEDS_BOXES: &str = "`boxes` needs boxes, which only the command line reads";
 
@@ -109,13 +123,13 @@ impl Parameters {
     fn set(&mut self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
         let overrides = &mut self.overrides;
         match name {
-            "preset" => overrides.preset = parsed(name, value)?,
+            "preset" => overrides.preset = choice(name, value, PRESETS)?,
             "voxel" => overrides.voxel = Some(number(name, value)?),
             "angle" => overrides.angle = Some(number(name, value)?),
             "gap_columns" => overrides.gap_columns = Some(whole(name, value)?),
             "gap_rows" => overrides.gap_rows = Some(whole(name, value)?),
             "min_points" => overrides.min_points = Some(whole(name, value)?),
-            "bev" => overrides.bev = Some(parsed(name, value)?),
+            "bev" => overrides.bev = Some(choice(name, value, BIRDS_EYE_MERGES)?),
             "rows" => overrides.rows = Some(whole(name, value)?),
             "columns" => overrides.columns = Some(whole(name, value)?),
             "fov" => overrides.field_of_view = Some(pair(name, value)?),
@@ -150,12 +164,19 @@ impl Parameters {
         Ok(parameters)
     }
 
+    /// Paths of parameters and their values, which it has no more.
+    pub fn take_settings(&mut self) -> Vec<(String, Value)> {
+        std::mem::take(&mut self.settings)
+    }
+
     /// What is wrong with a parameter, by the name by which it was given.
-    fn raised(&self, error: SettingError) -> PyErr {
+    pub fn raised(&self, error: SettingError) -> PyErr {
         let is_keyword = |path: &String| self.by_keyword.contains(&path.as_str());
         match &error {
-            SettingError::Wrong { path, value, wanted } if is_keyword(path) => {
-                wrong(&keyword(path), format!("must be {wanted}, got {value}"))
+            SettingError::Wrong { path, value, wanted, nearest } if is_keyword(path) => {
+                let near = nearest.first();
+                let near = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
+                wrong(&keyword(path), format!("must be {wanted}, got {value}{near}"))
             }
             SettingError::Off { path, group, remedy } if is_keyword(path) => {
                 let problem = format!("has no effect while `{group}` is off: set {remedy} first");
@@ -174,8 +195,9 @@ impl Parameters {
             Some(name) => Some(methods::named(name, taxonomy).ok_or_else(|| {
                 let known = methods::NAMES.into_iter().filter(|name| *name != BOXES);
                 let known = known.collect::<Vec<_>>().join(", ");
-                let problem = format!("`{name}` is no method: use {DIVIDE_AND_MERGE}, {known}");
-                wrong("method", problem)
+                let near = did_you_mean(name, [DIVIDE_AND_MERGE].iter().chain(&methods::NAMES));
+                let known = format!("use {DIVIDE_AND_MERGE}, {known}{near}");
+                wrong("method", format!("`{name}` is no method: {known}"))
             })?),
         };
         Ok(config)
@@ -224,7 +246,8 @@ pub fn choice<T: Clone>(name: &str, value: &Bound<'_, PyAny>, words: &[(&str, T)
         .map(|(_, stands_for)| stands_for.clone())
         .ok_or_else(|| {
             let words: Vec<&str> = words.iter().map(|(word, _)| *word).collect();
-            wrong(name, format!("`{said}` is none of {}", words.join(", ")))
+            let near = did_you_mean(&said, &words);
+            wrong(name, format!("`{said}` is none of {}{near}", words.join(", ")))
         })
 }
 

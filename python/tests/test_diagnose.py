@@ -227,6 +227,94 @@ def test_triage_ranks_as_the_command_does(drives, command_line, tmp_path):
     assert one["frames"] == 1 and {case["frame"] for case in one["cases"]} == {1}
 
 
+def test_tables_and_pages_of_triage_are_the_commands_but_for_the_call(drives, command_line, tmp_path):
+    drive = drives("organised")
+    words = ["triage", drive, "--semantics", "ground", "--limit", 2]
+    theirs, ours = tmp_path / "theirs", tmp_path / "ours"
+    for folder in (theirs, ours):
+        folder.mkdir()
+    command_line(*words, "--csv", theirs / "all.csv", "--report", theirs / "pages")
+    command_line(*words, "--report", theirs / "one.html")
+    asked = dict(semantics="ground", limit=2, tree_gap=None)
+    divmerge.triage(drive, csv=ours / "all.csv", report=ours / "pages", **asked)
+    divmerge.triage(drive, report=str(ours / "one.html"), **asked)
+
+    tables = [list(csv.DictReader((folder / "all.csv").open())) for folder in (ours, theirs)]
+    without = [[{**row, "command": ""} for row in rows] for rows in tables]
+    assert without[0] == without[1] and len(tables[0]) > 2
+    first = tables[0][0]["command"]
+    assert first.startswith(f'divmerge.explain("{drive}", (') and first.endswith(", semantics='ground')")
+    explained = eval(first, {"divmerge": divmerge})
+    assert explained["topic"] == TOPIC and explained["semantics"] == "ground"
+
+    names = sorted(path.name for path in (theirs / "pages").iterdir())
+    assert names == sorted(path.name for path in (ours / "pages").iterdir()) and len(names) == 3
+    for name in ["one.html", *(f"pages/{name}" for name in names)]:
+        pages = [(folder / name).read_text() for folder in (ours, theirs)]
+        figures = [page.split("<svg")[1:] for page in pages]
+        assert figures[0] == figures[1] and (figures[0] or "index" in name)
+        assert "divmerge.explain(" in pages[0] or "index" in name
+
+    for taken in ("csv", "report"):
+        with pytest.raises(FileExistsError, match="force=True"):
+            divmerge.triage(drive, **{taken: ours / {"csv": "all.csv", "report": "pages"}[taken]})
+    divmerge.triage(drive, csv=ours / "all.csv", report=ours / "pages", force=True, **asked)
+    with pytest.raises(ValueError, match="csv: .* is the recording itself"):
+        divmerge.triage(drive, csv=drive, force=True)
+
+
+@pytest.mark.parametrize(
+    "words, parameters",
+    [(["--preset", "paper", "--steps-by", "decision"], dict(preset="paper", steps_by="decision")), ([], {})],
+)
+def test_steps_are_the_commands_pictures(drives, command_line, tmp_path, words, parameters):
+    drive = drives("organised")
+    theirs, ours, figure = tmp_path / "theirs", tmp_path / "ours", tmp_path / "figure.png"
+    objects = [] if words else ["--semantics", "ground"]
+    command_line("figure", drive, "--steps", theirs, "--dpi", 40, *words, *objects)
+    if objects:
+        parameters = dict(semantics="ground")
+    divmerge.figure(drive, figure, steps=ours, dpi=40, **parameters)
+    names = sorted(path.name for path in theirs.iterdir())
+    assert names == sorted(path.name for path in ours.iterdir()) and len(names) > 3
+    assert all((ours / name).read_bytes() == (theirs / name).read_bytes() for name in names)
+    assert figure.read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(FileExistsError, match="step_00001.png"):
+        divmerge.figure(drive, steps=ours, **parameters)
+    assert divmerge.figure(drive, steps=ours, dpi=40, force=True, **parameters).startswith(b"\x89PNG")
+
+
+def test_what_has_no_steps(frame):
+    with pytest.raises(ValueError, match="steps_by: `decision` draws merges by votes"):
+        divmerge.figure(frame.cluster("ground"), steps="never", steps_by="decision")
+    with pytest.raises(ValueError, match="steps: not together with a, b, instances"):
+        divmerge.figure(frame.cluster("ground"), steps="never", a=0)
+    with pytest.raises(ValueError, match="steps_by: `decisoin` is none of .*did you mean `decision`"):
+        divmerge.figure(frame.cluster("ground"), steps="never", steps_by="decisoin")
+
+
+def test_compare_sets_parameters_of_the_methods_that_have_them(drives, command_line, tmp_path):
+    drive, file = drives("organised"), tmp_path / "rows.json"
+    methods = ["paper", "dbscan"]
+    words = ["--set", "dbscan:method.reach=3", "--set", "cluster.merge_ratio=0.9"]
+    command_line("compare", drive, "--methods", ",".join(methods), "-o", file, *words)
+    theirs = [row["things"]["pq"] for row in json.loads(file.read_text())]
+    both = {"dbscan:method.reach": 3}
+    ours = divmerge.compare(drive, methods=methods, set=both, merge_ratio=0.9)
+    assert [row["things"]["pq"] for row in ours] == theirs
+    usual = divmerge.compare(drive, methods=methods)
+    assert all(ours["things"]["pq"] != was["things"]["pq"] for ours, was in zip(ours, usual))
+    for wrong, problem in [
+        (dict(set={"dbscn:method.reach": 3}), "set: .*did you mean `dbscan`"),
+        (dict(set={"alpine:method.margin": 3}), "`alpine` is not among the methods"),
+        (dict(set={"cluster.voxle": 3}), "did you mean `cluster.voxel`"),
+        (dict(merge_ratio=-1), "^merge_ratio: must be a number"),
+        (dict(methods="dbscam"), "methods: `dbscam` is no method: .*did you mean `dbscan`"),
+    ]:
+        with pytest.raises(ValueError, match=problem):
+            divmerge.compare(drive, **{"methods": methods, **wrong})
+
+
 @pytest.mark.parametrize(
     "words, parameters",
     [

@@ -103,6 +103,25 @@ def test_wrong_values_are_named(frame):
         frame.cluster("ground", tree_gap=object())
 
 
+@pytest.mark.parametrize(
+    "name, value, near",
+    [
+        ("bev", "sise", "size"),
+        ("preset", "papers", "paper"),
+        ("method", "dbscam", "dbscan"),
+        ("seeding", "at_onec", "at_once"),
+    ],
+)
+def test_of_a_wrong_name_the_nearest_is_said(frame, name, value, near):
+    with pytest.raises(ValueError, match=f"^{name}: .*; did you mean `{near}`\\?$"):
+        frame.cluster("ground", **{name: value})
+
+
+def test_of_a_wrong_panel_the_nearest_is_said(frame):
+    with pytest.raises(ValueError, match="^panels: .*; did you mean `votes`"):
+        divmerge.figure(frame.cluster("ground"), panels="vots")
+
+
 def test_warnings_name_keywords(drives, tmp_path):
     """Three clouds are too few to tell the vehicle from what is around it."""
     calls = [

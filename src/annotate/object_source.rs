@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use super::config::{AnnotateConfig, Semantics};
 use crate::error::Result;
+use crate::error::spelling::did_you_mean;
 use crate::frames::{ClassSource, FrameClasses, TOLERANCE_NS};
 use crate::network::{Network, NetworkOptions};
 use divmerge_core::ParameterError;
@@ -67,8 +68,12 @@ impl FromStr for ObjectSource {
                 Ok(ObjectSource::Topic(topic.to_owned()))
             }
             _ => {
-                Err("use auto, field:NAME, onnx:MODEL.onnx, labels:DIR, topic:T, ground or all"
-                    .into())
+                let word = text.split(':').next().unwrap_or_default();
+                let words = ["auto", "field", "onnx", "labels", "topic", "ground", "all"];
+                Err(format!(
+                    "use auto, field:NAME, onnx:MODEL.onnx, labels:DIR, topic:T, ground or all{}",
+                    did_you_mean(word, &words)
+                ))
             }
         }
     }

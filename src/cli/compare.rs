@@ -5,20 +5,24 @@ use std::process::Stdio;
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
+use clap::error::ErrorKind;
 use serde::{Deserialize, Serialize};
 
+use crate::annotate::AnnotateConfig;
 use crate::cli::arguments::boxes::BoxArguments;
 use crate::cli::arguments::objects::ObjectArguments;
+use crate::cli::arguments::parameters::{ContenderParameterArguments, changes};
 use crate::cli::arguments::truth::TruthArguments;
 use crate::cli::arguments::values::positive;
-use crate::cli::exit::{NotThere, Outcome, WRONG_USAGE};
+use crate::cli::exit::{NotThere, Outcome, WRONG_USAGE, WrongUsage};
 use crate::cli::invocation;
 use crate::cli::output::{Outputs, chart_or_table};
 use crate::cli::progress::frame_bar;
 use crate::cli::table::{measurements, write_measurements};
+use crate::cli::terminal;
 use crate::cli::text::{counted, peak_memory};
 use crate::comparison::methods::BOXES;
-use crate::comparison::{Contender, MethodScores, USUAL_CONTENDERS, measure};
+use crate::comparison::{Contender, MethodScores, USUAL_CONTENDERS, check_settings, measure};
 use crate::view::{Line, LineChart};
 
 /// Compare methods on clouds with truth
@@ -56,6 +60,9 @@ pub struct Arguments {
     /// Also preset `paper` with these voxel sizes in metres, such as 2,1,0.5,0.2,0.1
     #[arg(long, value_delimiter = ',', value_name = "M,...", value_parser = positive)]
     voxels: Vec<f64>,
+
+    #[command(flatten)]
+    parameters: ContenderParameterArguments,
 
     /// Write a chart (.svg, .pdf or .png), the table (.csv or .md) or all measurements (.json); may
     /// be repeated
@@ -97,6 +104,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         return Ok(Outcome::Done);
     }
     arguments.boxes.source(contenders.contains(&Contender::Method(BOXES)))?;
+    check_settings(&contenders, &arguments.parameters.set, &AnnotateConfig::default())
+        .map_err(|error| WrongUsage(ErrorKind::ValueValidation, format!("--set: {error}")))?;
     let inputs = arguments.truth.clouds.files().chain(arguments.objects.files());
     let outputs = Outputs::new(inputs.chain(arguments.boxes.files()), arguments.force)
         .files(&arguments.output)?;
@@ -118,8 +127,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 }
 
 fn measure_here(arguments: &Arguments, contender: Contender) -> Result<Row> {
-    let mut method = arguments.objects.config(&arguments.truth.clouds.input)?;
-    method.pipeline = contender.config(&method.taxonomy);
+    let objects = arguments.objects.config(&arguments.truth.clouds.input)?;
+    let mut method = contender.with_settings(&objects, &arguments.parameters.set)?;
+    if terminal::is_verbose() {
+        let changed = changes(&method.parameters());
+        changed.iter().for_each(|change| eprintln!("{}: {change}", contender.name()));
+    }
     if contender == Contender::Method(BOXES) {
         let (source, taxonomy) = (arguments.boxes.source(true)?, &method.taxonomy);
         method.boxes =

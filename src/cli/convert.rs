@@ -9,6 +9,7 @@ use crate::Error;
 use crate::annotate::time_spec::since_1970;
 use crate::cli::arguments::objects::taxonomy;
 use crate::cli::arguments::values::{COMPRESSIONS, one_of, positive};
+use crate::cli::dry_run::{DryRun, DryRunArgument};
 use crate::cli::exit::Outcome;
 use crate::cli::interrupt;
 use crate::cli::output::{OutputFile, Outputs, make_folder};
@@ -139,6 +140,9 @@ struct Writing {
     #[arg(long, default_value = "zstd", value_parser = one_of(COMPRESSIONS))]
     compression: Compression,
 
+    #[command(flatten)]
+    dry_run: DryRunArgument,
+
     /// Replace existing recordings
     #[arg(long)]
     force: bool,
@@ -164,6 +168,18 @@ fn semantic_kitti(arguments: &SemanticKitti) -> Result<Outcome> {
     let chosen = chosen(&arguments.root, &arguments.sequences)?;
     let outputs = outputs(arguments, &chosen)?;
     let sequences = opened(arguments, &chosen)?;
+    if arguments.writing.dry_run.dry_run {
+        for (sequence, output) in sequences.iter().zip(&outputs) {
+            let scans = counted(sequence.len() as u64, "scan");
+            let notes = sequence.notes.iter().map(|note| format!("\n  note: {note}"));
+            let notes: String = notes.collect();
+            let mut plan = DryRun::default();
+            plan.line(format_args!("would read sequence {} ({scans}){notes}", sequence.name));
+            plan.writes(format_args!("{}\n  {CLOUD_TOPIC}", output.path().display()));
+            plan.print();
+        }
+        return Ok(Outcome::Done);
+    }
     if outputs.iter().any(|output| output.path() != arguments.output) {
         make_folder(&arguments.output)?;
     }
@@ -262,6 +278,21 @@ fn folder(arguments: &Folder) -> Result<Outcome> {
     if !scans.left_aside.is_empty() {
         eprintln!("note: skipped: {}", listed(&scans.left_aside, 10));
     }
+    let times = match scans.stamps {
+        StampSource::Names => "times from the file names".to_owned(),
+        StampSource::Rate(rate) => format!("{rate} per second"),
+    };
+    if arguments.writing.dry_run.dry_run {
+        let mut plan = DryRun::default();
+        plan.line(format_args!(
+            "would read {} in {}, {times}",
+            counted(scans.len() as u64, &format!("{} file", scans.format.ending())),
+            arguments.folder.display()
+        ));
+        plan.writes(format_args!("{}\n  {}", output.path().display(), arguments.topic));
+        plan.print();
+        return Ok(Outcome::Done);
+    }
     let bar = frame_bar("converting", scans.len() as u64);
     let (topic, frame_id) = (&arguments.topic, &arguments.frame_id);
     let options = arguments.writing.options();
@@ -271,10 +302,6 @@ fn folder(arguments: &Folder) -> Result<Outcome> {
     });
     bar.finish_and_clear();
     let written = written.context("nothing written")?;
-    let times = match scans.stamps {
-        StampSource::Names => "times from the file names".to_owned(),
-        StampSource::Rate(rate) => format!("{rate} per second"),
-    };
     print(&written, output.path(), &format!("{} files on {topic}, {times}", scans.format.ending()));
     Ok(Outcome::Done)
 }

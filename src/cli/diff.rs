@@ -10,10 +10,10 @@ use crate::cli::annotated::{annotated, find_annotated};
 use crate::cli::exit::Outcome;
 use crate::cli::output::Outputs;
 use crate::cli::progress::frame_bar;
-use crate::cli::table::csv_line;
-use crate::cli::text::{counted, grouped, listed};
+use crate::cli::text::{counted, fitted, grouped, listed};
 use crate::evaluate::{Difference, differences};
 use crate::frames::{EncodedCloud, EncodedClouds};
+use crate::text::csv_line;
 
 /// List the differences between two annotated recordings
 ///
@@ -187,7 +187,7 @@ fn frame(
 }
 
 fn print(found: &[LocatedDifference], totals: &Totals, limit: usize) {
-    println!(
+    let summary = format!(
         "{}, {} with differences: {} in {} of {} points; {} instances in the first, {} in the \
          second",
         counted(totals.frames, "cloud"),
@@ -198,6 +198,7 @@ fn print(found: &[LocatedDifference], totals: &Totals, limit: usize) {
         grouped(totals.instances[0]),
         grouped(totals.instances[1]),
     );
+    print!("{}", fitted(&summary));
     if found.is_empty() {
         return;
     }

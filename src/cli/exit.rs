@@ -121,7 +121,11 @@ fn near_file(error: &anyhow::Error) -> String {
             _ => None,
         },
     };
-    let Some(path) = path else { return String::new() };
+    path.map_or(String::new(), |path| nearest_file(&path))
+}
+
+/// A question behind a path that is not there: the nearest name beside it, if one is near.
+pub fn nearest_file(path: &Path) -> String {
     let folder = path.parent().filter(|folder| *folder != "").unwrap_or(Path::new("."));
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let names: Vec<String> =
@@ -139,6 +143,7 @@ fn code_of(error: &anyhow::Error) -> u8 {
         Some(
             crate::Error::Setting(_)
             | crate::Error::Parameter(_)
+            | crate::Error::Figure(_)
             | crate::Error::ParameterFile { .. },
         ) => WRONG_USAGE,
         _ if error.is::<ParameterError>() || error.is::<Contradiction>() => WRONG_USAGE,

@@ -7,7 +7,8 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 
 use crate::cli::annotated::annotated;
-use crate::cli::exit::{Outcome, contradict};
+use crate::cli::dry_run::{DryRun, DryRunArgument};
+use crate::cli::exit::{Outcome, contradict, error_chain};
 use crate::cli::output::{OutputFile, Outputs, make_folder, refuse_address};
 use crate::cli::progress::frame_bar;
 use crate::cli::text::counted;
@@ -60,6 +61,9 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME")]
     instance_field: Option<String>,
 
+    #[command(flatten)]
+    dry_run: DryRunArgument,
+
     /// Replace existing files
     #[arg(long)]
     force: bool,
@@ -81,6 +85,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     for export in &mut exports {
         export.files = label_files(export, &mut outputs)?;
     }
+    if arguments.dry_run.dry_run {
+        return dry_run(&exports, arguments);
+    }
     let mut outcome = Outcome::Done;
     for export in &exports {
         write(export, arguments)?;
@@ -90,6 +97,35 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         }
     }
     Ok(outcome)
+}
+
+/// Says what would be done. The first cloud of each recording is read.
+fn dry_run(exports: &[Export], arguments: &Arguments) -> Result<Outcome> {
+    for Export { input, topic, labels, files } in exports {
+        let (mut plan, _) = DryRun::of_recording(input)?;
+        let count = counted(files.len() as u64, "cloud");
+        let first = EncodedClouds::open(input, Some(topic), 0..=0)?.next().transpose()?;
+        let believed = match first.map(|message| fields(&message, arguments)).transpose() {
+            Ok(Some([class, instance])) => {
+                format!("classes from `{class}`, instances from `{instance}`")
+            }
+            Ok(None) => "none can be read".to_owned(),
+            Err(error) => format!("of which the first cannot be read: {}", error_chain(&error)),
+        };
+        plan.line(format_args!("  {topic}: {count}, {believed}"));
+        let files = counted(files.len() as u64, "label file");
+        plan.writes(format_args!("{files} to {}", labels.display()));
+        plan.print();
+    }
+    Ok(Outcome::Done)
+}
+
+/// The fields of a cloud that are read, after reading them.
+fn fields(message: &EncodedCloud, arguments: &Arguments) -> Result<[String; 2]> {
+    words(message, arguments)?;
+    let usual = object_field(&message.decode()?);
+    let instance = arguments.instance_field.as_deref().unwrap_or(usual);
+    Ok([arguments.class_field.clone(), instance.to_owned()])
 }
 
 /// What goes where, before anything is written.

@@ -11,8 +11,10 @@ use clap::{ArgGroup, Args};
 use crate::annotate::AnnotateConfig;
 use crate::annotate::time_spec::TimeSpec;
 use crate::cli::arguments::method::MethodArguments;
+use crate::cli::arguments::pictures::{aspect, dpi, panel, region, window};
 use crate::cli::arguments::tracks::FollowArguments;
 use crate::cli::arguments::values::{NamedValue, THEMES, one_of, range};
+use crate::cli::dry_run::{DryRun, DryRunArgument};
 use crate::cli::exit::{Outcome, WrongUsage, contradict};
 use crate::cli::followed::followed_drive;
 use crate::cli::output::{OutputFile, Outputs, make_folder, picture};
@@ -22,8 +24,8 @@ use crate::error::{Error, NoCloud};
 use crate::frames::{CloudAt, EncodedCloud, EncodedClouds, encoded_cloud_at};
 use crate::recording::Overview;
 use crate::view::{
-    self, Canvas, ClusteredMessage, ColourTracker, FigureOptions, FrameScene, Panel, PixelCrop,
-    PlaneRegion, Theme,
+    self, ClusteredMessage, ColourTracker, FigureOptions, FrameScene, Panel, PixelCrop,
+    PlaneRegion, StepPages, Theme,
 };
 
 /// Draw the clustering of a cloud
@@ -113,6 +115,9 @@ pub struct Arguments {
     #[command(flatten)]
     method: MethodArguments,
 
+    #[command(flatten)]
+    dry_run: DryRunArgument,
+
     /// Replace existing pictures
     #[arg(long)]
     force: bool,
@@ -154,6 +159,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let output = outputs.optional(arguments.output.as_deref())?;
     let method =
         arguments.method.config_with_warnings(&arguments.input, arguments.topic.as_slice())?;
+    if arguments.dry_run.dry_run {
+        return dry_run(arguments, &method, output.as_ref());
+    }
     if let (true, Some(output)) = (arguments.tracks, &output) {
         return tracks(arguments, &method, output);
     }
@@ -188,8 +196,33 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
         println!("wrote {} ({bytes} bytes, {})", output.path().display(), scene.heading);
     }
     if let Some(folder) = &arguments.steps {
-        steps(&scene, &options, arguments.steps_by, &mut outputs, folder)?;
+        let pages = StepPages::new(&scene, &options, arguments.steps_by == Step::Decision)?;
+        steps(&pages, arguments.steps_by, options.dpi, &mut outputs, folder)?;
     }
+    Ok(Outcome::Done)
+}
+
+/// Says what would be done.
+fn dry_run(
+    arguments: &Arguments,
+    method: &AnnotateConfig,
+    output: Option<&OutputFile>,
+) -> Result<Outcome> {
+    let (input, topic) = (&arguments.input, arguments.topic.as_deref());
+    let clouds = EncodedClouds::open_assembled(input, topic, 0..=u64::MAX, method.assemble)?;
+    let topic = [clouds.topic().to_owned()];
+    let which = match (arguments.tracks || arguments.video.is_some(), &arguments.frames) {
+        (true, None) => Vec::new(),
+        (true, Some(_)) => vec!["--frames"],
+        (false, _) if arguments.time.is_some() => vec!["--time"],
+        (false, _) => vec!["--frame"],
+    };
+    let mut plan = DryRun::of_clouds(input, &topic, method, &which)?;
+    output.iter().for_each(|file| plan.writes(file.path().display()));
+    for folder in arguments.steps.iter().chain(&arguments.video) {
+        plan.writes(format_args!("numbered pictures to {}", folder.display()));
+    }
+    plan.print();
     Ok(Outcome::Done)
 }
 
@@ -302,122 +335,33 @@ fn is_of_one_cloud(error: &anyhow::Error) -> bool {
     matches!(error.downcast_ref(), Some(Error::Frame(_)))
 }
 
+/// Writes the numbered pictures of a merge.
 fn steps(
-    scene: &FrameScene,
-    options: &FigureOptions,
+    pages: &StepPages,
     by: Step,
+    dpi: f64,
     outputs: &mut Outputs,
     folder: &Path,
 ) -> Result<()> {
-    if let Some(objects) = view::cut_objects(scene, options)? {
-        if by == Step::Decision {
-            contradict!(
-                "--steps-by decision draws merges by votes; these objects were cut from a tree"
-            );
-        }
-        let page = |number: usize| {
-            let object = &objects[number - 1];
-            view::object_figure(scene, options, object, number, objects.len())
-        };
-        let series = Series { folder, count: objects.len(), each: "object", dpi: options.dpi };
-        return series.write(outputs, page);
-    }
-    let by_decision = by == Step::Decision;
-    let steps = view::steps(scene, options, by_decision)?;
-    let page =
-        |number: usize| view::step_figure(scene, options, &steps[number - 1], number, steps.len());
-    let each = if by_decision { "decision" } else { "instance with neighbours" };
-    Series { folder, count: steps.len(), each, dpi: options.dpi }.write(outputs, page)
-}
-
-/// Pictures that are numbered from 1.
-struct Series<'a> {
-    folder: &'a Path,
-    count: usize,
-    /// What each of them shows.
-    each: &'static str,
-    dpi: f64,
-}
-
-impl Series<'_> {
-    fn write(&self, outputs: &mut Outputs, page: impl Fn(usize) -> Canvas) -> Result<()> {
-        let Series { folder, count, each, dpi } = self;
-        let name = |number: usize| folder.join(format!("step_{number:05}.png"));
-        let pictures = (1..=*count).map(|number| outputs.file(&name(number)));
-        let pictures: Vec<OutputFile> = pictures.collect::<Result<_, _>>()?;
-        let bar = frame_bar("drawing", *count as u64);
-        for (number, picture) in (1..).zip(&pictures) {
-            picture.write_picture(&page(number), *dpi)?;
-            bar.inc(1);
-        }
-        bar.finish_and_clear();
-        let pictures = counted(*count as u64, "picture");
-        let names = folder.join("step_*.png");
-        println!("wrote {pictures} to {}, one for each {each}", names.display());
-        Ok(())
-    }
-}
-/// Reads the name of a panel.
-fn panel(text: &str) -> Result<Panel, String> {
-    let found = Panel::NAMES.iter().find(|(name, _)| *name == text);
-    let names = Panel::NAMES.map(|(name, _)| name);
-    found.map(|&(_, panel)| panel).ok_or_else(|| format!("use some of {}", names.join(", ")))
-}
-
-fn aspect(text: &str) -> Result<f64, String> {
-    let wrong = || "use height:width, as in 1:8, from 1:100 to 10:1".to_owned();
-    let (height, width) = text.split_once(':').ok_or_else(wrong)?;
-    let number = |text: &str| text.parse::<f64>().map_err(|_| wrong());
-    let aspect = number(height)? / number(width)?;
-    if (0.01..=10.0).contains(&aspect) { Ok(aspect) } else { Err(wrong()) }
-}
-
-fn dpi(text: &str) -> Result<f64, String> {
-    let dpi: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    if (24.0..=1200.0).contains(&dpi) { Ok(dpi) } else { Err("must be in 24..=1200".into()) }
-}
-
-fn window(text: &str) -> Result<PixelCrop, String> {
-    let (columns, rows) = match text.split_once('/') {
-        Some((columns, rows)) => (columns, Some(rows)),
-        None => (text, None),
+    let each = match (pages.are_of_objects(), by) {
+        (true, Step::Decision) => contradict!(
+            "--steps-by decision draws merges by votes; these objects were cut from a tree"
+        ),
+        (true, Step::Instance) => "object",
+        (false, Step::Decision) => "decision",
+        (false, Step::Instance) => "instance with neighbours",
     };
-    let part = |text: &str| if text.is_empty() { Ok(None) } else { range(text).map(Some) };
-    Ok(PixelCrop { columns: part(columns)?, rows: rows.map(part).transpose()?.flatten() })
-}
-
-fn region(text: &str) -> Result<PlaneRegion, String> {
-    let wrong = || "use x/y in metres, as in -10..40/-15..15, a metre to 2 km wide".to_owned();
-    let (x, y) = text.split_once('/').ok_or_else(wrong)?;
-    let part = |text: &str| {
-        let part: Range<f64> = range(text)?;
-        let is_wide = (1.0..=2000.0).contains(&(part.end - part.start));
-        if is_wide { Ok([part.start, part.end]) } else { Err(wrong()) }
-    };
-    Ok(PlaneRegion { x: part(x)?, y: part(y)? })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ranges_crops_and_regions() {
-        let frames = range::<u64>;
-        assert_eq!(frames("3..7"), Ok(3..7));
-        assert!(frames("7..3").is_err() && frames("3").is_err() && frames("-1..3").is_err());
-        let both = PixelCrop { columns: Some(5..9), rows: Some(1..3) };
-        assert_eq!(window("5..9/1..3"), Ok(both));
-        assert_eq!(window("/1..3"), Ok(PixelCrop { columns: None, rows: Some(1..3) }));
-        assert!(window("5").is_err());
-        assert_eq!(
-            region("-10..40/-15..15"),
-            Ok(PlaneRegion { x: [-10.0, 40.0], y: [-15.0, 15.0] })
-        );
-        assert!(region("0..0.1/0..9").is_err() && region("0..inf/0..9").is_err());
-        assert!(region("nan..2/0..9").is_err());
-        assert_eq!(aspect("1:8"), Ok(0.125));
-        assert!(aspect("0:8").is_err() && aspect("1:0").is_err() && aspect("8").is_err());
-        assert!(aspect("nan:1").is_err() && dpi("nan").is_err() && dpi("1").is_err());
+    let name = |number: usize| folder.join(StepPages::name(number));
+    let pictures = (1..=pages.count()).map(|number| outputs.file(&name(number)));
+    let pictures: Vec<OutputFile> = pictures.collect::<Result<_, _>>()?;
+    let bar = frame_bar("drawing", pages.count() as u64);
+    for ((_, page), picture) in pages.pages().zip(&pictures) {
+        picture.write_picture(&page, dpi)?;
+        bar.inc(1);
     }
+    bar.finish_and_clear();
+    let pictures = counted(pictures.len() as u64, "picture");
+    let names = folder.join("step_*.png");
+    println!("wrote {pictures} to {}, one for each {each}", names.display());
+    Ok(())
 }

@@ -34,7 +34,7 @@ const HEADINGS: &[(&str, &str)] = &[
 /// The options that `-h` shows, of commands that have many; `--help` shows all.
 const COMMON: &[(&str, &str)] = &[
     ("annotate", "output topic from to semantics preset set config dry-run force"),
-    ("compare", "topic frames labels semantics methods min-points output force"),
+    ("compare", "topic frames labels semantics methods set output force"),
     ("demo", "out frames seed semantics set config"),
     ("evaluate", "topic labels truth predictions sequences taxonomy entropy over-time json force"),
     ("explain", "topic frame at instance track semantics preset set output json"),
@@ -64,7 +64,7 @@ const SHORT_HELP: &[(&str, &str)] = &[
     ("sweep/topic", "Cloud topic [default: the first with clouds]"),
     ("annotate/input", "Recordings (MCAP) or rosbag2 folders; `-` is standard input"),
     ("annotate/output", "Output, or a folder for several; `-` is standard output"),
-    ("annotate/dry-run", "Say what would be done, and do nothing"),
+    ("dry-run", "Say what would be done, and do nothing"),
     ("compare/min-points", "Fewer points do not count where unmatched"),
     ("compare/output", "Chart (.svg, .pdf, .png), table (.csv, .md) or .json"),
     ("triage/output", "Write the recording with a topic T/suspicion"),

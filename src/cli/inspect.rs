@@ -36,7 +36,7 @@ pub struct Arguments {
     frame: u64,
 
     /// Address to listen on, of this machine alone; port 0 is any that is free
-    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:0")]
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:0", value_parser = address)]
     listen: SocketAddr,
 
     /// Print the address without opening it
@@ -48,6 +48,10 @@ pub struct Arguments {
 
     #[command(flatten)]
     method: MethodArguments,
+}
+
+fn address(text: &str) -> Result<SocketAddr, String> {
+    text.parse().map_err(|_| "use an address and a port, as in 127.0.0.1:8080".to_owned())
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome> {

@@ -8,6 +8,7 @@ use clap::Args;
 
 use crate::annotate::slices::{Plan, files_of};
 use crate::annotate::{AnnotationReport, JoinOptions, SliceFile, by_recording, join};
+use crate::cli::dry_run::{DryRun, DryRunArgument};
 use crate::cli::exit::{Outcome, contradict};
 use crate::cli::layout::{Layout, WantedLayouts};
 use crate::cli::output::{OutputFile, Outputs, is_recording, make_parent, metadata_in};
@@ -60,8 +61,11 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
 
+    #[command(flatten)]
+    dry_run: DryRunArgument,
+
     /// Print the reports as JSON
-    #[arg(long)]
+    #[arg(long, conflicts_with = "dry_run")]
     json: bool,
 }
 
@@ -86,6 +90,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     let joins = joins(arguments, &recordings, !is_file)?;
     let bags = if is_file { Vec::new() } else { bags(arguments, &recordings, &joins)? };
+    if arguments.dry_run.dry_run {
+        return dry_run(arguments, &recordings, (&joins, &bags));
+    }
     let mut reports = Vec::new();
     for (join, slices) in joins.iter().zip(&recordings) {
         match join {
@@ -114,6 +121,34 @@ struct Join {
     files: Option<(OutputFile, Layout)>,
 }
 
+/// Says what would be done.
+fn dry_run(
+    arguments: &Arguments,
+    recordings: &[Vec<SliceFile>],
+    (joins, bags): (&[Join], &[(Bag, OutputFile)]),
+) -> Result<Outcome> {
+    for (join, slices) in joins.iter().zip(recordings) {
+        let planned = slices[0].slice.input.as_path();
+        let (mut plan, _) = DryRun::of_recording(arguments.input.as_deref().unwrap_or(planned))?;
+        slices.iter().for_each(|slice| plan.line(format_args!("  with {}", slice.path.display())));
+        match &join.files {
+            None => plan.line(format_args!("and keep {}, which exists", join.output.display())),
+            Some(_) => {
+                plan.writes(join.output.display());
+                let layouts = wanted(arguments).paths(&join.output);
+                layouts.iter().flatten().for_each(|layout| plan.writes(layout.display()));
+            }
+        }
+        plan.print();
+    }
+    bags.iter().for_each(|(_, file)| println!("and write {}", file.path().display()));
+    Ok(Outcome::Done)
+}
+
+fn wanted(arguments: &Arguments) -> WantedLayouts {
+    WantedLayouts { json: !arguments.no_layout, rerun: false }
+}
+
 /// The files that are read.
 fn inputs<'a>(
     arguments: &'a Arguments,
@@ -131,7 +166,7 @@ fn joins(
     is_folder: bool,
 ) -> Result<Vec<Join>> {
     let mut outputs = Outputs::new(inputs(arguments, recordings), arguments.force);
-    let wanted = WantedLayouts { json: !arguments.no_layout, rerun: false };
+    let wanted = wanted(arguments);
     let mut joins = Vec::new();
     for slices in recordings {
         let output = match is_folder {

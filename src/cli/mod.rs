@@ -14,6 +14,7 @@ mod config;
 mod convert;
 mod demo;
 mod diff;
+mod dry_run;
 mod evaluate;
 mod exit;
 mod explain;

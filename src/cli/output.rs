@@ -2,7 +2,6 @@
 //! can be written.
 
 use std::collections::BTreeSet;
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
@@ -14,8 +13,7 @@ use crate::datasets::bag::{Bag, METADATA_FILE};
 use crate::datasets::semantic_kitti::write_labels;
 use crate::recording::address::is_remote;
 use crate::recording::{
-    Overview, PartialFile, STANDARD_STREAM, check_folder, check_output, is_same_file, open_left,
-    write_file,
+    Overview, STANDARD_STREAM, check_folder, check_output, is_same_file, open_left, write_file,
 };
 use crate::view::{self, Canvas};
 
@@ -174,11 +172,6 @@ impl OutputFile {
     /// Whether it may replace another file.
     pub fn force(&self) -> bool {
         self.force
-    }
-
-    /// Begins to write it.
-    pub fn create(&self) -> Result<(File, PartialFile)> {
-        Ok(PartialFile::create(&self.path, self.force)?)
     }
 
     /// Writes it.

@@ -11,6 +11,7 @@ use crate::cli::arguments::values::one_of;
 use crate::cli::exit::{NotThere, Outcome};
 use crate::comparison::DIVIDE_AND_MERGE;
 use crate::comparison::methods;
+use crate::error::spelling::did_you_mean;
 use crate::parameter_file::explained_toml;
 use crate::parameters::{Parameter, ParameterSet};
 use crate::pipeline::Preset;
@@ -48,8 +49,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     arguments.parameters.set(&mut parameters)?;
     let part = arguments.part.as_deref().unwrap_or_default();
     let is_shown = |parameter: &Parameter| parameter.path.contains(part);
-    if !parameters.parameters().iter().any(is_shown) {
-        return Err(NotThere(format!("no parameter has `{part}` in its path")).into());
+    let all = parameters.parameters();
+    if !all.iter().any(is_shown) {
+        let paths = all.iter().map(|parameter| parameter.path.as_str());
+        let words: Vec<&str> = paths.flat_map(|path| path.split('.').chain([path])).collect();
+        let near = did_you_mean(part, &words);
+        return Err(NotThere(format!("no parameter has `{part}` in its path{near}")).into());
     }
     match arguments.json {
         true => println!("{}", serde_json::to_string_pretty(&list(&parameters, is_shown))?),

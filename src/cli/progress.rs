@@ -2,11 +2,12 @@
 //! rate, time left. They are hidden if stderr is not a terminal.
 
 use std::cell::Cell;
+use std::fmt::Write;
 use std::io::IsTerminal;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use crate::annotate::RunEvent;
 use crate::cli::terminal::{self, escaped};
@@ -17,7 +18,7 @@ use crate::recording::{Overview, is_stream};
 /// A bar over frames.
 pub fn frame_bar(task: &str, frames: u64) -> ProgressBar {
     let task = shortened(task, 30);
-    let bar = bar(&task, "{prefix} [{bar:10}] {pos}/{len} frames, {per_sec:.1}, {eta} left");
+    let bar = bar(&task, "{prefix} [{bar:10}] {pos}/{len} frames, {rate}, {eta} left");
     bar.set_length(frames);
     bar
 }
@@ -95,6 +96,9 @@ fn bar(prefix: &str, template: &str) -> ProgressBar {
         return ProgressBar::hidden();
     }
     let style = ProgressStyle::with_template(template).expect("a valid template");
+    let style = style.with_key("rate", |state: &ProgressState, text: &mut dyn Write| {
+        let _ = write!(text, "{:.1}/s", state.per_sec());
+    });
     let bar = ProgressBar::no_length().with_style(style).with_prefix(escaped(prefix));
     bar.enable_steady_tick(Duration::from_millis(200));
     bar

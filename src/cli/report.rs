@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 
 use crate::annotate::{AnnotationReport, FrameTimes, MotionReport, TopicReport};
 use crate::cloud::Reason;
-use crate::text::wrapped;
 
-use crate::cli::text::{counted, grouped};
+use crate::cli::text::{counted, fitted, grouped};
 
 /// Each topic with the reasons of its points, then the output.
 pub fn text(report: &AnnotationReport) -> String {
@@ -26,24 +25,6 @@ pub fn text(report: &AnnotationReport) -> String {
         counted(report.annotations, "annotation"),
     );
     fitted(&text)
-}
-
-/// Widest line.
-const WIDTH: usize = 100;
-
-/// The text with long lines broken at spaces; what follows stands in by four more.
-fn fitted(text: &str) -> String {
-    let mut fitted = String::new();
-    for line in text.lines() {
-        let indent = line.len() - line.trim_start().len();
-        let lines = wrapped(line, WIDTH - indent - 4);
-        for (number, part) in lines.iter().enumerate() {
-            let indent = if number == 0 { indent } else { indent + 4 };
-            fitted += &format!("{:indent$}{part}\n", "");
-        }
-        fitted += if lines.is_empty() { "\n" } else { "" };
-    }
-    fitted
 }
 
 fn summary(report: &TopicReport) -> String {
@@ -135,7 +116,7 @@ mod tests {
     fn long_lines_are_broken_at_spaces() {
         let words = vec!["word"; 40].join(" ");
         let text = fitted(&format!("short\n    {words}\n\nend\n"));
-        assert!(text.lines().all(|line| line.len() <= WIDTH), "{text}");
+        assert!(text.lines().all(|line| line.len() <= crate::cli::text::WIDTH), "{text}");
         assert!(text.starts_with("short\n    word") && text.ends_with("word\n\nend\n"), "{text}");
         assert!(text.contains("\n        word"), "{text}");
     }

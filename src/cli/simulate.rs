@@ -12,6 +12,7 @@ use crate::cli::output::Outputs;
 use crate::cli::progress::frame_bar;
 use crate::cli::text::{counted, grouped};
 use crate::datasets::drive::{CLOUD_TOPIC, write_drive_in};
+use crate::error::spelling::did_you_mean;
 use crate::messages::clouds::CloudFormat;
 use crate::recording::{Compression, WriteOptions};
 use crate::simulate::{Drive, Scene, Sensor};
@@ -27,11 +28,13 @@ pub struct Arguments {
     output: PathBuf,
 
     /// The sensor
-    #[arg(long, default_value = "hdl-64e", help = format!("The sensor: {}", Sensor::names()))]
+    #[arg(long, default_value = "hdl-64e", value_parser = sensor)]
+    #[arg(help = format!("The sensor: {}", Sensor::names()))]
     sensor: Sensor,
 
     /// The scene
-    #[arg(long, default_value = "street", help = format!("The scene: {}", Scene::names()))]
+    #[arg(long, default_value = "street", value_parser = scene)]
+    #[arg(help = format!("The scene: {}", Scene::names()))]
     scene: Scene,
 
     /// Message types of the recording
@@ -53,6 +56,16 @@ pub struct Arguments {
     /// Replace an existing file
     #[arg(long)]
     force: bool,
+}
+
+fn sensor(text: &str) -> Result<Sensor, String> {
+    let names = Sensor::ALL.map(|sensor| sensor.to_string());
+    text.parse().map_err(|problem: String| problem + &did_you_mean(text, &names))
+}
+
+fn scene(text: &str) -> Result<Scene, String> {
+    let names = Scene::ALL.map(|scene| scene.to_string());
+    text.parse().map_err(|problem: String| problem + &did_you_mean(text, &names))
 }
 
 /// Message types of clouds and of the poses that go with them.

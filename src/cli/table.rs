@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::cli::output::{OutputFile, extension};
 use crate::comparison::MethodScores;
+use crate::text::csv_line;
 use crate::view::{LineChart, line_charts};
 
 /// Rows of cells; the first row is the head, the first column has words, which are aligned left.
@@ -111,27 +112,6 @@ pub fn write_measurements(
     Ok(())
 }
 
-/// A line of a CSV file (RFC 4180), in which no cell is a formula.
-pub fn csv_line(cells: &[String]) -> String {
-    let quoted = |text: String| match text.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text,
-    };
-    let cell = |text: &String| quoted(without_formula(text));
-    cells.iter().map(cell).collect::<Vec<_>>().join(",") + "\n"
-}
-
-/// Text with an apostrophe before it if a spreadsheet would take it for a formula: it begins with
-/// `=`, `+`, `-`, `@` or an invisible character before those, and is neither a number nor the `-`
-/// of an empty cell.
-fn without_formula(text: &str) -> String {
-    let is_risky = text.starts_with(['=', '+', '-', '@', '\t', '\r', '\n']);
-    match is_risky && text != "-" && text.parse::<f64>().is_err() {
-        true => format!("'{text}"),
-        false => text.to_owned(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -170,9 +150,5 @@ mod tests {
         table.push_column("none", ["-".to_owned()].into_iter());
         assert_eq!(table.markdown(), expected);
         assert_eq!(table.csv(), "name,n,m,none\n\"a, b\",12,7,-\n");
-        let cells =
-            ["=1+1", "@a", "-x", "+y", "\t=1", "-1.5", "+2e3", "-", "a=b"].map(String::from);
-        assert_eq!(csv_line(&cells), "'=1+1,'@a,'-x,'+y,'\t=1,-1.5,+2e3,-,a=b\n");
-        assert_eq!(csv_line(&["a,\"b\"\n".to_owned()]), "\"a,\"\"b\"\"\n\"\n");
     }
 }

@@ -11,6 +11,7 @@ use crate::cli::arguments::method::MethodArguments;
 use crate::cli::arguments::selection::SelectionArguments;
 use crate::cli::arguments::tracks::TrackArguments;
 use crate::cli::arguments::truth::SourceArguments;
+use crate::cli::dry_run::{DryRun, DryRunArgument};
 use crate::cli::exit::Outcome;
 use crate::cli::interrupt;
 use crate::cli::output::{Outputs, rrd};
@@ -56,6 +57,9 @@ pub struct Arguments {
     #[command(flatten)]
     tracks: TrackArguments,
 
+    #[command(flatten)]
+    dry_run: DryRunArgument,
+
     /// Replace an existing file
     #[arg(long)]
     force: bool,
@@ -73,6 +77,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let method = arguments.method.config_with_warnings(&arguments.input, &selection.topics)?;
     // Before a viewer is started.
     selection.check(&arguments.input)?;
+    if arguments.dry_run.dry_run {
+        let (input, limits) = (&arguments.input, arguments.selection.limits());
+        let mut plan = DryRun::of_clouds(input, &selection.topics, &method, &limits)?;
+        match &target {
+            Target::Save { path, .. } => plan.writes(path.display()),
+            _ => plan.line(format_args!("and send to {target}")),
+        }
+        plan.print();
+        return Ok(Outcome::Done);
+    }
     let tracks = arguments.tracks.options(&arguments.method.parameters_over_time()?);
     let follows = tracks.applies_to(&method);
     let mut shown = Shown {

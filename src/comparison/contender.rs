@@ -3,6 +3,7 @@
 use std::str::FromStr;
 
 use super::methods;
+use crate::error::spelling::did_you_mean;
 use divmerge_core::cloud::taxonomy::Taxonomy;
 use divmerge_core::pipeline::{Config, Preset};
 
@@ -67,7 +68,7 @@ impl FromStr for Contender {
             let presets = Preset::ALL.map(Preset::name);
             let names: Vec<_> =
                 presets.into_iter().chain([DIVIDE_AND_MERGE]).chain(methods::NAMES).collect();
-            format!("use some of {}", names.join(", "))
+            format!("use some of {}{}", names.join(", "), did_you_mean(name, &names))
         })
     }
 }
@@ -91,6 +92,9 @@ mod tests {
     #[test]
     fn unknown_names_are_told_the_known_ones() {
         let problem = "dbscam".parse::<Contender>().unwrap_err();
-        assert!(problem.contains("dbscan") && problem.contains("paper"), "{problem}");
+        assert!(problem.contains("paper"), "{problem}");
+        assert!(problem.ends_with("; did you mean `dbscan`?"), "{problem}");
+        let problem = "magic".parse::<Contender>().unwrap_err();
+        assert!(problem.ends_with(", supervoxel"), "{problem}");
     }
 }

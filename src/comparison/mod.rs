@@ -6,7 +6,9 @@ mod contender;
 pub mod corruption;
 mod measure;
 pub mod methods;
+mod settings;
 
 pub use contender::{Contender, DIVIDE_AND_MERGE, USUAL_CONTENDERS};
 pub use corruption::{Corruption, Surroundings, corrupt};
 pub use measure::{MethodScores, measure};
+pub use settings::{ContenderSetting, check_settings};

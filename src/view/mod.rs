@@ -1,13 +1,14 @@
 //! Pictures of a clustered cloud: figures as PNG, SVG or PDF, pages of triage cases, and the stream
 //! to the Rerun viewer (`rerun_stream`, with the feature `rerun`). Viewing changes no result.
 //!
-//! A [`FrameScene`] is what is shown. [`figure`](figure()), [`step_figure`](step_figure()),
-//! [`object_figure`] and [`explanation`](explanation()) lay it out on a [`Canvas`]; [`png`](png()),
-//! [`svg`](svg()) and [`pdf`](pdf()) draw that. No display and no font of the system is needed: the
+//! A [`FrameScene`] is what is shown. [`figure`](figure()), [`StepPages`] and
+//! [`explanation`](explanation()) lay it out on a [`Canvas`]; [`png`](png()), [`svg`](svg()) and
+//! [`pdf`](pdf()) draw that. No display and no font of the system is needed: the
 //! same input gives the same bytes.
 
 mod axes;
 mod canvas;
+pub mod case_pages;
 mod chart;
 mod colour_tables;
 mod colour_tracker;
@@ -34,6 +35,7 @@ mod range_panel;
 pub mod rerun_stream;
 mod scene;
 mod step_figure;
+mod step_pages;
 mod steps;
 mod style;
 mod svg;
@@ -64,12 +66,10 @@ pub use pdf::pdf;
 pub use plane::PlaneRegion;
 pub use png::{png, size_in_pixels};
 pub use scene::{FrameScene, PixelCrop, Window};
-pub use step_figure::step_figure;
-pub use steps::{FigureStep, steps};
+pub use step_pages::StepPages;
 pub use svg::{inline_svg, svg};
 pub use target::Target;
 pub use thumbnail::thumbnail;
 pub use track_figure::track_figure;
-pub use tree_figure::{cut_objects, object_figure};
 pub use viewer_layout::{ShownTopic, viewer_layout};
 pub use vote_graph::{Decision, VoteEdge, vote_edges};

@@ -252,30 +252,6 @@ fn help_lists_what_is_about_networks_by_itself() {
 }
 
 #[test]
-fn a_dry_run_says_what_would_be_done_and_does_nothing() {
-    let (folder, input) = drive(2);
-    let output = folder.path().join("out.mcap");
-    let arguments = ["annotate", path(&input), "-o", path(&output), "--dry-run"];
-    let done = divmerge(&[&arguments[..], &["--set", "cluster.voxel=0.3"]].concat());
-    assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
-    let said = text(&done.stdout);
-    for part in [
-        "would read",
-        "/lidar/points: 2 clouds, objects from field:label; rows from ring field, 16 x",
-        "with preset best\n  cluster.voxel = 0.3 (preset best: 0.5)\n",
-        "/lidar/points/instances: sensor_msgs/msg/PointCloud2",
-        "/lidar/points/objects: visualization_msgs/msg/MarkerArray",
-        "out.layout.json",
-    ] {
-        assert!(said.contains(part), "{part}: {said}");
-    }
-    let left = std::fs::read_dir(folder.path()).expect("a folder").count();
-    assert_eq!(left, 1, "the input alone");
-    let of_stream = divmerge(&["annotate", "-", "-o", path(&output), "--dry-run"]);
-    assert_eq!(of_stream.status.code(), Some(2), "{of_stream:?}");
-}
-
-#[test]
 fn quiet_and_verbose_runs() {
     let (folder, input) = drive(2);
     let run = |name: &str, option: &str| {

@@ -44,6 +44,43 @@ fn methods_side_by_side() {
 }
 
 #[test]
+fn parameters_are_set_for_the_methods_that_have_them() {
+    let (folder, input) = drive(1);
+    let compared = |name: &str, more: &[&str]| {
+        let file = folder.path().join(name);
+        let methods = ["--methods", "paper,dbscan,euclidean", "-o", path(&file)];
+        let done = divmerge(&[&["compare", path(&input)], &methods[..], more].concat());
+        assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
+        let quality = |row: &serde_json::Value| row["things"]["pq"].as_f64().expect("a score");
+        let rows = json(&file);
+        (rows.as_array().expect("rows").iter().map(quality).collect::<Vec<_>>(), done)
+    };
+    let (usual, _) = compared("usual.json", &[]);
+    let (one, done) = compared("one.json", &["--set", "dbscan:method.reach=3", "-v"]);
+    assert!(one[0] == usual[0] && one[1] < usual[1] && one[2] == usual[2], "{one:?} {usual:?}");
+    assert!(text(&done.stderr).contains("dbscan: method.reach = 3"), "{}", text(&done.stderr));
+    let (all, _) = compared("all.json", &["--set", "method.reach=3"]);
+    assert!(all[0] == usual[0] && all[1] == one[1] && all[2] < usual[2], "{all:?} {usual:?}");
+    let (ours, _) = compared("ours.json", &["--set", "cluster.merge_ratio=0.99"]);
+    assert!(ours[0] != usual[0] && ours[1..] == usual[1..], "{ours:?} {usual:?}");
+
+    let problem = |setting: &str, methods: &str| {
+        let wrong = ["compare", path(&input), "--methods", methods, "--set", setting];
+        let done = divmerge(&wrong);
+        assert_eq!(done.status.code(), Some(2), "{setting}");
+        text(&done.stderr)
+    };
+    let near = problem("cluster.voxle=1", "paper,dbscan");
+    assert!(near.contains("did you mean `cluster.voxel`?"), "{near}");
+    let absent = problem("alpine:method.margin=1", "paper");
+    assert!(absent.contains("`alpine` is not among the methods"), "{absent}");
+    let near = problem("dbscn:method.reach=1", "dbscan");
+    assert!(near.contains("did you mean `dbscan`?"), "{near}");
+    let near = problem("method.reach=1", "dbscam");
+    assert!(near.contains("did you mean `dbscan`?"), "{near}");
+}
+
+#[test]
 fn truth_that_is_not_there_is_named() {
     let (folder, input) = drive(1);
     let missing = divmerge(&["compare", path(&input), "--true-instance-field", "nobody"]);

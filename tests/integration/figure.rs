@@ -275,7 +275,7 @@ fn bad_input_is_told() {
     let cases: &[(&[&str], i32, &[&str])] = &[
         (&["--frame", "2"], 2, &["2 clouds, numbered 0 to 1", "/lidar/points", "drive.mcap"]),
         (&["--topic", "/tf"], 2, &["`/tf`", CLOUD_TOPIC]),
-        (&["--window", "5000..6000"], 1, &["columns 5000..6000", "16 x "]),
+        (&["--window", "5000..6000"], 2, &["columns 5000..6000", "16 x "]),
         (&["--semantics", "field:no"], 1, &["`no`", "label", "frame 0"]),
         (&["--steps", path(&below_a_file)], 1, &["file"]),
         (&["--panels", "mask,paint"], 2, &["mask, components"]),

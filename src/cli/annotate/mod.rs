@@ -1,6 +1,6 @@
 //! `divmerge annotate`
 
-mod dry_run;
+mod plan;
 mod profile;
 mod tasks;
 mod types;
@@ -23,6 +23,7 @@ use crate::cli::arguments::selection::window;
 use crate::cli::arguments::tracks::TrackArguments;
 use crate::cli::arguments::truth::SourceArguments;
 use crate::cli::arguments::values::{COMPRESSIONS, one_of};
+use crate::cli::dry_run::DryRunArgument;
 use crate::cli::exit::{Outcome, contradict, error_chain};
 use crate::cli::layout::{Layout, WantedLayouts};
 use crate::cli::output::{Outputs, make_parent};
@@ -103,7 +104,8 @@ pub struct Arguments {
 
     /// Annotate one slice of a plan (`divmerge plan`), numbered from 0: plan.json:3. `divmerge
     /// join` puts slices together
-    #[arg(long, value_name = "PLAN:N", value_parser = slice, conflicts_with = "assemble")]
+    #[arg(long, value_name = "PLAN:N", value_parser = slice)]
+    #[arg(conflicts_with_all = ["assemble", "dry_run"])]
     slice: Option<PlannedSlice>,
 
     /// Do not write OUT.layout.json, a layout for Lichtblick and Foxglove that shows clouds and
@@ -135,10 +137,8 @@ pub struct Arguments {
     #[arg(long)]
     force: bool,
 
-    /// Say what would be read, believed and written, and do nothing; the first cloud of each topic
-    /// is read for it
-    #[arg(long, conflicts_with_all = ["slice", "json"])]
-    dry_run: bool,
+    #[command(flatten)]
+    dry_run: DryRunArgument,
 
     /// Threads that decompress, cluster and compress, beside the one that reads and writes; with 1,
     /// one thread does everything. The output does not depend on it; each thread takes about 40 MB
@@ -158,7 +158,7 @@ pub struct Arguments {
     rerun: Option<Target>,
 
     /// Print the report as JSON
-    #[arg(long)]
+    #[arg(long, conflicts_with = "dry_run")]
     json: bool,
 }
 
@@ -190,7 +190,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let mut outputs = Outputs::new(inputs, arguments.force);
     check_stream(arguments, &mut outputs)?;
     let tasks = tasks.check(&mut outputs, layouts(arguments))?;
-    if arguments.dry_run {
+    if arguments.dry_run.dry_run {
         for task in &tasks.tasks {
             print!("{}", plan_of(arguments, task)?);
         }
@@ -214,7 +214,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
 /// What would be done to a recording.
 fn plan_of(arguments: &Arguments, task: &CheckedTask) -> Result<String> {
     let options = options(arguments, &task.input)?;
-    dry_run::text(task, &options, layouts(arguments))
+    plan::text(task, &options, layouts(arguments))
 }
 
 fn layouts(arguments: &Arguments) -> WantedLayouts {
@@ -325,7 +325,7 @@ fn one(
     let follows = options.tracks.applies_to(&options.config);
     let mut viewer = Watcher::open(target.as_ref(), input, (&options.config, follows))?;
     if terminal::is_verbose() && input != STANDARD_STREAM && options.slice.is_none() {
-        eprint!("{}", dry_run::text(task, &options, layouts(arguments))?);
+        eprint!("{}", plan::text(task, &options, layouts(arguments))?);
     }
     let progress = RecordingProgress::new("annotating", input);
     interrupt::is_writing(output);

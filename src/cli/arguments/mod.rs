@@ -6,6 +6,7 @@ pub mod geometry;
 pub mod method;
 pub mod objects;
 pub mod parameters;
+pub mod pictures;
 pub mod selection;
 pub mod tracks;
 pub mod truth;

@@ -8,6 +8,8 @@ use clap::Args;
 
 use super::values::{NamedValue, not_negative, one_of, positive};
 use crate::annotate::{AnnotateConfig, ObjectOptions, ObjectSource};
+use crate::cli::exit::contradict;
+use crate::error::spelling::did_you_mean;
 use crate::frames::TOLERANCE_NS;
 use crate::network::runtime::{Device, RuntimeKind, RuntimeOptions};
 use crate::network::{NetworkImage, NetworkOptions};
@@ -133,7 +135,7 @@ impl ObjectArguments {
     pub fn config(&self, recording: &Path) -> Result<AnnotateConfig> {
         let objects = ObjectOptions {
             source: self.semantics.clone(),
-            taxonomy: self.taxonomy.as_deref().map(read_taxonomy).transpose()?,
+            taxonomy: self.taxonomy.as_deref().map(named_or_file).transpose()?,
             tolerance_ns: (self.tolerance * 1e9).round() as u64,
             network: self.network.options(),
         };
@@ -146,7 +148,24 @@ impl ObjectArguments {
 
 /// The taxonomy of a name or a file, or SemanticKITTI's.
 pub fn taxonomy(file: Option<&Path>) -> Result<Taxonomy> {
-    Ok(file.map(read_taxonomy).transpose()?.unwrap_or_else(Taxonomy::semantic_kitti))
+    Ok(file.map(named_or_file).transpose()?.unwrap_or_else(Taxonomy::semantic_kitti))
+}
+
+/// The taxonomy of a name or a file. A word without a dot is no file that is missing, but a name.
+fn named_or_file(name: &Path) -> Result<Taxonomy> {
+    let word = name.to_str().filter(|word| !word.contains(['.', '/', '\\']) && !name.exists());
+    match word.filter(|word| Taxonomy::named(word).is_none()) {
+        None => Ok(read_taxonomy(name)?),
+        Some(word) => {
+            let names = Taxonomy::known().iter().map(|known| known.name.as_str());
+            let names: Vec<&str> = names.collect();
+            contradict!(
+                "--taxonomy {word}: use {} or a YAML file{}",
+                names.join(", "),
+                did_you_mean(word, &names)
+            )
+        }
+    }
 }
 
 impl NetworkArguments {

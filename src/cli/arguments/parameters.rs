@@ -12,7 +12,8 @@ use serde_json::Value;
 
 use crate::Method;
 use crate::annotate::read_run;
-use crate::cli::exit::WrongUsage;
+use crate::cli::exit::{WrongUsage, nearest_file};
+use crate::comparison::ContenderSetting;
 use crate::parameter_file::ParameterFile;
 use crate::parameters::{ParameterKind, ParameterSet, SettingError, registry};
 use crate::pipeline::Preset;
@@ -32,6 +33,17 @@ pub struct ParameterArguments {
     config: Option<ConfigFile>,
 }
 
+/// Any parameter of methods that are compared.
+#[derive(Args)]
+pub struct ContenderParameterArguments {
+    /// Set a parameter of each method that has it, as in cluster.voxel=0.3, or of one, as in
+    /// paper:cluster.voxel=0.3 or dbscan:method.reach=0.7; may be repeated. `divmerge params
+    /// --method M` lists those of a method
+    #[arg(long, value_name = "PATH=VALUE", value_parser = ContenderSettingParser)]
+    #[arg(allow_hyphen_values = true, hide_possible_values = true)]
+    pub set: Vec<ContenderSetting>,
+}
+
 /// A parameter and its value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
@@ -48,7 +60,8 @@ pub struct ConfigFile {
 
 fn config_file(text: &str) -> Result<ConfigFile, String> {
     let path = PathBuf::from(text);
-    let file = read_run(&path).map_err(|error| error.to_string())?;
+    let missing = || if path.exists() { String::new() } else { nearest_file(&path) };
+    let file = read_run(&path).map_err(|error| format!("{error}{}", missing()))?;
     Ok(ConfigFile { path, file })
 }
 
@@ -142,6 +155,35 @@ impl TypedValueParser for SettingParser {
         });
         Some(Box::new(values))
     }
+}
+
+/// Reads `[METHOD:]PATH=VALUE`, and knows the paths for completion.
+#[derive(Clone)]
+struct ContenderSettingParser;
+
+impl TypedValueParser for ContenderSettingParser {
+    type Value = ContenderSetting;
+
+    fn parse_ref(
+        &self,
+        command: &Command,
+        arg: Option<&Arg>,
+        value: &OsStr,
+    ) -> Result<ContenderSetting, Error> {
+        TypedValueParser::parse_ref(&contender_setting, command, arg, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        SettingParser.possible_values()
+    }
+}
+
+/// Reads a setting of methods that are compared.
+fn contender_setting(text: &str) -> Result<ContenderSetting, String> {
+    let Some((path, value)) = text.split_once('=') else {
+        return Err("use PATH=VALUE, as in cluster.voxel=0.3".to_owned());
+    };
+    ContenderSetting::new(path.trim(), value.trim().into())
 }
 
 /// Reads a setting. Parameters of other methods are checked when the method is known.

@@ -4,12 +4,13 @@ use std::ops::Bound;
 use std::path::Path;
 use std::str::FromStr;
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use clap::Args;
 
 use super::values::frames;
 use crate::Error;
 use crate::annotate::time_spec::{self, TimeSpec};
+use crate::cli::exit::Contradiction;
 use crate::frames::Selection;
 use crate::recording::MessageRange;
 
@@ -44,6 +45,18 @@ impl SelectionArguments {
     }
 }
 
+impl SelectionArguments {
+    /// The arguments that leave clouds out.
+    pub fn limits(&self) -> Vec<&'static str> {
+        let is_given = [
+            ("--frames", self.frames.is_some()),
+            ("--from", self.from.is_some()),
+            ("--to", self.to.is_some()),
+        ];
+        is_given.into_iter().filter(|(_, is_given)| *is_given).map(|(name, _)| name).collect()
+    }
+}
+
 /// The log times in nanoseconds of `--from` and `--to`.
 pub fn window(
     input: &Path,
@@ -51,10 +64,14 @@ pub fn window(
     topics: &[String],
 ) -> Result<(Option<u64>, Option<u64>)> {
     time_spec::window(input, moments, topics).map_err(|error| match error {
-        Error::Parameter(wrong) if wrong.name == "from" => anyhow!("--from must lie before --to"),
-        Error::Parameter(_) => anyhow!(
+        Error::Parameter(wrong) if wrong.name == "from" => {
+            Contradiction("--from must lie before --to".to_owned()).into()
+        }
+        Error::Parameter(_) => Contradiction(
             "for a stream, --from and --to must be times since 1970 (@1317384506.4) or dates"
-        ),
+                .to_owned(),
+        )
+        .into(),
         other => other.into(),
     })
 }

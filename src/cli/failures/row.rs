@@ -5,8 +5,8 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::cli::shell::{command_line, option_words, path_word};
-use crate::cli::table::csv_line;
 use crate::diagnose::failures::{FailureInFrame, ObjectOrigin};
+use crate::text::csv_line;
 
 /// A failure and the commands that show it.
 #[derive(Serialize)]

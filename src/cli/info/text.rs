@@ -2,7 +2,7 @@
 
 use super::facts::{Cloud, Info};
 use super::geometry;
-use crate::cli::text::{counted, grouped};
+use crate::cli::text::{counted, fitted, grouped};
 
 /// Prints a recording.
 pub fn print(info: &Info) {
@@ -11,7 +11,7 @@ pub fn print(info: &Info) {
         if name.is_empty() { "none".to_owned() } else { name.to_owned() }
     };
     let compression: Vec<String> = info.compression.iter().map(|name| named(name)).collect();
-    println!(
+    let profile = format!(
         "  profile {}, written by {}; {} in {:.1} s; compression {}; {}, {}",
         named(&info.profile),
         named(&info.library),
@@ -21,6 +21,7 @@ pub fn print(info: &Info) {
         counted(info.attachments, "attachment"),
         counted(info.metadata, "metadata record")
     );
+    print!("{}", fitted(&profile));
     for problem in &info.problems {
         println!("  warning: {problem}");
     }
@@ -54,9 +55,9 @@ fn print_cloud(cloud: &Cloud) {
         facts.frame_id,
         grouped(facts.geometry.returns as u64)
     );
-    println!("      fields: {}", facts.fields.join(", "));
+    print!("{}", fitted(&format!("      fields: {}", facts.fields.join(", "))));
     for line in geometry::lines(facts) {
-        println!("      {line}");
+        print!("{}", fitted(&format!("      {line}")));
     }
     for remark in &facts.remarks {
         println!("      note: {remark}");

@@ -1,31 +1,30 @@
 //! `divmerge triage`
 
 mod report;
-mod table;
 
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
 
-use report::Report;
-use table::SuspectTable;
-
 use crate::annotate::{AnnotateConfig, RunEvent};
 use crate::cli::arguments::method::MethodArguments;
 use crate::cli::arguments::selection::SelectionArguments;
 use crate::cli::arguments::values::{COMPRESSIONS, one_of};
+use crate::cli::dry_run::{DryRun, DryRunArgument};
 use crate::cli::exit::{Outcome, RefusedOutput};
 use crate::cli::interrupt;
 use crate::cli::output::{OutputFile, Outputs};
 use crate::cli::progress::RecordingProgress;
 use crate::cli::shell::{command_line, option_words, path_word};
-use crate::cli::text::{counted, grouped};
+use crate::cli::text::{fitted, grouped};
 use crate::diagnose::triage::TriageParams;
 use crate::diagnose::triage::ranking::{RankedCase, Ranking};
 use crate::diagnose::triage::recording::{TriageOutput, Triaged, triage_recording};
+use crate::diagnose::triage::table::SuspectTable;
 use crate::frames::Selection;
 use crate::recording::{Compression, Overview};
+use crate::view::case_pages::{CaseReport, is_one_file};
 
 /// List the most suspect decisions in a recording, without any truth
 ///
@@ -72,6 +71,9 @@ pub struct Arguments {
     #[arg(long, value_name = "F.html|DIR")]
     report: Option<PathBuf>,
 
+    #[command(flatten)]
+    dry_run: DryRunArgument,
+
     /// Replace existing files
     #[arg(long)]
     force: bool,
@@ -85,6 +87,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     let selection = arguments.selection.selection(&arguments.input)?;
     selection.check(&arguments.input)?;
     let method = arguments.method.config_with_warnings(&arguments.input, &selection.topics)?;
+    if arguments.dry_run.dry_run {
+        return dry_run(arguments, &files, (&selection, &method));
+    }
     let start_ns = Overview::read(&arguments.input)?.start_ns.unwrap_or(0);
     let mut ranking = Ranking::new(arguments.limit, start_ns);
     let triaged = triage(arguments, &files, (&selection, &method), &mut ranking)?;
@@ -92,8 +97,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     if let (Some(path), Some(entry)) = (&arguments.report, &files.report) {
         let commands = ranking.cases.iter().map(|case| explain_command(arguments, case)).collect();
         let input = &arguments.input;
-        let report = Report { input, summary: summary(&ranking), cases: &ranking.cases, commands };
-        report.write(path, entry, &mut outputs, &method)?;
+        let cases = CaseReport { input, ranking: &ranking, method: &method, commands };
+        report::write(&cases, path, entry, &mut outputs)?;
         println!("wrote {}", entry.path().display());
     }
     let replayed = &triaged.visited;
@@ -113,12 +118,33 @@ impl OutputFiles {
         let Arguments { output, csv, report, .. } = arguments;
         let recording = output.as_deref().map(|path| outputs.recording(path)).transpose()?;
         let csv = outputs.optional(csv.as_deref())?;
-        let report = report.as_deref().map(|path| match report::is_one_file(path) {
+        let report = report.as_deref().map(|path| match is_one_file(path) {
             true => outputs.file(path),
             false => outputs.file_in_made_folder(&report::entry(path)),
         });
         Ok(OutputFiles { recording, csv, report: report.transpose()? })
     }
+}
+
+/// Says what would be done.
+fn dry_run(
+    arguments: &Arguments,
+    files: &OutputFiles,
+    (selection, method): (&Selection, &AnnotateConfig),
+) -> Result<Outcome> {
+    let (input, limits) = (&arguments.input, arguments.selection.limits());
+    let mut plan = DryRun::of_clouds(input, &selection.topics, method, &limits)?;
+    let OutputFiles { recording, csv, report } = files;
+    if let Some(file) = recording {
+        plan.writes(format_args!(
+            "{}\n  T/suspicion for each topic T, and everything that the input holds",
+            file.path().display()
+        ));
+    }
+    csv.iter().for_each(|file| plan.writes(file.path().display()));
+    report.iter().for_each(|file| plan.writes(file.path().display()));
+    plan.print();
+    Ok(Outcome::Done)
 }
 
 /// Triages the recording and writes its outputs but for the report.
@@ -133,10 +159,14 @@ fn triage(
         compression: arguments.compression,
         force: file.force(),
     });
-    let mut table = files.csv.as_ref().map(SuspectTable::create).transpose()?;
+    let table = files.csv.as_ref();
+    let mut table =
+        table.map(|file| SuspectTable::create(file.path(), file.force())).transpose()?;
     let params = TriageParams { min_points: arguments.weigh_points };
     let progress = RecordingProgress::new("triaging", &arguments.input);
-    let target = arguments.output.as_deref().unwrap_or(Path::new("the output"));
+    let Arguments { output: copy, csv, report, .. } = arguments;
+    let target = copy.as_ref().or(csv.as_ref()).or(report.as_ref()).map(PathBuf::as_path);
+    let target = target.unwrap_or(Path::new("standard output"));
     let mut on_event = |event: RunEvent| {
         progress.show(&event);
         interrupt::check_for(target)
@@ -173,19 +203,8 @@ fn command(arguments: &Arguments, topic: &str, frame: u64, at: &[[f64; 3]]) -> S
     command_line(&words)
 }
 
-/// What was triaged.
-fn summary(ranking: &Ranking) -> String {
-    format!(
-        "{}, {}, {}; {} listed, the most suspect first",
-        counted(ranking.frames, "frame"),
-        counted(ranking.instances, "instance"),
-        counted(ranking.suspects, "suspect"),
-        counted(ranking.cases.len() as u64, "case")
-    )
-}
-
 fn print(arguments: &Arguments, ranking: &Ranking, triaged: &Triaged) {
-    println!("{}", summary(ranking));
+    println!("{}", ranking.summary());
     for (rank, case) in (1..).zip(&ranking.cases) {
         let suspect = &case.suspects[0];
         let [x, y, z] = suspect.position;
@@ -198,7 +217,7 @@ fn print(arguments: &Arguments, ranking: &Ranking, triaged: &Triaged) {
             case.seconds,
             suspect.kind.name()
         );
-        println!("     {}", suspect.sentence);
+        print!("{}", fitted(&format!("     {}", suspect.sentence)));
         let others: Vec<&str> = case.suspects[1..].iter().map(|other| other.kind.name()).collect();
         if !others.is_empty() {
             println!("     also: {}", with_counts(&others));

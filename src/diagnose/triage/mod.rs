@@ -64,6 +64,7 @@ pub mod recording;
 mod score;
 mod sizes;
 mod suspect;
+pub mod table;
 #[cfg(test)]
 mod tests;
 mod votes;

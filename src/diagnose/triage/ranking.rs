@@ -3,6 +3,7 @@
 use super::score::{Case, Triage};
 use super::suspect::Suspect;
 use crate::annotate::ClusteredFrame;
+use crate::text::counted;
 use divmerge_core::cloud::PointCloud;
 
 /// The most suspect cases of a recording so far, the most suspect first.
@@ -60,6 +61,17 @@ impl Ranking {
         self.cases.extend(worse);
         self.cases.sort_by(|a, b| b.score.total_cmp(&a.score));
         self.cases.truncate(self.limit);
+    }
+
+    /// What was triaged, in a sentence.
+    pub fn summary(&self) -> String {
+        format!(
+            "{}, {}, {}; {} listed, the most suspect first",
+            counted(self.frames as usize, "frame"),
+            counted(self.instances as usize, "instance"),
+            counted(self.suspects as usize, "suspect"),
+            counted(self.cases.len(), "case")
+        )
     }
 
     /// Seconds from the start of the recording to a frame.

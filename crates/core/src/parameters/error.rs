@@ -25,7 +25,7 @@ pub enum SettingError {
     },
 
     /// The value is of another kind, or out of the limits.
-    #[error("`{path}` = {value}: must be {wanted}")]
+    #[error("`{path}` = {value}: must be {wanted}{}", question(nearest))]
     Wrong {
         /// The parameter.
         path: String,
@@ -33,6 +33,8 @@ pub enum SettingError {
         value: String,
         /// Kind and limits.
         wanted: String,
+        /// Of a choice, the name nearest to the value.
+        nearest: Vec<String>,
     },
 
     /// The value does not fit those of other parameters.
@@ -48,6 +50,14 @@ pub enum SettingError {
 fn did_you_mean(nearest: &[String]) -> String {
     match nearest {
         [] => "; `divmerge params` lists them all".to_owned(),
+        names => question(names),
+    }
+}
+
+/// A question behind a name or value that is wrong; nothing where none is near.
+fn question(nearest: &[String]) -> String {
+    match nearest {
+        [] => String::new(),
         names => {
             let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
             format!("; did you mean {}?", names.join(" or "))

@@ -44,6 +44,16 @@ impl Parameter {
         text + &self.word_for_none.map_or(String::new(), |word| format!(", or {word}"))
     }
 
+    /// Of a choice, the name nearest to a text, if one is near.
+    pub(super) fn nearest_choices(&self, value: &Value) -> Vec<String> {
+        match (&self.kind, value) {
+            (ParameterKind::Choice { choices }, Value::String(text)) => {
+                nearest(text, choices.iter().map(|choice| choice.name.as_str()))
+            }
+            _ => Vec::new(),
+        }
+    }
+
     /// A value as it is in JSON; `None` if it is of another kind or out of limits. A text is read
     /// as at a command line: `0.3`, `8 deg`, `true`, `1,2`.
     pub(super) fn read(&self, value: &Value) -> Option<Value> {

@@ -154,6 +154,7 @@ impl ParameterSet {
             path: path.to_owned(),
             value: value.as_str().map_or_else(|| value.to_string(), str::to_owned),
             wanted: parameter.wanted(),
+            nearest: parameter.nearest_choices(value),
         };
         let value = parameter.read(value).ok_or_else(wrong)?;
         let (mut tree, below) = self.tree(path);

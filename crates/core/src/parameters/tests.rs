@@ -175,6 +175,10 @@ fn what_cannot_be_is_refused_with_what_can() {
         "`cluster.seeding` = never: must be at_once or at_pop"
     );
     assert_eq!(
+        problem("cluster.seeding", "at_onec".into()),
+        "`cluster.seeding` = at_onec: must be at_once or at_pop; did you mean `at_once`?"
+    );
+    assert_eq!(
         problem("cluster.birds_eye.margin", json!(0.2)),
         "`cluster.birds_eye.margin` has no effect while `cluster.birds_eye` is off: set \
          cluster.birds_eye=true first"

@@ -3,6 +3,7 @@
 use std::fmt::{self, Formatter};
 
 use crate::diagnose::explain::{Choice, Flip, Number, WhatIf};
+use crate::text::wrapped;
 
 /// Writes the changes that give the other answer, then the parameters that never do.
 pub(super) fn write(out: &mut Formatter, what_if: &[WhatIf]) -> fmt::Result {
@@ -30,7 +31,10 @@ pub(super) fn write(out: &mut Formatter, what_if: &[WhatIf]) -> fmt::Result {
     }
     match searched.is_empty() {
         true => Ok(()),
-        false => writeln!(out, "  Without effect on the answer: {}.", searched.join(", ")),
+        false => {
+            let text = format!("Without effect on the answer: {}.", searched.join(", "));
+            wrapped(&text, 96).iter().try_for_each(|line| writeln!(out, "  {line}"))
+        }
     }
 }
 

@@ -2,16 +2,15 @@
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
-
+use super::ranking::recorded_positions;
+use super::score::Triage;
+use super::suspect::Suspect;
 use crate::annotate::ClusteredFrame;
-use crate::cli::output::OutputFile;
-use crate::cli::table::csv_line;
-use crate::diagnose::triage::ranking::recorded_positions;
-use crate::diagnose::triage::{Suspect, Triage};
-use crate::recording::PartialFile;
+use crate::error::{Error, Result};
+use crate::text::csv_line;
+use divmerge_recording::PartialFile;
 
 /// A CSV file of suspects. The first write error is kept and returned at the end.
 pub struct SuspectTable {
@@ -25,11 +24,15 @@ const COLUMNS: &str = "topic,frame,log_time_ns,seconds,score,kind,evidence,insta
                        other_instance,x,y,z,measured,bound,unit,frame_score,sentence,command";
 
 impl SuspectTable {
-    pub fn create(output: &OutputFile) -> Result<Self> {
-        let (file, partial) = output.create()?;
+    /// Begins a file, which appears when it is complete.
+    ///
+    /// # Errors
+    /// Those of the operating system, and that of a file that exists, unless `force`.
+    pub fn create(path: &Path, force: bool) -> Result<Self> {
+        let (file, partial) = PartialFile::create(path, force)?;
         let mut file = BufWriter::new(file);
         let written = writeln!(file, "{COLUMNS}");
-        Ok(SuspectTable { file, partial, written, path: output.path().to_owned() })
+        Ok(SuspectTable { file, partial, written, path: path.to_owned() })
     }
 
     /// Adds the suspects of a frame. `command` explains the points at some positions.
@@ -49,9 +52,13 @@ impl SuspectTable {
         }
     }
 
+    /// Puts the file in its place.
+    ///
+    /// # Errors
+    /// Those of writing.
     pub fn finish(mut self) -> Result<()> {
         let written = self.written.and_then(|()| self.file.flush());
-        written.with_context(|| format!("writing {}", self.path.display()))?;
+        written.map_err(|source| Error::Io { path: self.path.clone(), source })?;
         drop(self.file);
         Ok(self.partial.put()?)
     }
