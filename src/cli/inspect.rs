@@ -24,7 +24,9 @@ use crate::inspect::{Server, Session, SessionOptions};
 /// figures, commands and cases. It ends with Ctrl-C.
 #[derive(Args)]
 pub struct Arguments {
-    /// The recording (MCAP), or the folder of a rosbag2 recording: of several files the first
+    /// The recording (MCAP), or the folder of a rosbag2 recording
+    ///
+    /// Of a folder with several files the first is taken.
     input: PathBuf,
 
     /// Cloud topic that is shown first [default: the first readable one]

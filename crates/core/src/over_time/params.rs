@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// Parameters of a [`Tracker`](super::Tracker).
 ///
-/// All but the first two were chosen on simulated drives (`examples/14_tracks.rs` scores some).
+/// All but the first two were chosen on simulated drives (`examples/14_tracks` scores some).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TrackParams {
     /// How far the tracker looks ahead before it decides, seconds. 0: not at all. Default 1.
