@@ -348,13 +348,18 @@ fn point_tracks(
     instance.iter().enumerate().map(track).collect()
 }
 
+/// The number of an object, or 0.
+fn word(object: &Option<(u16, u32)>) -> u32 {
+    object.map_or(0, |(class, id)| id << 8 | u32::from(class))
+}
+
 /// Ids as a perfect tracker gives them: that of the object that most points of an instance are of;
 /// else one that comes once.
 fn perfect(instance: &[u32], objects: &[Option<(u16, u32)>], frame: u64) -> Vec<u32> {
     const ONCE: u32 = 1 << 31;
     let mut votes: BTreeMap<u32, BTreeMap<u32, usize>> = BTreeMap::new();
     for (&instance, object) in instance.iter().zip(objects).filter(|(id, _)| **id != 0) {
-        let object = object.map_or(0, |(class, id)| id << 8 | u32::from(class));
+        let object = word(object);
         *votes.entry(instance).or_default().entry(object).or_default() += 1;
     }
     let most = |(&instance, votes): (&u32, &BTreeMap<u32, usize>)| {

@@ -7,7 +7,7 @@ use divmerge::pipeline::{Config, run};
 use divmerge::semantics::{GroundParams, MaskSource};
 use divmerge::simulate::{Drive, Scene, Sensor};
 
-use super::{Followed, SCENES, SEED, Truth};
+use super::{Followed, SCENES, SEED, Truth, word};
 
 /// What tracks mend without classes: true things of [`LEAST`] points or more that are lost if the
 /// instances of a cloud are its objects, and if its tracks are.
@@ -60,7 +60,6 @@ impl Things {
         let counting = |ids: &[u32]| -> Vec<u32> {
             ids.iter().zip(class).filter(|(_, class)| **class != 0).map(|(&id, _)| id).collect()
         };
-        let word = |object: &Option<(u16, u32)>| object.map_or(0, |(c, id)| id << 8 | u32::from(c));
         let truth = counting(&objects.iter().map(word).collect::<Vec<u32>>());
         for (way, found) in found.into_iter().enumerate() {
             let scores = thing_scores(&truth, &counting(found), LEAST);

@@ -7,7 +7,6 @@ use divmerge::Taxonomy;
 use divmerge::annotate::{AnnotateConfig, ObjectOptions, ObjectSource};
 use divmerge::cloud::sensor_frame::SensorFrame;
 use divmerge::cloud::{CloudFrames, Crop, Ego, LengthUnit, SensorOrigin};
-use divmerge::cluster::params::Region;
 use divmerge::comparison::DIVIDE_AND_MERGE;
 use divmerge::comparison::methods::{self, BOXES};
 use divmerge::error::spelling::did_you_mean;
@@ -75,18 +74,6 @@ pub const WITHOUT_CLASSES: &[&str] = ALL.split_at(1).1;
 pub const COORDINATES: &[&str] =
     &["units", "sensor_origin", "min_range", "max_range", "crop", "ego"];
 
-/// Presets.
-pub const PRESETS: &[(&str, Preset)] =
-    &[("best", Preset::Best), ("paper", Preset::Paper), ("authors", Preset::Authors)];
-
-const BIRDS_EYE_MERGES: &[(&str, BirdsEyeMerge)] = &[
-    ("off", BirdsEyeMerge::Off),
-    ("size", BirdsEyeMerge::Size),
-    ("box", BirdsEyeMerge::Overlap(Region::Box)),
-    ("rectangle", BirdsEyeMerge::Overlap(Region::Rectangle)),
-    ("hull", BirdsEyeMerge::Overlap(Region::Hull)),
-];
-
 /// Why the method of boxes cannot be had here.
 pub const NEEDS_BOXES: &str = "`boxes` needs boxes, which only the command line reads";
 
@@ -123,13 +110,13 @@ impl Parameters {
     fn set(&mut self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
         let overrides = &mut self.overrides;
         match name {
-            "preset" => overrides.preset = choice(name, value, PRESETS)?,
+            "preset" => overrides.preset = preset(name, value)?,
             "voxel" => overrides.voxel = Some(number(name, value)?),
             "angle" => overrides.angle = Some(number(name, value)?),
             "gap_columns" => overrides.gap_columns = Some(whole(name, value)?),
             "gap_rows" => overrides.gap_rows = Some(whole(name, value)?),
             "min_points" => overrides.min_points = Some(whole(name, value)?),
-            "bev" => overrides.bev = Some(choice(name, value, BIRDS_EYE_MERGES)?),
+            "bev" => overrides.bev = Some(choice(name, value, &BirdsEyeMerge::NAMES)?),
             "rows" => overrides.rows = Some(whole(name, value)?),
             "columns" => overrides.columns = Some(whole(name, value)?),
             "fov" => overrides.field_of_view = Some(pair(name, value)?),
@@ -235,6 +222,11 @@ impl Parameters {
         let config = config.with_parameters(&parameters);
         Ok(AnnotateConfig { unit, crop, ego: ego.map_err(raised)?, frames, ..config })
     }
+}
+
+/// A preset by its name.
+pub fn preset(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Preset> {
+    choice(name, value, &Preset::ALL.map(|preset| (preset.name(), preset)))
 }
 
 /// One of some words, and what it stands for.

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use crate::annotate::from_json;
 use crate::by_name::keyword;
 use crate::errors::Error;
-use crate::parameters::{PRESETS, choice};
+use crate::parameters::preset as named_preset;
 
 #[pyfunction]
 #[pyo3(signature = (preset = None), text_signature = "(preset='best')")]
@@ -22,7 +22,7 @@ pub fn parameters<'py>(
     py: Python<'py>,
     preset: Option<&Bound<'py, PyString>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let preset = preset.map_or(Ok(Preset::default()), |name| choice("preset", name, PRESETS))?;
+    let preset = preset.map_or(Ok(Preset::default()), |name| named_preset("preset", name))?;
     let set = ParameterSet::of_preset(preset);
     let rows = set.parameters().into_iter().map(|parameter| {
         let value = set.get(&parameter.path).ok().flatten();

@@ -12,7 +12,7 @@ use divmerge::diagnose::triage::recording::{TriageOutput, Triaged, triage_record
 use divmerge::diagnose::triage::table::SuspectTable;
 use divmerge::frames::{Assemble, Selection};
 use divmerge::recording::{Compression, MessageRange, Overview, is_same_file, write_file};
-use divmerge::view::case_pages::{CaseReport, is_one_file};
+use divmerge::view::case_pages::{CaseReport, entry, is_one_file};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::{Value, json};
@@ -228,11 +228,6 @@ fn refuse(outputs: [(&str, &Option<PathBuf>); 3], input: &Path, force: bool) -> 
         }
     }
     Ok(())
-}
-
-/// The file of a report to open.
-fn entry(report: &Path) -> PathBuf {
-    if is_one_file(report) { report.to_owned() } else { report.join("index.html") }
 }
 
 /// Writes the pages of a report, the one to open last.

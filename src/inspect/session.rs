@@ -17,6 +17,7 @@ use crate::error::Result;
 use crate::frames::topics::{message_count, topic_names};
 use crate::frames::{CloudAt, Selection, TruthSource, choose_topics, encoded_cloud_at};
 use crate::view::{ColourTables, ColourTracker};
+use divmerge_core::pipeline::Preset;
 use divmerge_recording::Overview;
 
 /// Clouds that are kept, and runs: the two settings of a frame, those of the frame before, and what
@@ -240,7 +241,7 @@ impl Session {
             "topic": self.first_topic,
             "frame": self.options.frame,
             "colours": ColourTables::new(),
-            "presets": ["best", "paper", "authors"],
+            "presets": Preset::ALL.map(Preset::name),
             "preset": self.options.config.pipeline.preset,
             "methods": setting::method_names(),
             "method": self.options.config.pipeline.method_name(),

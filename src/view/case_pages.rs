@@ -1,7 +1,7 @@
 //! The pages of a ranking of triage: the frames of its cases are read and clustered again, one at a
 //! time.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::explanation::explanation;
 use super::frame_scene::{explained_scene, explanation_report};
@@ -30,6 +30,11 @@ pub struct CaseReport<'a> {
 /// Whether a report is one file, not a folder.
 pub fn is_one_file(report: &Path) -> bool {
     report.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("html"))
+}
+
+/// The file of a report to open.
+pub fn entry(report: &Path) -> PathBuf {
+    if is_one_file(report) { report.to_owned() } else { report.join("index.html") }
 }
 
 impl CaseReport<'_> {

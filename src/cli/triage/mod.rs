@@ -24,7 +24,7 @@ use crate::diagnose::triage::recording::{TriageOutput, Triaged, triage_recording
 use crate::diagnose::triage::table::SuspectTable;
 use crate::frames::Selection;
 use crate::recording::{Compression, Overview};
-use crate::view::case_pages::{CaseReport, is_one_file};
+use crate::view::case_pages::{CaseReport, entry, is_one_file};
 
 /// List the most suspect decisions in a recording, without any truth
 ///
@@ -120,7 +120,7 @@ impl OutputFiles {
         let csv = outputs.optional(csv.as_deref())?;
         let report = report.as_deref().map(|path| match is_one_file(path) {
             true => outputs.file(path),
-            false => outputs.file_in_made_folder(&report::entry(path)),
+            false => outputs.file_in_made_folder(&entry(path)),
         });
         Ok(OutputFiles { recording, csv, report: report.transpose()? })
     }

@@ -1,17 +1,12 @@
 //! The files of `--report`.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::Result;
 
 use crate::cli::output::{OutputFile, Outputs, make_folder};
 use crate::cli::progress::frame_bar;
 use crate::view::case_pages::{CaseReport, is_one_file};
-
-/// The file to open.
-pub fn entry(report: &Path) -> PathBuf {
-    if is_one_file(report) { report.to_owned() } else { report.join("index.html") }
-}
 
 /// Draws and explains the cases and writes their pages to `path`; `entry` is the file to open.
 pub fn write(

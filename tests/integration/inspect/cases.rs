@@ -5,7 +5,7 @@ use std::io::Read;
 use base64::Engine;
 use serde_json::{Value, json};
 
-use super::{Desk, unpacked};
+use super::{Desk, ends_of_one, unpacked};
 use crate::hostile::recording;
 use crate::recordings::drive;
 
@@ -28,10 +28,7 @@ fn picture(packed: &Value) -> Vec<u8> {
 fn a_case_is_one_file_with_its_changes() {
     let (_folder, input) = drive(2);
     let desk = Desk::of(&input);
-    let picture = desk.asked("api/frame", Some(&desk.frame(json!({}))));
-    let (_, instance) = unpacked(&picture.body, "instance");
-    let of_one: Vec<usize> = (0..instance.len()).filter(|&point| instance[point] == 1).collect();
-    let points = json!([of_one[0], of_one[of_one.len() - 1]]);
+    let points = ends_of_one(&desk);
     let shown = json!({ "points": points, "layer": "instances", "note": "</script><b>" });
     let case =
         desk.asked("api/case", Some(&desk.frame(json!({ "points": points, "shown": shown }))));

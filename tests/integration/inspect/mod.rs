@@ -181,14 +181,19 @@ fn an_explanation_is_that_of_explain() {
     assert!(command.contains(&format!("--at {} --at {}", at[0], at[1])), "{command}");
 }
 
+/// The first and the last point of instance 1.
+fn ends_of_one(desk: &Desk) -> Value {
+    let picture = desk.asked("api/frame", Some(&desk.frame(json!({}))));
+    let (_, instance) = unpacked(&picture.body, "instance");
+    let of_one = || (0..instance.len()).filter(|&point| instance[point] == 1);
+    json!([of_one().next(), of_one().next_back()])
+}
+
 #[test]
 fn each_change_gives_the_other_answer() {
     let (_folder, input) = drive(2);
     let desk = Desk::of(&input);
-    let picture = desk.asked("api/frame", Some(&desk.frame(json!({}))));
-    let (_, instance) = unpacked(&picture.body, "instance");
-    let of_one: Vec<usize> = (0..instance.len()).filter(|&point| instance[point] == 1).collect();
-    let points = json!([of_one[0], of_one[of_one.len() - 1]]);
+    let points = ends_of_one(&desk);
     let found = desk.answer("api/changes", &desk.frame(json!({ "points": points })));
     let changes = found["changes"].as_array().unwrap();
     assert!(!changes.is_empty(), "{}", found["text"]);

@@ -43,12 +43,8 @@ impl FromStr for Preset {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "best" => Ok(Preset::Best),
-            "paper" => Ok(Preset::Paper),
-            "authors" => Ok(Preset::Authors),
-            _ => Err(format!("`{text}` is no preset: use best, paper or authors")),
-        }
+        let named = Preset::ALL.into_iter().find(|preset| preset.name() == text);
+        named.ok_or_else(|| format!("`{text}` is no preset: use best, paper or authors"))
     }
 }
 
@@ -63,21 +59,26 @@ pub enum BirdsEyeMerge {
     Overlap(Region),
 }
 
+impl BirdsEyeMerge {
+    /// All of them by name.
+    pub const NAMES: [(&str, BirdsEyeMerge); 5] = [
+        ("off", BirdsEyeMerge::Off),
+        ("size", BirdsEyeMerge::Size),
+        ("box", BirdsEyeMerge::Overlap(Region::Box)),
+        ("rectangle", BirdsEyeMerge::Overlap(Region::Rectangle)),
+        ("hull", BirdsEyeMerge::Overlap(Region::Hull)),
+    ];
+}
+
 /// Reads `off`, `size`, `box`, `rectangle` or `hull`.
 impl FromStr for BirdsEyeMerge {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "off" => Ok(BirdsEyeMerge::Off),
-            "size" => Ok(BirdsEyeMerge::Size),
-            "box" => Ok(BirdsEyeMerge::Overlap(Region::Box)),
-            "rectangle" => Ok(BirdsEyeMerge::Overlap(Region::Rectangle)),
-            "hull" => Ok(BirdsEyeMerge::Overlap(Region::Hull)),
-            _ => Err(format!(
-                "`{text}` is no bird's-eye merge: use off, size, box, rectangle or hull"
-            )),
-        }
+        let named = BirdsEyeMerge::NAMES.into_iter().find(|(name, _)| *name == text);
+        named.map(|(_, merge)| merge).ok_or_else(|| {
+            format!("`{text}` is no bird's-eye merge: use off, size, box, rectangle or hull")
+        })
     }
 }
 

@@ -4,6 +4,7 @@
 //! from ground. What tells is that the face goes on: a return right under one that is no ground,
 //! nearly as far away, is of the same face, until the ground in front of it is reached.
 
+use super::found::is_ground;
 use super::profile::Return;
 
 /// Farthest that a return of a face lies from the one above it, metres along the ground.
@@ -28,7 +29,7 @@ pub(super) fn doubt_feet(column: &[Return], confidence: &mut [f32]) {
     let mut face: Option<&Return> = None;
     let mut open: Vec<&Return> = Vec::new();
     for seen in column.iter().rev().filter(|seen| seen.exists()) {
-        if confidence[seen.point as usize] < 0.5 {
+        if !is_ground(confidence[seen.point as usize]) {
             face = Some(seen);
         } else if face.is_some_and(|above| goes_on(above, seen)) {
             open.push(seen);

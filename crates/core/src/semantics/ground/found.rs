@@ -22,9 +22,14 @@ impl Ground {
     }
 
     pub(super) fn from_confidence(confidence: Vec<f32>, is_overhead: bool) -> Self {
-        let is_ground = confidence.iter().map(|&share| share >= 0.5).collect();
+        let is_ground = confidence.iter().map(|&share| is_ground(share)).collect();
         Ground { is_ground, confidence, is_overhead, is_missing: false }
     }
+}
+
+/// Whether a point of so much confidence is ground.
+pub(super) fn is_ground(confidence: f32) -> bool {
+    confidence >= 0.5
 }
 
 /// How the ground around a sensor lies in the cloud's frame.
