@@ -21,6 +21,7 @@ const MODULES: &[(&str, &str)] = &[
     ("colours", include_str!("page/colours.js")),
     ("camera", include_str!("page/camera.js")),
     ("scene", include_str!("page/scene.js")),
+    ("rasterizer", include_str!("page/rasterizer.js")),
     ("overlay", include_str!("page/overlay.js")),
     ("views", include_str!("page/views.js")),
     ("pointing", include_str!("page/pointing.js")),

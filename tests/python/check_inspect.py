@@ -167,6 +167,30 @@ def check_slider(page):
     assert page.evaluate("Object.keys(inspector.state.settings.A.set).length") == 0
 
 
+def check_rasterizer(page):
+    """Without a graphics unit the page draws points itself: the same picture as WebGL's."""
+    differing, drawn = page.evaluate("""async () => {
+      const scene = inspector.views.sceneOf();
+      const pixels = async () => {
+        inspector.views.snapshot();
+        const { gl, canvas } = scene, { width, height } = canvas;
+        const out = new Uint32Array(width * height);
+        gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(out.buffer));
+        return out;
+      };
+      const own = await pixels(), { rasterizer } = scene;
+      scene.rasterizer = null;
+      const other = await pixels();
+      scene.rasterizer = rasterizer;
+      if (!rasterizer) throw new Error("no rasterizer where WebGL is software");
+      const panel = own.reduce((counts, one) => counts.set(one, (counts.get(one) ?? 0) + 1), new Map());
+      const [most] = [...panel].sort((a, b) => b[1] - a[1])[0];
+      return [own.filter((one, n) => one !== other[n]).length, other.filter((one) => one !== most).length];
+    }""")
+    assert drawn > 20_000, drawn
+    assert differing < 0.01 * drawn, (differing, drawn)
+
+
 def check_compared(page):
     """A second setting beside the first: what differs is counted."""
     page.evaluate("document.activeElement.blur()")
@@ -467,6 +491,7 @@ def main():
         browser = playwright.chromium.launch(executable_path=BROWSER, args=FLAGS)
         with inspected(arguments.binary, arguments.recording) as address:
             with opened(browser, address) as page:
+                check_rasterizer(page)
                 check_slider(page)
                 check_compared(page)
                 check_figures(page)

@@ -51,3 +51,12 @@ export function latest(call) {
     return (busy ??= go());
   };
 }
+
+// Calls a function with the latest argument, once none has come for so many milliseconds.
+export function afterPause(call) {
+  let timer;
+  return (argument, pause) => {
+    clearTimeout(timer);
+    timer = setTimeout(() => call(argument), pause);
+  };
+}

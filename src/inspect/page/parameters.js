@@ -1,12 +1,16 @@
 // What if: parameters of two settings, A and B. A change clusters the frame again.
 
-import { byId, fixed, h, latest, plain, say } from "inspect/dom";
+import { afterPause, byId, fixed, h, latest, plain, say } from "inspect/dom";
 import { figures } from "inspect/figures";
 import { source } from "inspect/source";
 import { asked, emptySetting, on, picture, state, tell } from "inspect/state";
 
 // Milliseconds from the last change of a parameter to the picture it made, for people and tests.
 export const latency = { ms: null };
+// Milliseconds that a slider rests before the lists follow.
+const PAUSE = 150;
+// The parameters without effect when the rows were made.
+let idleWhenBuilt;
 
 export function start() {
   build();
@@ -45,6 +49,7 @@ function build() {
   );
   narrow(filter);
   figures();
+  idleWhenBuilt = idle();
   panel.scrollTop = kept;
   if (focused) panel.querySelector(`[data-path="${CSS.escape(focused)}"]`)?.focus();
 }
@@ -376,30 +381,38 @@ const isDrawn = () =>
   });
 
 const recluster = latest(async ({ slot, before, began }) => {
-  const idleBefore = JSON.stringify(picture()?.run.idle);
   try {
     await load(slot);
     await compared();
     if (!source.isSaved) state.explanation = null;
+    refresh();
     tell("picture");
     await isDrawn();
     latency.ms = performance.now() - began;
-    tell("settled");
-    scored(slot);
-    say(
-      `clustered in ${fixed(state.pictures[slot].run.total_ms, 0)} ms, drawn after ${fixed(latency.ms, 0)} ms`,
-    );
-    tell("changed");
+    settle(slot, isSliding() ? PAUSE : 0);
   } catch (error) {
     state.settings[slot] = before;
+    tell("setting");
     say(error.message, true);
   }
-  const idle = JSON.stringify(picture()?.run.idle);
-  if (!document.activeElement?.dataset?.slider || idle !== idleBefore) tell("setting");
-  else refresh();
 });
 
-// Of the rows what a change makes different, while a slider is held.
+const isSliding = () => document.activeElement?.dataset?.slider !== undefined;
+const idle = () => JSON.stringify(picture()?.run.idle);
+
+// What stands beside the views follows a slider once it rests: else the lists would hold the views
+// up.
+const settle = afterPause((slot) => {
+  tell("settled");
+  scored(slot);
+  say(
+    `clustered in ${fixed(state.pictures[slot].run.total_ms, 0)} ms, drawn after ${fixed(latency.ms, 0)} ms`,
+  );
+  tell("changed");
+  if (!isSliding() || idle() !== idleWhenBuilt) tell("setting");
+});
+
+// Of the rows what a change makes different.
 function refresh() {
   for (const one of all()) {
     const field = document.querySelector(`[data-path="${CSS.escape(one.path)}"]`);

@@ -2,6 +2,8 @@
 // lies below the page, so that they share one buffer of points: one draw call a view. Nothing is
 // made anew while a view turns.
 
+import { Rasterizer, isSoftware } from "inspect/rasterizer";
+
 const POINTS = `#version 300 es
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec4 colour;
@@ -69,6 +71,7 @@ export class Scene {
     this.empty = gl.createVertexArray();
     this.position = gl.createBuffer();
     this.most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+    this.rasterizer = isSoftware(gl) ? new Rasterizer(gl, this.program.bind(this)) : null;
     gl.enable(gl.SCISSOR_TEST);
   }
 
@@ -131,6 +134,7 @@ export class Scene {
     for (let n = 0; n < clean.length; n++)
       clean[n] = Number.isFinite(positions[n]) ? positions[n] : 0;
     this.count = clean.length / 3;
+    this.clean = clean;
     gl.bindBuffer(gl.ARRAY_BUFFER, this.position);
     gl.bufferData(gl.ARRAY_BUFFER, clean, gl.STATIC_DRAW);
   }
@@ -147,6 +151,7 @@ export class Scene {
     const size = width * rows;
     if (own.pixels?.length !== size) own.pixels = new Uint32Array(size);
     const source = new Uint32Array(colours.buffer, colours.byteOffset, colours.length / 4);
+    own.source = source;
     const [r, g, b] = this.panel.map((x) => Math.round(x * 255)),
       empty = (0xff000000 | (b << 16) | (g << 8) | r) >>> 0;
     for (let row = 0, at = 0; row < rows; row++) {
@@ -200,26 +205,33 @@ export class Scene {
     gl.clear(gl.COLOR_BUFFER_BIT);
   }
 
-  area({ x, y, width, height }) {
+  // Clears an area; returns it as WebGL counts, upwards from below.
+  area({ x, y: top, width, height }) {
     const { gl, canvas } = this,
-      bottom = canvas.height - y - height;
-    gl.viewport(x, bottom, width, height);
-    gl.scissor(x, bottom, width, height);
+      y = canvas.height - top - height;
+    gl.viewport(x, y, width, height);
+    gl.scissor(x, y, width, height);
     gl.clearColor(...this.panel, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    return { x, y, width, height };
   }
 
   drawPoints(name, area, matrix, scale, withLines) {
     const { gl } = this,
-      own = this.slots[name];
-    this.area(area);
+      own = this.slots[name],
+      cleared = this.area(area);
     if (!own || !this.count) return;
     gl.enable(gl.DEPTH_TEST);
-    gl.useProgram(this.points.program);
-    gl.uniformMatrix4fv(this.points.matrix, false, matrix);
-    gl.uniform3f(this.points.sizes, ...scale);
-    gl.bindVertexArray(own.array);
-    gl.drawArrays(gl.POINTS, 0, this.count);
+    if (this.rasterizer) {
+      const points = { positions: this.clean, colours: own.source, count: this.count };
+      this.rasterizer.draw(cleared, points, matrix, scale);
+    } else {
+      gl.useProgram(this.points.program);
+      gl.uniformMatrix4fv(this.points.matrix, false, matrix);
+      gl.uniform3f(this.points.sizes, ...scale);
+      gl.bindVertexArray(own.array);
+      gl.drawArrays(gl.POINTS, 0, this.count);
+    }
     if (withLines && own.lineCount) {
       gl.useProgram(this.lines.program);
       gl.uniformMatrix4fv(this.lines.matrix, false, matrix);

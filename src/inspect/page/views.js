@@ -123,6 +123,8 @@ function draw() {
   if (!measured.firstPicture && picture()) measured.firstPicture = performance.now();
 }
 
+export const sceneOf = () => scene;
+
 // How long the cloud takes to be drawn as it turns, until the graphics unit is done: the median.
 export function measureDraw(times = 20) {
   const gl = scene.gl,
