@@ -25,6 +25,10 @@ const MOST_BYTES_OF_OUTLINES: usize = 800_000;
 /// Runs of changes that a case holds at most.
 const MOST_ALTERNATIVES: usize = 12;
 
+/// Most points of a cloud whose changes are searched in order to save them: of a million the search
+/// takes minutes.
+const MOST_POINTS_SEARCHED: usize = 300_000;
+
 /// What stands in a case.
 #[derive(Serialize)]
 struct Case<'a> {
@@ -45,6 +49,22 @@ struct Case<'a> {
 impl Case<'_> {
     fn document(&self) -> String {
         case_document(&serde_json::to_string(self).expect("a case has a form in JSON"))
+    }
+
+    /// Adds the explanation, with its changes unless these take minutes or a later search calls them
+    /// off.
+    fn explain(&mut self, session: &Session, run: &Run, question: &Question) -> Outcome<()> {
+        let is_known = why::known(session, run, question).is_some();
+        let report = match is_known || run.cloud.cloud.len() <= MOST_POINTS_SEARCHED {
+            true => why::changed(session, run, question)?,
+            false => None,
+        };
+        if report.is_none() {
+            self.left_out.push("the changes that give the other answer".into());
+        }
+        let report = report.map_or_else(|| why::explained(session, run, question), Ok)?;
+        self.explanation = Some(ExplanationReply::new(run, report, question));
+        Ok(())
     }
 
     /// Leaves out the outlines of nodes if they are too large.
@@ -95,11 +115,14 @@ pub(super) fn saved_case(
         setting: &run.setting,
         shown: shown.clone(),
         scores: scores(run),
-        explanation: question.map(|question| explained(session, run, question)).transpose()?,
+        explanation: None,
         picture: String::new(),
         alternatives: Vec::new(),
         left_out: Vec::new(),
     };
+    if let Some(question) = question {
+        case.explain(session, run, question)?;
+    }
     case.fit_outlines();
     let has_changes = case.explanation.as_ref().is_some_and(|reply| !reply.changes.is_empty());
     let most = if has_changes { MOST_BYTES_BESIDE_CHANGES } else { MOST_BYTES - 2000 };
@@ -113,15 +136,6 @@ pub(super) fn saved_case(
     case.picture.clone_from(&frame.picture);
     case.add_changes(session, run, &frame);
     Ok(case.document().into_bytes())
-}
-
-/// The explanation with its changes, unless a later search calls these off.
-fn explained(session: &Session, run: &Run, question: &Question) -> Outcome<ExplanationReply> {
-    let report = match why::changed(session, run, question)? {
-        Some(report) => report,
-        None => why::explained(session, run, question)?,
-    };
-    Ok(ExplanationReply::new(run, report, question))
 }
 
 /// What a change leads to: the run without the points of its cloud, and its scores.

@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 
 use crate::annotate::AnnotateConfig;
 use crate::comparison::methods;
+use crate::diagnose::explain::in_force::{OVER_TIME, is_part_of};
 use crate::error::Result;
 use crate::frames::FrameBoxes;
 use divmerge_core::ParameterError;
@@ -15,9 +16,6 @@ use divmerge_core::pipeline::Preset;
 
 /// The name of our own method.
 const OWN_METHOD: &str = "divide-and-merge";
-
-/// Parameters over time, which change nothing of a single frame.
-const OVER_TIME: [&str; 3] = ["tracks.", "registration.", "ego_motion."];
 
 /// What a page changes of the parameters that the inspector was started with.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -126,7 +124,7 @@ pub(super) fn method_names() -> Vec<&'static str> {
 
 /// Whether a parameter changes what is found in a single frame.
 fn is_of_frame(parameter: &Parameter) -> bool {
-    !OVER_TIME.iter().any(|part| parameter.path.starts_with(part))
+    !is_part_of(&parameter.path, &OVER_TIME)
 }
 
 /// The parameters of a frame: path, meaning, unit, source, kind and limits.
@@ -137,9 +135,10 @@ pub(super) fn parameters() -> Vec<&'static Parameter> {
 /// For each part of the parameters over time its name and how many it has: none of them changes
 /// what is found in a single frame.
 pub(super) fn parameters_over_time() -> Vec<(&'static str, usize)> {
-    let count =
-        |part: &str| registry().iter().filter(|parameter| parameter.path.starts_with(part)).count();
-    let counts = OVER_TIME.map(|part| (part.trim_end_matches('.'), count(part)));
+    let is_of = |part: &str| {
+        registry().iter().filter(move |parameter| is_part_of(&parameter.path, &[part])).count()
+    };
+    let counts = OVER_TIME.map(|part| (part, is_of(part)));
     counts.into_iter().filter(|(_, count)| *count > 0).collect()
 }
 

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::joined_nodes::{JoinedNode, joined_nodes};
 use super::requests::{Outcome, Problem};
 use super::run::Run;
-use super::session::Session;
+use super::session::{Searched, Session};
 use crate::diagnose::explain::{
     Choice, ExplanationReport, ExplanationText, Flip, Number, Subject, WhatIf, distances,
     return_at, what_if_while,
@@ -153,9 +153,7 @@ pub(super) fn changed(
     run: &Run,
     question: &Question,
 ) -> Outcome<Option<ExplanationReport>> {
-    let message = &run.cloud.message;
-    let key = (message.topic.to_string(), message.number, run.setting.clone(), question.points());
-    if let Some(known) = session.known_changes(&key) {
+    if let Some(known) = known(session, run, question) {
         return Ok(Some(known));
     }
     let mut report = explained(session, run, question)?;
@@ -165,8 +163,22 @@ pub(super) fn changed(
     if !goes_on() {
         return Ok(None);
     }
-    session.keep_changes(key, &report);
+    session.keep_changes(searched(run, question), &report);
     Ok(Some(report))
+}
+
+/// The report with its changes, if these were searched last.
+pub(super) fn known(
+    session: &Session,
+    run: &Run,
+    question: &Question,
+) -> Option<ExplanationReport> {
+    session.known_changes(&searched(run, question))
+}
+
+fn searched(run: &Run, question: &Question) -> Searched {
+    let message = &run.cloud.message;
+    (message.topic.to_string(), message.number, run.setting.clone(), question.points())
 }
 
 /// A change of one parameter that gives the other answer.
@@ -196,9 +208,9 @@ fn changes(what_if: &WhatIf) -> Vec<Change> {
             };
             [lower, higher].into_iter().copied().flatten().map(change).collect()
         }
-        WhatIf::Choice(Choice { parameter, flips, .. }) => {
+        WhatIf::Choice(Choice { parameter, path, flips, .. }) => {
             let change = |value: &&'static str| {
-                let set = settings_of(parameter, value).into_iter();
+                let set = settings_of(*path, value).into_iter();
                 let set = set.map(|(path, value)| (path.to_owned(), value)).collect();
                 Change { parameter, words: (*value).to_owned(), set }
             };
@@ -207,10 +219,13 @@ fn changes(what_if: &WhatIf) -> Vec<Change> {
     }
 }
 
-/// What sets a parameter that is one of a few.
-fn settings_of(parameter: &str, value: &str) -> Vec<(&'static str, Value)> {
-    if parameter == "neighbours of one class" {
-        return vec![("cluster.same_class_neighbours", json!(value == "only"))];
+/// What sets a parameter that is one of a few; without a path, what is done on the plane.
+fn settings_of(path: Option<&'static str>, value: &str) -> Vec<(&'static str, Value)> {
+    match (path, value) {
+        (Some(path), "only" | "on") => return vec![(path, json!(true))],
+        (Some(path), "any" | "off") => return vec![(path, json!(false))],
+        (Some(path), name) => return vec![(path, json!(name))],
+        (None, _) => {}
     }
     let by_size = value == "size";
     let by_region = !by_size && value != "off";

@@ -10,6 +10,7 @@ use divmerge::diagnose::explain::{
     Answer, ClusteredCloud, Flip, Link, Rule, Subject, VoteEvidence, WhatIf, answer, explain,
     what_if,
 };
+use divmerge::parameters::ParameterSet;
 use divmerge::pipeline::{self, Config, Stages};
 use divmerge::semantics::{GroundParams, MaskSource};
 use divmerge::simulate::{Drive, Scene, Sensor};
@@ -169,25 +170,13 @@ fn reported_changes_flip_the_answer_and_smaller_ones_do_not() {
                 flips += 1;
                 assert!((unchanged_at - number.now).abs() < (value - number.now).abs());
                 for (value, changes) in [(value, true), (unchanged_at, false)] {
-                    let mut config = config.clone();
-                    let params = &mut config.cluster;
-                    let fragments = params.fragments.as_mut();
-                    match number.parameter {
-                        "touching gap" => fragments.expect("in force").touching = value,
-                        "touching share" => fragments.expect("in force").touching_share = value,
-                        "slack in size" => fragments.expect("in force").slack = value,
-                        "angle" => params.condition.angle = value.to_radians(),
-                        "nearness" => {
-                            let nearness = params.condition.nearness.as_mut().expect("in force");
-                            nearness.share_of_width = value;
-                        }
-                        "voxel" => params.voxel = value,
-                        "gap columns" => params.gap_columns = value as usize,
-                        "gap rows" => params.gap_rows = value as usize,
-                        "merge ratio" => params.merge_ratio = value,
-                        "minimum size" => params.min_pixels = value as usize,
-                        other => panic!("a new parameter {other}"),
-                    }
+                    let mut set = ParameterSet::of(&config, &GroundParams::default());
+                    let value = match number.unit {
+                        "degrees" => value.to_radians(),
+                        _ => value,
+                    };
+                    set.set(number.path, &value.into()).expect("may be set");
+                    let config = set.config();
                     let again = answer(&pipeline::run(&cloud, mask, &config), subject);
                     assert_eq!(again != now, changes, "{} at {value}", number.parameter);
                 }
@@ -195,6 +184,34 @@ fn reported_changes_flip_the_answer_and_smaller_ones_do_not() {
         }
     }
     assert!(flips >= 3, "only {flips}");
+}
+
+#[test]
+fn without_classes_the_ground_is_searched_too() {
+    let (cloud, config, ground) = (cloud(), Config::best(), GroundParams::default());
+    let mask = MaskSource::NotGround(&ground);
+    let stages = pipeline::run(&cloud, mask, &config);
+    let frame = ClusteredCloud { cloud: &cloud, mask, config: &config, stages: &stages };
+    // Of a point on the ground only what makes the ground is searched, of others all that matters.
+    let point = |wanted: bool| {
+        let has = |&point: &usize| cloud.is_return(point) && stages.mask.is_object[point] == wanted;
+        (0..cloud.len()).find(has).expect("ground and objects")
+    };
+    let paths = |point: usize| -> Vec<&str> {
+        let path = |found: &WhatIf| match found {
+            WhatIf::Number(number) => Some(number.path),
+            WhatIf::Choice(choice) => choice.path,
+        };
+        what_if(&frame, Subject::Point(point)).iter().filter_map(path).collect()
+    };
+    let of_ground = paths(point(false));
+    assert!(of_ground.contains(&"ground.step"), "{of_ground:?}");
+    assert!(of_ground.iter().all(|path| path.starts_with("ground.")), "{of_ground:?}");
+    let all = paths(point(true));
+    for path in ["ground.step", "cluster.tree.gap", "cluster.tree.nearest", "projection.wrap"] {
+        assert!(all.contains(&path), "{path}: {all:?}");
+    }
+    assert!(!all.iter().any(|path| path.starts_with("smoothing.")), "{all:?}");
 }
 
 /// Two points of each instance, and points beside each other of two instances.

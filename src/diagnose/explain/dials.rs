@@ -1,12 +1,15 @@
 //! The numeric parameters that are changed to find what gives the other answer, and how each is
 //! searched.
 
-use divmerge_core::cluster::params::{ClusterParams, FragmentMerge, TreeMerge};
+use serde_json::Value;
 
-/// How a numeric parameter is searched: whole multiples of 1 / `per_unit`.
+use divmerge_core::parameters::{Parameter, ParameterKind, ParameterSet, registry};
+
+/// How a numeric parameter is searched: whole multiples of 1 / `per_unit`, angles in degrees.
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Dial {
     /// Its name.
-    pub parameter: &'static str,
+    pub name: &'static str,
     /// Its path among all parameters.
     pub path: &'static str,
     /// Its unit; empty for a bare number.
@@ -14,26 +17,22 @@ pub(super) struct Dial {
     /// Steps of a unit.
     pub per_unit: f64,
     /// The coarse scan, ascending.
-    pub scan: &'static [f64],
-    /// In its unit; none where the parameter is not in force.
-    pub get: fn(&ClusterParams) -> Option<f64>,
-    /// Sets it, in its unit.
-    pub set: fn(&mut ClusterParams, f64),
+    pub scan: Vec<f64>,
 }
 
-const MINIMUM_SIZE: Dial = Dial {
-    parameter: "minimum size",
-    path: "cluster.min_pixels",
-    unit: "pixels",
-    per_unit: 1.0,
-    scan: &[0.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10000.0],
-    get: |params| Some(params.min_pixels as f64),
-    set: |params, pixels| params.min_pixels = pixels as usize,
-};
+/// A parameter that people turn most, with a name and a finer scan than others have.
+struct Known {
+    name: &'static str,
+    path: &'static str,
+    unit: &'static str,
+    per_unit: f64,
+    scan: &'static [f64],
+}
 
-pub(super) const DIALS: [Dial; 10] = [
-    Dial {
-        parameter: "angle",
+/// Those of the votes and of what follows them.
+const KNOWN: [Known; 10] = [
+    Known {
+        name: "angle",
         path: "cluster.condition.angle",
         unit: "degrees",
         per_unit: 20.0,
@@ -41,24 +40,16 @@ pub(super) const DIALS: [Dial; 10] = [
             0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0,
             16.0, 18.0, 20.0, 22.0, 25.0, 30.0, 35.0, 40.0, 50.0, 60.0,
         ],
-        get: |params| Some((params.condition.angle.to_degrees() * 1e6).round() / 1e6),
-        set: |params, degrees| params.condition.angle = degrees.to_radians(),
     },
-    Dial {
-        parameter: "nearness",
+    Known {
+        name: "nearness",
         path: "cluster.condition.nearness.share_of_width",
         unit: "widths of the class",
         per_unit: 100.0,
         scan: &[0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0],
-        get: |params| params.condition.nearness.map(|nearness| nearness.share_of_width),
-        set: |params, share| {
-            if let Some(nearness) = &mut params.condition.nearness {
-                nearness.share_of_width = share;
-            }
-        },
     },
-    Dial {
-        parameter: "voxel",
+    Known {
+        name: "voxel",
         path: "cluster.voxel",
         unit: "m",
         per_unit: 100.0,
@@ -66,31 +57,25 @@ pub(super) const DIALS: [Dial; 10] = [
             0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.7, 0.8, 0.9, 1.0,
             1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0,
         ],
-        get: |params| Some(params.voxel),
-        set: |params, metres| params.voxel = metres,
     },
-    Dial {
-        parameter: "gap columns",
+    Known {
+        name: "gap columns",
         path: "cluster.gap_columns",
         unit: "pixels",
         per_unit: 1.0,
         scan: &[
             1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0, 16.0,
         ],
-        get: |params| Some(params.gap_columns as f64),
-        set: |params, pixels| params.gap_columns = pixels as usize,
     },
-    Dial {
-        parameter: "gap rows",
+    Known {
+        name: "gap rows",
         path: "cluster.gap_rows",
         unit: "pixels",
         per_unit: 1.0,
         scan: &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0],
-        get: |params| Some(params.gap_rows as f64),
-        set: |params, pixels| params.gap_rows = pixels as usize,
     },
-    Dial {
-        parameter: "merge ratio",
+    Known {
+        name: "merge ratio",
         path: "cluster.merge_ratio",
         unit: "",
         per_unit: 100.0,
@@ -98,88 +83,154 @@ pub(super) const DIALS: [Dial; 10] = [
             0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75,
             0.8, 0.85, 0.9, 0.95,
         ],
-        get: |params| Some(params.merge_ratio),
-        set: |params, ratio| params.merge_ratio = ratio,
     },
-    Dial {
-        parameter: "touching gap",
+    Known {
+        name: "touching gap",
         path: "cluster.fragments.touching",
         unit: "m",
         per_unit: 100.0,
         scan: &[0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.5, 2.0],
-        get: |params| params.fragments.map(|fragments| fragments.touching),
-        set: |params, metres| set_fragments(params, |fragments| fragments.touching = metres),
     },
-    Dial {
-        parameter: "touching share",
+    Known {
+        name: "touching share",
         path: "cluster.fragments.touching_share",
         unit: "widths of the class",
         per_unit: 100.0,
         scan: &[0.02, 0.05, 0.08, 0.1, 0.12, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0],
-        get: |params| params.fragments.map(|fragments| fragments.touching_share),
-        set: |params, share| set_fragments(params, |fragments| fragments.touching_share = share),
     },
-    Dial {
-        parameter: "slack in size",
+    Known {
+        name: "slack in size",
         path: "cluster.fragments.slack",
         unit: "",
         per_unit: 100.0,
         scan: &[0.6, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.8, 2.0, 2.5, 3.0],
-        get: |params| params.fragments.map(|fragments| fragments.slack),
-        set: |params, factor| set_fragments(params, |fragments| fragments.slack = factor),
     },
-    MINIMUM_SIZE,
+    Known {
+        name: "minimum size",
+        path: "cluster.min_pixels",
+        unit: "pixels",
+        per_unit: 1.0,
+        scan: &[0.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10000.0],
+    },
 ];
 
-/// Those of a run that cuts a tree of merges; all others are not in force there.
-pub(super) const TREE_DIALS: [Dial; 5] = [
-    Dial {
-        parameter: "gap between things",
+/// Those of a run that cuts a tree of merges.
+const KNOWN_OF_TREE: [Known; 5] = [
+    Known {
+        name: "gap between things",
         path: "cluster.tree.gap",
         unit: "degrees",
         per_unit: 100.0,
         scan: &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0, 3.0, 5.0],
-        get: |params| params.tree.map(|tree| tree.gap.to_degrees()),
-        set: |params, degrees| set_tree(params, |tree| tree.gap = degrees.to_radians()),
     },
-    Dial {
-        parameter: "gap between things nearby",
+    Known {
+        name: "gap between things nearby",
         path: "cluster.tree.nearest_gap",
         unit: "m",
         per_unit: 100.0,
         scan: &[0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0],
-        get: |params| params.tree.map(|tree| tree.nearest_gap),
-        set: |params, metres| set_tree(params, |tree| tree.nearest_gap = metres),
     },
-    Dial {
-        parameter: "least score",
+    Known {
+        name: "least score",
         path: "cluster.tree.least_score",
         unit: "",
         per_unit: 100.0,
         scan: &[0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0],
-        get: |params| params.tree.map(|tree| tree.least_score),
-        set: |params, score| set_tree(params, |tree| tree.least_score = score),
     },
-    Dial {
-        parameter: "gaps of the background",
+    Known {
+        name: "gaps of the background",
         path: "cluster.tree.background",
         unit: "m",
         per_unit: 100.0,
         scan: &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0],
-        get: |params| params.tree.map(|tree| tree.background),
-        set: |params, metres| set_tree(params, |tree| tree.background = metres),
     },
-    MINIMUM_SIZE,
+    Known {
+        name: "minimum size",
+        path: "cluster.min_pixels",
+        unit: "pixels",
+        per_unit: 1.0,
+        scan: &[0.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10000.0],
+    },
 ];
 
-fn set_fragments(params: &mut ClusterParams, set: impl FnOnce(&mut FragmentMerge)) {
-    if let Some(fragments) = &mut params.fragments {
-        set(fragments);
+/// The dials that have names, in the order of an explanation.
+pub(super) fn known(is_cut: bool) -> Vec<Dial> {
+    let known: &[Known] = if is_cut { &KNOWN_OF_TREE } else { &KNOWN };
+    known.iter().map(Known::dial).collect()
+}
+
+impl Known {
+    fn dial(&self) -> Dial {
+        let &Known { name, path, unit, per_unit, scan } = self;
+        Dial { name, path, unit, per_unit, scan: scan.to_vec() }
     }
 }
 
-fn set_tree(params: &mut ClusterParams, set: impl FnOnce(&mut TreeMerge)) {
-    if let Some(tree) = &mut params.tree {
-        set(tree);
+/// The values of any other number, as multiples of its present one.
+const MULTIPLES: [f64; 6] = [0.25, 0.5, 0.8, 1.25, 2.0, 4.0];
+/// Steps of its greatest value that are told apart.
+const STEPS: f64 = 1000.0;
+
+impl Dial {
+    /// The dial of any parameter that is a number; its path is its name.
+    pub fn of(parameter: &'static Parameter, set: &ParameterSet) -> Option<Dial> {
+        let (limits, is_whole) = match &parameter.kind {
+            ParameterKind::Number { limits } => (limits, false),
+            ParameterKind::Whole { limits } => (limits, true),
+            _ => return None,
+        };
+        let path = parameter.path.as_str();
+        let is_angle = parameter.unit.as_deref() == Some("rad");
+        let unit = if is_angle { "degrees" } else { parameter.unit.as_deref().unwrap_or_default() };
+        let scan = Vec::new();
+        let mut dial = Dial { name: path, path, unit, per_unit: 1.0, scan };
+        let now = dial.read(set)?;
+        let shown = |value: f64| if is_angle { value.to_degrees() } else { value };
+        let ends = limits.slider.into_iter().flatten().map(shown);
+        let values: Vec<f64> = MULTIPLES.iter().map(|times| times * now).chain(ends).collect();
+        if !is_whole {
+            let greatest = values.iter().copied().fold(now, f64::max).max(1e-6);
+            dial.per_unit = 10_f64.powf((STEPS / greatest).log10().floor());
+        }
+        dial.scan = values.into_iter().map(|value| dial.rounded(value)).collect();
+        let own = |value: f64| if is_angle { value.to_radians() } else { value };
+        dial.scan.retain(|&value| limits.contain(own(value)));
+        dial.scan.sort_by(f64::total_cmp);
+        dial.scan.dedup();
+        (!dial.scan.is_empty()).then_some(dial)
     }
+
+    /// Its value; infinite where there is no limit, none where its part is off or it is left to the
+    /// data.
+    pub fn read(&self, set: &ParameterSet) -> Option<f64> {
+        match set.get(self.path).ok()?? {
+            Value::Number(number) if self.is_angle() => {
+                Some((number.as_f64()?.to_degrees() * 1e6).round() / 1e6)
+            }
+            Value::Number(number) => number.as_f64(),
+            Value::String(word) if word == "unlimited" => Some(f64::INFINITY),
+            _ => None,
+        }
+    }
+
+    /// Sets it; whether that may be.
+    pub fn set(&self, set: &mut ParameterSet, value: f64) -> bool {
+        let value = if self.is_angle() { value.to_radians() } else { value };
+        set.set(self.path, &Value::from(value)).is_ok()
+    }
+
+    fn is_angle(&self) -> bool {
+        self.unit == "degrees"
+    }
+
+    fn rounded(&self, value: f64) -> f64 {
+        (value * self.per_unit).round() / self.per_unit
+    }
+}
+
+/// The parameters in force that have no name here, for which `is_wanted`.
+pub(super) fn others(is_wanted: impl Fn(&str) -> bool) -> Vec<&'static Parameter> {
+    let is_known = |path: &str| KNOWN.iter().chain(&KNOWN_OF_TREE).any(|known| known.path == path);
+    let all = registry().iter();
+    all.filter(|parameter| !is_known(&parameter.path) && is_wanted(&parameter.path)).collect()
 }

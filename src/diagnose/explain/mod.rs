@@ -34,6 +34,7 @@ pub mod border;
 pub mod cut;
 mod dials;
 pub mod facts;
+pub(crate) mod in_force;
 mod places;
 pub mod post_merge;
 mod subject;

@@ -9,12 +9,15 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde::Serialize;
+use serde_json::Value;
 
-use super::dials::{DIALS, Dial, TREE_DIALS};
+use super::dials::{self, Dial};
+use super::in_force::{OVER_TIME, is_of_mask, is_part_of, why_idle};
 use super::subject::{Answer, ClusteredCloud, Subject, answer};
 use divmerge_core::cluster::params::{BirdsEye, ClusterParams, Region};
+use divmerge_core::parameters::{Parameter, ParameterKind, ParameterSet};
 use divmerge_core::pipeline;
-use divmerge_core::pipeline::Config;
+use divmerge_core::semantics::{GroundParams, MaskSource};
 
 /// One parameter, and what it takes to get the other answer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -29,7 +32,7 @@ pub enum WhatIf {
 /// A numeric parameter.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Number {
-    /// Its name, as in `angle`.
+    /// Its name, as in `angle`; its path where it has none.
     pub parameter: &'static str,
     /// Its path among all parameters ([`ParameterSet`](divmerge_core::parameters::ParameterSet)).
     #[serde(skip)]
@@ -67,8 +70,11 @@ pub struct Flip {
 /// A parameter that is one of a few.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Choice {
-    /// Its name, as in `bird's-eye merge`.
+    /// Its name, as in `bird's-eye merge`; its path where it has none.
     pub parameter: &'static str,
+    /// Its path among all parameters; none of what is several of them.
+    #[serde(skip)]
+    pub path: Option<&'static str>,
     /// Its value in this run.
     pub now: &'static str,
     /// The other values, all of which were run.
@@ -77,9 +83,9 @@ pub struct Choice {
     pub flips: Vec<&'static str>,
 }
 
-/// For each parameter of the clustering the smallest change, all others as they are, that gives the
-/// other answer. Points that are no objects have no instance whatever the parameters: nothing is
-/// run then.
+/// For each parameter in force the smallest change, all others as they are, that gives the other
+/// answer: those with names first, then the others by path. Where a point is no object only what
+/// decides on objects is searched.
 ///
 /// Runs the pipeline on the frame some hundred times, on as many threads as there are cores.
 ///
@@ -99,28 +105,18 @@ pub fn what_if_while(
     subject: Subject,
     goes_on: &(dyn Fn() -> bool + Sync),
 ) -> Vec<WhatIf> {
-    let is_object = |point: usize| frame.stages.mask.is_object[point];
-    if !subject.points().into_iter().all(is_object) {
-        return Vec::new();
-    }
-    let search = Search { frame, subject, goes_on, now: answer(frame.stages, subject) };
-    // The two choices after the dials are not in force where a tree is cut.
-    let count = match search.is_cut() {
-        true => TREE_DIALS.len(),
-        false => DIALS.len() + 2,
-    };
+    let search = Search::new(frame, subject, goes_on);
+    let changes = search.changes();
     let found: Mutex<Vec<(usize, WhatIf)>> = Mutex::default();
     let next = AtomicUsize::new(0);
-    let workers = std::thread::available_parallelism().map_or(1, usize::from).min(count);
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
     std::thread::scope(|scope| {
-        for _ in 0..workers {
+        for _ in 0..cores.min(changes.len()) {
             scope.spawn(|| {
                 loop {
                     let number = next.fetch_add(1, Ordering::Relaxed);
-                    if number >= count {
-                        break;
-                    }
-                    if let Some(result) = search.parameter(number) {
+                    let Some(change) = changes.get(number) else { break };
+                    if let Some(result) = search.searched(change) {
                         found.lock().expect("no worker panicked").push((number, result));
                     }
                 }
@@ -132,36 +128,93 @@ pub fn what_if_while(
     found.into_iter().map(|(_, result)| result).collect()
 }
 
+/// What can be changed.
+enum Change {
+    Dial(Dial),
+    OnThePlane,
+    SameClass,
+    /// A parameter that is one of a few.
+    Named(&'static Parameter),
+}
+
 struct Search<'a> {
     frame: &'a ClusteredCloud<'a>,
     subject: Subject,
     goes_on: &'a (dyn Fn() -> bool + Sync),
     now: Answer,
+    /// Every parameter of the run.
+    set: ParameterSet,
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
+    fn new(
+        frame: &'a ClusteredCloud<'a>,
+        subject: Subject,
+        goes_on: &'a (dyn Fn() -> bool + Sync),
+    ) -> Self {
+        let usual = GroundParams::default();
+        let ground = removed_ground(frame.mask).unwrap_or(&usual);
+        let set = ParameterSet::of(frame.config, ground);
+        Search { frame, subject, goes_on, now: answer(frame.stages, subject), set }
+    }
+
     /// Whether the run cut a tree of merges.
     fn is_cut(&self) -> bool {
         self.frame.stages.post_merge.tree.is_some()
     }
 
-    fn parameter(&self, number: usize) -> Option<WhatIf> {
-        let dials: &[Dial] = if self.is_cut() { &TREE_DIALS } else { &DIALS };
-        match dials.get(number) {
-            Some(dial) => self.number(dial).map(WhatIf::Number),
-            None if number == DIALS.len() => Some(WhatIf::Choice(self.on_the_plane())),
-            None => Some(WhatIf::Choice(self.same_class())),
+    /// What is in force and may matter.
+    fn changes(&self) -> Vec<Change> {
+        let is_object = |point: usize| self.frame.stages.mask.is_object[point];
+        let are_objects = self.subject.points().into_iter().all(is_object);
+        let has_ground = removed_ground(self.frame.mask).is_some();
+        let is_wanted = |path: &str| {
+            (are_objects || is_of_mask(path))
+                && (has_ground || !is_part_of(path, &["ground"]))
+                && !is_part_of(path, &OVER_TIME)
+                && why_idle(self.frame, path).is_none()
+        };
+        let mut changes: Vec<Change> = Vec::new();
+        if are_objects {
+            changes.extend(dials::known(self.is_cut()).into_iter().map(Change::Dial));
+            // Neither is in force where a tree is cut.
+            if !self.is_cut() {
+                changes.extend([Change::OnThePlane, Change::SameClass]);
+            }
+        }
+        let is_in_one_of_those = |path: &str| !self.is_cut() && OF_CHOICES.contains(&path);
+        for parameter in dials::others(|path| is_wanted(path) && !is_in_one_of_those(path)) {
+            match Dial::of(parameter, &self.set) {
+                Some(dial) => changes.push(Change::Dial(dial)),
+                None => changes.push(Change::Named(parameter)),
+            }
+        }
+        changes
+    }
+
+    fn searched(&self, change: &Change) -> Option<WhatIf> {
+        match change {
+            Change::Dial(dial) => self.number(dial).map(WhatIf::Number),
+            Change::OnThePlane => Some(WhatIf::Choice(self.on_the_plane())),
+            Change::SameClass => Some(WhatIf::Choice(self.same_class())),
+            Change::Named(parameter) => self.named(parameter).map(WhatIf::Choice),
         }
     }
 
-    /// Whether a change of the parameters changes the answer.
-    fn flips(&self, change: impl FnOnce(&mut ClusterParams)) -> bool {
-        if !(self.goes_on)() {
+    /// Whether a change of the parameters changes the answer. `change` says whether it may be.
+    fn flips(&self, change: impl FnOnce(&mut ParameterSet) -> bool) -> bool {
+        let mut set = self.set.clone();
+        if !(self.goes_on)() || !change(&mut set) {
             return false;
         }
-        let mut config: Config = self.frame.config.clone();
-        change(&mut config.cluster);
-        let stages = pipeline::run(self.frame.cloud, self.frame.mask, &config);
+        let mask = match self.frame.mask {
+            MaskSource::NotGround(_) => MaskSource::NotGround(&set.ground),
+            MaskSource::NetworkClasses(taxonomy, _) => {
+                MaskSource::NetworkClasses(taxonomy, &set.ground)
+            }
+            other => other,
+        };
+        let stages = pipeline::run(self.frame.cloud, mask, &set.config());
         answer(&stages, self.subject) != self.now
     }
 
@@ -169,12 +222,12 @@ impl Search<'_> {
         let image = &self.frame.stages.image;
         // A gap that may be of any size is one of the image's size.
         let most = image.rows().max(image.columns()).max(1 << 20) as f64;
-        let now = (dial.get)(&self.frame.config.cluster)?.min(most);
+        let now = dial.read(&self.set)?.min(most);
         let below: Vec<f64> =
             dial.scan.iter().copied().filter(|&value| value < now).rev().collect();
         let above: Vec<f64> = dial.scan.iter().copied().filter(|&value| value > now).collect();
         Some(Number {
-            parameter: dial.parameter,
+            parameter: dial.name,
             path: dial.path,
             unit: dial.unit,
             now,
@@ -186,7 +239,7 @@ impl Search<'_> {
 
     /// The first value of a scan away from `now` that flips the answer, narrowed down.
     fn first_flip(&self, dial: &Dial, now: f64, scan: &[f64]) -> Option<Flip> {
-        let flips = |value: f64| self.flips(|params| (dial.set)(params, value));
+        let flips = |value: f64| self.flips(|set| dial.set(set, value));
         let place = scan.iter().position(|&value| flips(value))?;
         let before = if place == 0 { now } else { scan[place - 1] };
         let steps = |value: f64| value * dial.per_unit;
@@ -221,9 +274,14 @@ impl Search<'_> {
         };
         let tried: Vec<Plane> =
             PLANES.into_iter().filter(|&plane| !is_now(plane) && is_possible(plane)).collect();
-        let flips = tried.iter().filter(|plane| self.flips(|params| plane.set(params)));
+        let set = |plane: &Plane, set: &mut ParameterSet| {
+            plane.set(&mut set.cluster);
+            true
+        };
+        let flips = tried.iter().filter(|plane| self.flips(|changed| set(plane, changed)));
         Choice {
             parameter: "bird's-eye merge",
+            path: None,
             now: PLANES.into_iter().find(|&plane| is_now(plane)).map_or("other", Plane::name),
             flips: flips.map(|plane| plane.name()).collect(),
             tried: tried.iter().map(|plane| plane.name()).collect(),
@@ -233,15 +291,56 @@ impl Search<'_> {
     fn same_class(&self) -> Choice {
         let now = self.frame.config.cluster.same_class_neighbours;
         let name = |only: bool| if only { "only" } else { "any" };
-        let flips = self.flips(|params| params.same_class_neighbours = !now);
+        let flips = self.flips(|set| {
+            set.cluster.same_class_neighbours = !now;
+            true
+        });
         Choice {
             parameter: "neighbours of one class",
+            path: Some("cluster.same_class_neighbours"),
             now: name(now),
             tried: vec![name(!now)],
             flips: if flips { vec![name(!now)] } else { Vec::new() },
         }
     }
+
+    /// A parameter that is one of a few, or on or off; `None` of one that is off with its part.
+    fn named(&self, parameter: &'static Parameter) -> Option<Choice> {
+        let path = parameter.path.as_str();
+        let (now, others) = match (&parameter.kind, self.set.get(path).ok()??) {
+            (ParameterKind::Switch | ParameterKind::Flag, Value::Bool(is_on)) => {
+                let word = |is_on: bool| if is_on { "on" } else { "off" };
+                (word(is_on), vec![word(!is_on)])
+            }
+            (ParameterKind::Choice { choices }, Value::String(now)) => {
+                let mut names: Vec<&str> = choices.iter().map(|one| one.name.as_str()).collect();
+                let place = names.iter().position(|&name| name == now)?;
+                (names.remove(place), names)
+            }
+            _ => return None,
+        };
+        let flips = |name: &&str| self.flips(|set| set.set(path, &Value::from(*name)).is_ok());
+        let flips = others.iter().copied().filter(flips).collect();
+        Some(Choice { parameter: path, path: Some(path), now, tried: others, flips })
+    }
 }
+
+/// The ground removal of a mask that has one.
+fn removed_ground(mask: MaskSource<'_>) -> Option<&GroundParams> {
+    match mask {
+        MaskSource::NotGround(ground) | MaskSource::NetworkClasses(_, ground) => Some(ground),
+        _ => None,
+    }
+}
+
+/// What [`Search::on_the_plane`] and [`Search::same_class`] change.
+const OF_CHOICES: [&str; 5] = [
+    "cluster.birds_eye",
+    "cluster.birds_eye.region",
+    "cluster.fragments",
+    "cluster.tree",
+    "cluster.same_class_neighbours",
+];
 
 /// What may be done on the bird's-eye plane after the votes.
 #[derive(Debug, Clone, Copy)]

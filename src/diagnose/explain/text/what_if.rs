@@ -13,16 +13,21 @@ pub(super) fn write(out: &mut Formatter, what_if: &[WhatIf]) -> fmt::Result {
             "No parameter of the clustering changes the answer: the object mask decides."
         );
     }
-    let (mut found, mut searched) = (Vec::new(), Vec::new());
+    let (mut found, mut searched, mut others) = (Vec::new(), Vec::new(), 0);
     for each in what_if {
-        let (name, change) = match each {
-            WhatIf::Number(number) => (number.parameter, number_change(number)),
-            WhatIf::Choice(choice) => (choice.parameter, choice_change(choice)),
+        let (name, path, change) = match each {
+            WhatIf::Number(number) => (number.parameter, Some(number.path), number_change(number)),
+            WhatIf::Choice(choice) => (choice.parameter, choice.path, choice_change(choice)),
         };
         match change {
-            Ok(change) => found.push(format!("  {name:<24}{change}")),
+            Ok(change) => found.push(format!("  {name:<23} {change}")),
+            // What has no name but its path is counted: there are many.
+            Err(_) if path == Some(name) => others += 1,
             Err(range) => searched.push(format!("{name} ({range})")),
         }
+    }
+    if others > 0 {
+        searched.push(format!("and {others} more (`--json` lists them)"));
     }
     writeln!(out, "Each of these changes alone gives the other answer (found by trying):")?;
     match found.is_empty() {
