@@ -18,7 +18,7 @@ use crate::frames::topics::{message_count, topic_names};
 use crate::frames::{CloudAt, Selection, TruthSource, choose_topics, encoded_cloud_at};
 use crate::view::{ColourTables, ColourTracker};
 use divmerge_core::pipeline::Preset;
-use divmerge_recording::Overview;
+use divmerge_recording::{Overview, is_remote};
 
 /// Clouds that are kept, and runs: the two settings of a frame, those of the frame before, and what
 /// a slider has just left.
@@ -237,6 +237,7 @@ impl Session {
         let name = self.options.input.file_name().unwrap_or(self.options.input.as_os_str());
         json!({
             "name": name.to_string_lossy(),
+            "is_remote": is_remote(&self.options.input),
             "topics": self.topics,
             "topic": self.first_topic,
             "frame": self.options.frame,

@@ -101,11 +101,11 @@ const clouds = () => state.session.topics.find((one) => one.topic === state.topi
 // Most milliseconds that a frame takes to be clustered if its neighbours are looked through unasked.
 const QUICK = 400;
 
-// Looks through the frame that is shown, and where that is quick through the next ones too, so that
-// objects are followed.
+// Looks through the frame that is shown, and where that is quick and comes from this machine through
+// the next ones too, so that objects are followed.
 export function lookAround() {
   const [first, last] = state.cloud.messages,
-    isQuick = picture().run.total_ms < QUICK;
+    isQuick = picture().run.total_ms < QUICK && !state.session.is_remote;
   return look(first, isQuick ? Number(byId("survey-to").value) : last);
 }
 

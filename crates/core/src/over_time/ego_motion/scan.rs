@@ -16,12 +16,13 @@ const POINT_BYTES: usize = 6;
 /// How a cloud is thinned out for registration.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ScanParams {
-    /// Side of the voxels of which each keeps one point, metres; they are half as high. 0.5: a
-    /// third of the voxel of the map, so that it has several points after one scan. Flat voxels
+    /// Side of the voxels of which each keeps one point, metres; they are half as high. 0.35: a
+    /// quarter of the voxel of the map, so that it has several points after one scan. Flat voxels
     /// keep more of walls and posts, which hold the motion ahead, than of the ground.
     #[schemars(range(min = 0.1, max = 10.0), extend("unit" = "m", "slider" = [0.1, 2.0]))]
     pub voxel: f64,
-    /// Points at most. 3000: with 4000 the drift is the same, the time a quarter longer.
+    /// Points at most. 12000: with 3000 the second scan of a piece is off by more than 0.15 m for 12
+    /// of 52 pairs of labelled scans, with 6000 for two, with 12000 for none.
     #[schemars(range(min = 1, max = 1000000))]
     #[schemars(extend("unit" = "points", "slider" = [500, 10000]))]
     pub max_points: usize,
@@ -37,7 +38,7 @@ pub struct ScanParams {
 
 impl Default for ScanParams {
     fn default() -> Self {
-        ScanParams { voxel: 0.5, max_points: 3000, nearest: 2.5, farthest: 80.0 }
+        ScanParams { voxel: 0.35, max_points: 12_000, nearest: 2.5, farthest: 80.0 }
     }
 }
 
