@@ -34,6 +34,45 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
+/// Widest line that is printed.
+pub const WIDTH: usize = 100;
+
+/// A text in lines of at most [`WIDTH`] letters, broken at spaces: what is longer goes on below, four
+/// letters deeper. Commands stay whole, so that they can be copied. Ends with a line break.
+pub fn fitted(text: &str) -> String {
+    broken(text, WIDTH)
+}
+
+fn broken(text: &str, width: usize) -> String {
+    let mut broken = String::with_capacity(text.len() + text.len() / 16);
+    for line in text.lines() {
+        let indent = line.len() - line.trim_start_matches(' ').len();
+        let is_command = line[indent..].starts_with("divmerge ");
+        let (mut rest, mut below) = (line, String::new());
+        while let Some((head, tail)) = break_of(rest, width - below.len()).filter(|_| !is_command) {
+            broken += &format!("{below}{head}\n");
+            (rest, below) = (tail, " ".repeat(indent + 4));
+        }
+        broken += &format!("{below}{rest}\n");
+    }
+    broken
+}
+
+/// Where a line is broken that is longer than so many letters: before the last word that does not
+/// fit, or after the first if that is longer by itself.
+fn break_of(line: &str, width: usize) -> Option<(&str, &str)> {
+    let start = line.len() - line.trim_start_matches(' ').len();
+    let (limit, _) = line.char_indices().nth(width)?;
+    let place = match line[limit..].starts_with(' ') {
+        true => limit,
+        false => match line.get(start..limit).and_then(|fitting| fitting.rfind(' ')) {
+            Some(place) => start + place,
+            None => start + line[start..].find(' ')?,
+        },
+    };
+    Some((line[..place].trim_end(), line[place..].trim_start()))
+}
+
 /// Nanoseconds as seconds with nine decimals.
 pub(crate) fn seconds(ns: i64) -> String {
     let (sign, ns) = (if ns < 0 { "-" } else { "" }, ns.unsigned_abs());
@@ -83,6 +122,17 @@ fn without_formula(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn long_lines_go_on_below() {
+        let text = "  A  one two three four\nshort\n  divmerge explain a very long command\n";
+        let expected =
+            "  A  one two\n      three four\nshort\n  divmerge explain a very long command\n";
+        assert_eq!(broken(text, 16), expected);
+        assert_eq!(broken("averyverylongword next", 8), "averyverylongword\n    next\n");
+        assert_eq!(broken("größer größer größer", 13), "größer größer\n    größer\n");
+        assert_eq!(broken("fits exactly", 12), "fits exactly\n");
+    }
 
     #[test]
     fn thousands_are_grouped() {

@@ -116,7 +116,7 @@ mod tests {
     fn long_lines_are_broken_at_spaces() {
         let words = vec!["word"; 40].join(" ");
         let text = fitted(&format!("short\n    {words}\n\nend\n"));
-        assert!(text.lines().all(|line| line.len() <= crate::cli::text::WIDTH), "{text}");
+        assert!(text.lines().all(|line| line.len() <= crate::text::WIDTH), "{text}");
         assert!(text.starts_with("short\n    word") && text.ends_with("word\n\nend\n"), "{text}");
         assert!(text.contains("\n        word"), "{text}");
     }

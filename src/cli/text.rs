@@ -1,28 +1,10 @@
 //! Numbers and lists in words.
 
-pub use crate::text::{grouped, log_seconds as seconds};
+pub use crate::text::{fitted, grouped, log_seconds as seconds};
 
 /// A number and its noun: `1 frame`, `2,000 frames`.
 pub fn counted(count: u64, noun: &str) -> String {
     crate::text::counted(count as usize, noun)
-}
-
-/// Widest line.
-pub const WIDTH: usize = 100;
-
-/// A text with its long lines broken at spaces; what follows stands in by four more.
-pub fn fitted(text: &str) -> String {
-    let mut fitted = String::new();
-    for line in text.lines() {
-        let indent = line.len() - line.trim_start().len();
-        let lines = crate::text::wrapped(line, WIDTH - indent - 4);
-        for (number, part) in lines.iter().enumerate() {
-            let indent = if number == 0 { indent } else { indent + 4 };
-            fitted += &format!("{:indent$}{part}\n", "");
-        }
-        fitted += if lines.is_empty() { "\n" } else { "" };
-    }
-    fitted
 }
 
 /// The first names, and how many more there are: `a, b and 3 more`.
@@ -50,15 +32,5 @@ mod tests {
         assert_eq!(listed(&["a", "b"], 2), "a, b");
         assert_eq!(listed(&["a", "b", "c"], 1), "a and 2 more");
         assert_eq!(seconds(1_000_000_007), "1.000000007");
-    }
-
-    #[test]
-    fn long_lines_are_broken_and_what_follows_stands_in() {
-        let text = format!("  {}\n\nshort", "abc ".repeat(30));
-        let fitted = fitted(&text);
-        let lines: Vec<&str> = fitted.lines().collect();
-        assert_eq!(lines[0], format!("  {}abc", "abc ".repeat(22)));
-        assert_eq!(lines[1], format!("      {}abc", "abc ".repeat(6)));
-        assert_eq!(lines[2..], ["", "short"]);
     }
 }

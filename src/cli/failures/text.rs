@@ -8,7 +8,7 @@ use crate::evaluate::{JudgedObject, Verdict};
 use super::row::{Row, side_name};
 use crate::cli::shell::{path_word, quoted};
 use crate::cli::table::Table;
-use crate::cli::text::{counted, grouped, listed, seconds};
+use crate::cli::text::{counted, fitted, grouped, listed, seconds};
 
 /// Prints the counts and the first `limit` failures. Unmatched objects of fewer than `min_points`
 /// points are not among them.
@@ -77,22 +77,23 @@ fn print_failure(number: usize, row: &Row) {
     let name = if judged.class_name.is_empty() { "instance" } else { &judged.class_name };
     let time =
         row.found.log_time_ns.map_or(String::new(), |ns| format!(", log time {}", seconds(ns)));
-    println!(
-        "{number}. {} frame {}{time}: {} {name} of {} at {x:.1},{y:.1},{z:.1}: {}",
+    let mut text = format!(
+        "{number}. {} frame {}{time}: {} {name} of {} at {x:.1},{y:.1},{z:.1}: {}\n",
         row.found.topic,
         row.found.frame,
         side_name(*side),
         counted(judged.points, "point"),
         judged.verdict.name()
     );
-    println!("   {}", shared_points(*side, judged));
-    println!("   cause: {}: {}", cause.step(), row.found.cause_in_words);
+    text += &format!("   {}\n", shared_points(*side, judged));
+    text += &format!("   cause: {}: {}\n", cause.step(), row.found.cause_in_words);
     if row.found.failure.is_right_with_true_mask && cause.step() != "mask" {
-        println!("   (with a true mask it would be right)");
+        text += "   (with a true mask it would be right)\n";
     }
     for command in row.explain.iter().chain(&row.figure) {
-        println!("   {command}");
+        text += &format!("   {command}\n");
     }
+    print!("{}", fitted(&text));
 }
 
 /// The objects that share points with the object.

@@ -20,9 +20,11 @@ pub struct Dbscan {
     /// Epsilon, metres. Default 0.5.
     #[schemars(range(max = 100.0))]
     #[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "m", "slider" = [0.05, 3.0]))]
+    #[schemars(extend("source" = "Ester et al. 1996, the value ours"))]
     pub reach: f64,
     /// Points that make a point a core point. Default 5.
     #[schemars(range(min = 1, max = 1000000), extend("slider" = [1, 30]))]
+    #[schemars(extend("source" = "Ester et al. 1996, the value ours"))]
     pub min_points: usize,
 }
 

@@ -15,12 +15,13 @@ mod votes;
 mod what_if;
 mod words;
 
-use std::fmt::{self, Display, Formatter};
+use std::fmt::{self, Display, Formatter, Write};
 use std::path::PathBuf;
 
 use serde::Serialize;
 
 use crate::diagnose::explain::{Explanation, PointFacts, WhatIf};
+use crate::text::fitted;
 use divmerge_core::cloud::Reason;
 use words::{condition, counted, instance, pixel, position};
 
@@ -66,6 +67,14 @@ pub struct ExplanationText<'a> {
 
 impl Display for ExplanationText<'_> {
     fn fmt(&self, out: &mut Formatter) -> fmt::Result {
+        let mut text = String::new();
+        self.write(&mut text)?;
+        out.write_str(&fitted(&text))
+    }
+}
+
+impl ExplanationText<'_> {
+    fn write(&self, out: &mut String) -> fmt::Result {
         let ExplanationReport { explanation, frame, topic, .. } = self.report;
         let which = match self.report.first_frame {
             Some(first) => format!("Frames {first} to {frame}"),
@@ -101,7 +110,7 @@ impl Display for ExplanationText<'_> {
 }
 
 fn point_lines(
-    out: &mut Formatter,
+    out: &mut String,
     name: &str,
     point: &PointFacts,
     away: f64,

@@ -1,6 +1,6 @@
 //! What the votes decided on two points.
 
-use std::fmt::{self, Formatter};
+use std::fmt::{self, Write};
 
 use super::words::{condition, counted, pixel};
 use crate::diagnose::explain::{
@@ -9,7 +9,7 @@ use crate::diagnose::explain::{
 
 /// Writes the votes between the two points, with at most `max_pairs` pixel pairs of a border.
 pub(super) fn write(
-    out: &mut Formatter,
+    out: &mut String,
     evidence: &VoteEvidence,
     explanation: &Explanation,
     max_pairs: usize,
@@ -56,7 +56,7 @@ pub(super) fn write(
     Ok(())
 }
 
-fn nearest_pixels(out: &mut Formatter, [one, other]: [Place; 2], distance: f64) -> fmt::Result {
+fn nearest_pixels(out: &mut String, [one, other]: [Place; 2], distance: f64) -> fmt::Result {
     let (one, other) = (pixel(one), pixel(other));
     writeln!(
         out,
@@ -66,7 +66,7 @@ fn nearest_pixels(out: &mut Formatter, [one, other]: [Place; 2], distance: f64) 
 }
 
 fn path_over_borders(
-    out: &mut Formatter,
+    out: &mut String,
     groups: &[GroupFacts],
     links: &[Link],
     ratio: f64,
@@ -80,17 +80,12 @@ fn path_over_borders(
     links_and_rule(out, links, ratio, max_pairs)
 }
 
-fn links_and_rule(
-    out: &mut Formatter,
-    links: &[Link],
-    ratio: f64,
-    max_pairs: usize,
-) -> fmt::Result {
+fn links_and_rule(out: &mut String, links: &[Link], ratio: f64, max_pairs: usize) -> fmt::Result {
     write_links(out, links, ratio, max_pairs)?;
     write_rule(out, ratio)
 }
 
-fn write_rule(out: &mut Formatter, ratio: f64) -> fmt::Result {
+fn write_rule(out: &mut String, ratio: f64) -> fmt::Result {
     let percent = ratio * 100.0;
     writeln!(
         out,
@@ -100,7 +95,7 @@ fn write_rule(out: &mut Formatter, ratio: f64) -> fmt::Result {
 }
 
 /// Writes the links in order, with the pairs of the one with the least share in favour.
-fn write_links(out: &mut Formatter, links: &[Link], ratio: f64, max_pairs: usize) -> fmt::Result {
+fn write_links(out: &mut String, links: &[Link], ratio: f64, max_pairs: usize) -> fmt::Result {
     let weakest = links.iter().map(Link::share).fold(f64::INFINITY, f64::min);
     let listed = links.iter().position(|link| link.share() == weakest);
     for (number, link) in links.iter().enumerate() {
@@ -113,7 +108,7 @@ fn write_links(out: &mut Formatter, links: &[Link], ratio: f64, max_pairs: usize
     Ok(())
 }
 
-fn write_pairs(out: &mut Formatter, pairs: &[BorderPair], max_pairs: usize) -> fmt::Result {
+fn write_pairs(out: &mut String, pairs: &[BorderPair], max_pairs: usize) -> fmt::Result {
     for pair in pairs.iter().take(max_pairs) {
         writeln!(out, "       {} and {}: {}", pixel(pair.a), pixel(pair.b), condition(pair))?;
     }

@@ -1,12 +1,12 @@
 //! Which change of one parameter gives the other answer.
 
-use std::fmt::{self, Formatter};
+use std::fmt::{self, Write};
 
 use crate::diagnose::explain::{Choice, Flip, Number, WhatIf};
 use crate::text::wrapped;
 
 /// Writes the changes that give the other answer, then the parameters that never do.
-pub(super) fn write(out: &mut Formatter, what_if: &[WhatIf]) -> fmt::Result {
+pub(super) fn write(out: &mut String, what_if: &[WhatIf]) -> fmt::Result {
     if what_if.is_empty() {
         return writeln!(
             out,
