@@ -212,33 +212,23 @@ impl Padded {
     /// groups, but for those that begin across pixels of their own group: from there it is nearer.
     ///
     /// Whether a step leads to another group, and near enough, follows no pattern that a processor
-    /// could foresee. So both are found without a branch: first the steps that lead to another
-    /// group, then the links among those.
+    /// could foresee, so that it is found without a branch.
     fn visit(&self, steps: &[Step], reach: f64, mut visit: impl FnMut(Link)) {
         let reach = reach as f32;
-        let steps: [Vec<(usize, f32)>; 8] =
-            std::array::from_fn(|own| self.steps_leaving(steps, own as u8));
-        let most = steps[0].len();
-        let mut others = vec![0_u32; most];
-        let mut links = vec![(0.0, 0_u32); most];
+        let mut steps: [Steps; 8] =
+            std::array::from_fn(|own| Steps::new(self.steps_leaving(steps, own as u8)));
+        let mut links = vec![(0.0, 0_u32); steps[0].all.len() + 1];
         for (a, (&at, range)) in (0..).zip(self.place.iter().zip(&self.range)) {
             let at = at as usize;
             let Cell { position: p, group } = self.cells[at];
-            let steps = &steps[usize::from(self.own[a as usize])];
-            let widest = reach / range;
-            let near = steps.iter().take_while(|&&(_, across)| across <= widest).count();
-            let mut count = 0;
-            for &(ahead, _) in &steps[..near] {
-                let other = self.cells[at + ahead].group;
-                others[count] = (at + ahead) as u32;
-                count += usize::from((other != group) & (other != NO_OBJECT));
-            }
             let mut found = 0;
-            for &other in &others[..count] {
-                let q = self.cells[other as usize].position;
+            for &(ahead, _) in steps[usize::from(self.own[a as usize])].within(reach / range) {
+                let other = self.cells[at + ahead];
+                let q = other.position;
                 let squared: f32 = (0..3).map(|axis| (p[axis] - q[axis]).powi(2)).sum();
-                links[found] = (squared, other);
-                found += usize::from(squared <= reach * reach);
+                links[found] = (squared, (at + ahead) as u32);
+                let is_other = (other.group != group) & (other.group != NO_OBJECT);
+                found += usize::from(is_other & (squared <= reach * reach));
             }
             for &(squared, other) in &links[..found] {
                 visit(Link { distance: squared.sqrt(), a, b: self.object[other as usize] });
@@ -257,6 +247,31 @@ impl Padded {
             ((down * self.stride).wrapping_add_signed(right), UNEVEN * across)
         };
         leaving.map(ahead).collect()
+    }
+}
+
+/// Steps by the angle that they lead across, ascending.
+struct Steps {
+    /// How far ahead each leads, and the angle, radians.
+    all: Vec<(usize, f32)>,
+    /// How many of them were within the last angle.
+    near: usize,
+}
+
+impl Steps {
+    fn new(all: Vec<(usize, f32)>) -> Self {
+        Steps { all, near: 0 }
+    }
+
+    /// Those up to an angle. Pixels next to each other mostly have as many.
+    fn within(&mut self, angle: f32) -> &[(usize, f32)] {
+        while self.all.get(self.near).is_some_and(|&(_, across)| across <= angle) {
+            self.near += 1;
+        }
+        while self.near > 0 && self.all[self.near - 1].1 > angle {
+            self.near -= 1;
+        }
+        &self.all[..self.near]
     }
 }
 

@@ -11,6 +11,10 @@ use super::surfels::SurfelMap;
 /// Steps of a piece after which its velocity is certain: a map of one scan has few surfaces.
 const SETTLED: usize = 5;
 
+/// Once the map has its surfaces and the motion is predicted, one of so many points of a scan is
+/// enough.
+const THINNED: usize = 2;
+
 /// How the motion is estimated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EgoMotionParams {
@@ -215,8 +219,9 @@ impl EgoMotion {
             let fit = Fit { points: scan.len(), ..Fit::default() };
             return self.lost(LostReason::TooFewPoints, fit);
         }
+        let every = if self.steps < SETTLED { 1 } else { THINNED };
         self.points.clear();
-        self.points.extend(scan.positions().map(Point3::from));
+        self.points.extend(scan.positions().step_by(every).map(Point3::from));
         if is_first || !is_bridged {
             return self.begin_anew();
         }
