@@ -9,10 +9,11 @@
 //!
 //! Cells: error of the translation in percent and of the rotation in degrees per metre, both over
 //! stretches of 100 m (or the whole way if that is shorter) as in KITTI's odometry benchmark, and
-//! milliseconds a frame for scan and registration. First steps: how many of the pairs of neighbouring
-//! real scans, forth and back, are found within 0.15 m where nothing came before. Objects are left out as a run without classes
-//! finds them. What turns is the sensor, by a degree a frame; of a sensor that stands the cell has
-//! the distance and the angle between its first and its last pose.
+//! milliseconds a frame for scan and registration. First steps: how many of the pairs of
+//! neighbouring real scans, forth and back, are found within 0.15 m where nothing came before.
+//! Objects are left out as a run without classes finds them. What turns is the sensor, by a degree
+//! a frame; of a sensor that stands the cell has the distance and the angle between its first and
+//! its last pose.
 
 use std::path::Path;
 use std::time::Instant;

@@ -37,8 +37,8 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
 /// Widest line that is printed.
 pub const WIDTH: usize = 100;
 
-/// A text in lines of at most [`WIDTH`] letters, broken at spaces: what is longer goes on below, four
-/// letters deeper. Commands stay whole, so that they can be copied. Ends with a line break.
+/// A text in lines of at most [`WIDTH`] letters, broken at spaces: what is longer goes on below,
+/// four letters deeper. Commands stay whole, so that they can be copied. Ends with a line break.
 pub fn fitted(text: &str) -> String {
     broken(text, WIDTH)
 }

@@ -51,8 +51,8 @@ impl Case<'_> {
         case_document(&serde_json::to_string(self).expect("a case has a form in JSON"))
     }
 
-    /// Adds the explanation, with its changes unless these take minutes or a later search calls them
-    /// off.
+    /// Adds the explanation, with its changes unless these take minutes or a later search calls
+    /// them off.
     fn explain(&mut self, session: &Session, run: &Run, question: &Question) -> Outcome<()> {
         let is_known = why::known(session, run, question).is_some();
         let report = match is_known || run.cloud.cloud.len() <= MOST_POINTS_SEARCHED {

@@ -27,7 +27,9 @@ pub(super) fn write(out: &mut String, what_if: &[WhatIf]) -> fmt::Result {
         }
     }
     if others > 0 {
-        searched.push(format!("and {others} more (`--json` lists them)"));
+        let which = if searched.is_empty() { "parameters tried" } else { "more" };
+        let and = if searched.is_empty() { "all" } else { "and" };
+        searched.push(format!("{and} {others} {which} (`--json` lists them)"));
     }
     writeln!(out, "Each of these changes alone gives the other answer (found by trying):")?;
     match found.is_empty() {
