@@ -15,6 +15,10 @@ const SETTLED: usize = 5;
 /// enough.
 const THINNED: usize = 2;
 
+/// A share of points on surfaces below so much of the usual one says that the prediction was wrong,
+/// and that the motion has to be searched: a vehicle that starts with a jerk, a transform that jumps.
+const MISLED: f64 = 0.9;
+
 /// How the motion is estimated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EgoMotionParams {
@@ -172,6 +176,8 @@ pub struct EgoMotion {
     state: State,
     /// Steps since the piece began.
     steps: usize,
+    /// The share of points on surfaces that is usual of late.
+    usual_inliers: f64,
     points: Vec<Point3<f64>>,
 }
 
@@ -197,6 +203,7 @@ impl EgoMotion {
             elapsed: 0.0,
             state: State::Empty,
             steps: 0,
+            usual_inliers: 0.0,
             points: Vec::new(),
         }
     }
@@ -252,12 +259,19 @@ impl EgoMotion {
             predicted,
             prediction_weight: params.prediction_weight,
         };
+        let mut followed = None;
         if self.velocity.is_some() && self.state == State::Tracked {
-            return alignment.align(predicted, params.width, params.least_width);
+            let (pose, fit) = alignment.align(predicted, params.width, params.least_width);
+            if fit.inlier_share >= MISLED * self.usual_inliers {
+                return (pose, fit);
+            }
+            followed = Some((pose, fit));
         }
         let guess = first_guess(&alignment, params);
         let alignment = Alignment { predicted: guess, ..alignment };
-        alignment.align(guess, params.least_width, params.least_width)
+        let searched = alignment.align(guess, params.least_width, params.least_width);
+        let is_better = |(_, fit): &(_, Fit)| fit.inlier_share >= searched.1.inlier_share;
+        followed.filter(is_better).unwrap_or(searched)
     }
 
     /// What speaks against a step.
@@ -283,6 +297,8 @@ impl EgoMotion {
         self.velocity = Some(Velocity::of(&step, step_seconds));
         self.pose = pose;
         self.steps += 1;
+        let kept = if self.steps == 1 { 0.0 } else { 0.9 };
+        self.usual_inliers = kept * self.usual_inliers + (1.0 - kept) * fit.inlier_share;
         self.extend_map();
         MotionEstimate {
             world_from_sensor: pose,
