@@ -15,8 +15,8 @@ const SETTLED: usize = 5;
 /// enough.
 const THINNED: usize = 2;
 
-/// A share of points on surfaces below so much of the usual one says that the prediction was wrong,
-/// and that the motion has to be searched: a vehicle that starts with a jerk, a transform that jumps.
+/// A share of points on surfaces below so much of the usual one says that the prediction was wrong
+/// and the motion has to be searched: a vehicle started with a jerk.
 const MISLED: f64 = 0.9;
 
 /// How the motion is estimated.
