@@ -1,6 +1,7 @@
 //! What a drive promises, checked on few frames.
 
 mod placement;
+mod registration;
 mod traffic;
 
 use std::collections::{BTreeMap, BTreeSet};
