@@ -49,11 +49,13 @@ fn broken(text: &str, width: usize) -> String {
         let indent = line.len() - line.trim_start_matches(' ').len();
         let is_command = line[indent..].starts_with("divmerge ");
         let (mut rest, mut below) = (line, String::new());
-        while let Some((head, tail)) = break_of(rest, width - below.len()).filter(|_| !is_command) {
+        while let Some((head, tail)) =
+            break_of(rest, width.saturating_sub(below.len())).filter(|_| !is_command)
+        {
             broken += &format!("{below}{head}\n");
             (rest, below) = (tail, " ".repeat(indent + 4));
         }
-        broken += &format!("{below}{rest}\n");
+        broken += &format!("{below}{}\n", rest.trim_end());
     }
     broken
 }
@@ -63,7 +65,7 @@ fn broken(text: &str, width: usize) -> String {
 fn break_of(line: &str, width: usize) -> Option<(&str, &str)> {
     let start = line.len() - line.trim_start_matches(' ').len();
     let (limit, _) = line.char_indices().nth(width)?;
-    let place = match line[limit..].starts_with(' ') {
+    let place = match limit > start && line[limit..].starts_with(' ') {
         true => limit,
         false => match line.get(start..limit).and_then(|fitting| fitting.rfind(' ')) {
             Some(place) => start + place,
@@ -122,6 +124,20 @@ fn without_formula(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn long_lines_are_broken_and_what_follows_stands_in() {
+        let text = format!("  {}\n\nshort", "abc ".repeat(30));
+        let fitted = fitted(&text);
+        let lines: Vec<&str> = fitted.lines().collect();
+        assert_eq!(lines[0], format!("  {}abc", "abc ".repeat(23)));
+        assert_eq!(lines[1], format!("      {}abc", "abc ".repeat(5)));
+        assert_eq!(lines[2..], ["", "short"]);
+        let deep = format!("{}one two", " ".repeat(120));
+        assert!(
+            broken(&deep, 100).lines().all(|line| line.ends_with("one") || line.ends_with("two"))
+        );
+    }
 
     #[test]
     fn long_lines_go_on_below() {

@@ -54,11 +54,10 @@ impl Case<'_> {
     /// Adds the explanation, with its changes unless these take minutes or a later search calls
     /// them off.
     fn explain(&mut self, session: &Session, run: &Run, question: &Question) -> Outcome<()> {
-        let is_known = why::known(session, run, question).is_some();
-        let report = match is_known || run.cloud.cloud.len() <= MOST_POINTS_SEARCHED {
-            true => why::changed(session, run, question)?,
-            false => None,
-        };
+        let mut report = why::known(session, run, question);
+        if report.is_none() && run.cloud.cloud.len() <= MOST_POINTS_SEARCHED {
+            report = why::changed(session, run, question)?;
+        }
         if report.is_none() {
             self.left_out.push("the changes that give the other answer".into());
         }

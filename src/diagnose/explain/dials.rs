@@ -3,7 +3,7 @@
 
 use serde_json::Value;
 
-use divmerge_core::parameters::{Parameter, ParameterKind, ParameterSet, registry};
+use divmerge_core::parameters::{Parameter, ParameterKind, ParameterSet, UNLIMITED, registry};
 
 /// How a numeric parameter is searched: whole multiples of 1 / `per_unit`, angles in degrees.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,6 +28,14 @@ struct Known {
     per_unit: f64,
     scan: &'static [f64],
 }
+
+const MINIMUM_SIZE: Known = Known {
+    name: "minimum size",
+    path: "cluster.min_pixels",
+    unit: "pixels",
+    per_unit: 1.0,
+    scan: &[0.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10000.0],
+};
 
 /// Those of the votes and of what follows them.
 const KNOWN: [Known; 10] = [
@@ -105,13 +113,7 @@ const KNOWN: [Known; 10] = [
         per_unit: 100.0,
         scan: &[0.6, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.8, 2.0, 2.5, 3.0],
     },
-    Known {
-        name: "minimum size",
-        path: "cluster.min_pixels",
-        unit: "pixels",
-        per_unit: 1.0,
-        scan: &[0.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10000.0],
-    },
+    MINIMUM_SIZE,
 ];
 
 /// Those of a run that cuts a tree of merges.
@@ -144,13 +146,7 @@ const KNOWN_OF_TREE: [Known; 5] = [
         per_unit: 100.0,
         scan: &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0],
     },
-    Known {
-        name: "minimum size",
-        path: "cluster.min_pixels",
-        unit: "pixels",
-        per_unit: 1.0,
-        scan: &[0.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10000.0],
-    },
+    MINIMUM_SIZE,
 ];
 
 /// The dials that have names, in the order of an explanation.
@@ -180,24 +176,25 @@ impl Dial {
             _ => return None,
         };
         let path = parameter.path.as_str();
-        let is_angle = parameter.unit.as_deref() == Some("rad");
-        let unit = if is_angle { "degrees" } else { parameter.unit.as_deref().unwrap_or_default() };
-        let scan = Vec::new();
-        let mut dial = Dial { name: path, path, unit, per_unit: 1.0, scan };
+        let unit = match parameter.unit.as_deref() {
+            Some("rad") => "degrees",
+            unit => unit.unwrap_or_default(),
+        };
+        let mut dial = Dial { name: path, path, unit, per_unit: 1.0, scan: Vec::new() };
         let now = dial.read(set)?;
-        let shown = |value: f64| if is_angle { value.to_degrees() } else { value };
+        let shown = |end: f64| if dial.is_angle() { end.to_degrees() } else { end };
         let ends = limits.slider.into_iter().flatten().map(shown);
         let values: Vec<f64> = MULTIPLES.iter().map(|times| times * now).chain(ends).collect();
         if !is_whole {
             let greatest = values.iter().copied().fold(now, f64::max).max(1e-6);
             dial.per_unit = 10_f64.powf((STEPS / greatest).log10().floor());
         }
-        dial.scan = values.into_iter().map(|value| dial.rounded(value)).collect();
-        let own = |value: f64| if is_angle { value.to_radians() } else { value };
-        dial.scan.retain(|&value| limits.contain(own(value)));
-        dial.scan.sort_by(f64::total_cmp);
-        dial.scan.dedup();
-        (!dial.scan.is_empty()).then_some(dial)
+        let rounded = values.iter().map(|value| (value * dial.per_unit).round() / dial.per_unit);
+        let mut scan: Vec<f64> =
+            rounded.filter(|&value| limits.contain(dial.in_own_unit(value))).collect();
+        scan.sort_by(f64::total_cmp);
+        scan.dedup();
+        (!scan.is_empty()).then_some(Dial { scan, ..dial })
     }
 
     /// Its value; infinite where there is no limit, none where its part is off or it is left to the
@@ -208,23 +205,22 @@ impl Dial {
                 Some((number.as_f64()?.to_degrees() * 1e6).round() / 1e6)
             }
             Value::Number(number) => number.as_f64(),
-            Value::String(word) if word == "unlimited" => Some(f64::INFINITY),
+            Value::String(word) if word == UNLIMITED => Some(f64::INFINITY),
             _ => None,
         }
     }
 
     /// Sets it; whether that may be.
     pub fn set(&self, set: &mut ParameterSet, value: f64) -> bool {
-        let value = if self.is_angle() { value.to_radians() } else { value };
-        set.set(self.path, &Value::from(value)).is_ok()
+        set.set(self.path, &Value::from(self.in_own_unit(value))).is_ok()
     }
 
     fn is_angle(&self) -> bool {
         self.unit == "degrees"
     }
 
-    fn rounded(&self, value: f64) -> f64 {
-        (value * self.per_unit).round() / self.per_unit
+    fn in_own_unit(&self, value: f64) -> f64 {
+        if self.is_angle() { value.to_radians() } else { value }
     }
 }
 

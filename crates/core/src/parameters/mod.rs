@@ -36,7 +36,7 @@ mod tree;
 
 pub use error::SettingError;
 pub use kind::{Choice, Limits, ParameterKind};
-pub use parameter::Parameter;
+pub use parameter::{Parameter, UNLIMITED};
 pub use schema::schema_of;
 pub use set::{ParameterSet, registry};
 

@@ -27,7 +27,7 @@ pub struct Parameter {
 }
 
 /// The word for a whole number without a limit.
-pub(super) const UNLIMITED: &str = "unlimited";
+pub const UNLIMITED: &str = "unlimited";
 
 impl Parameter {
     /// Kind, limits and unit in words, as in `a number above 0 (m)`.

@@ -27,9 +27,11 @@ pub(super) fn write(out: &mut String, what_if: &[WhatIf]) -> fmt::Result {
         }
     }
     if others > 0 {
-        let which = if searched.is_empty() { "parameters tried" } else { "more" };
-        let and = if searched.is_empty() { "all" } else { "and" };
-        searched.push(format!("{and} {others} {which} (`--json` lists them)"));
+        let which = match searched.is_empty() {
+            true => format!("all {others} parameters tried"),
+            false => format!("and {others} more"),
+        };
+        searched.push(format!("{which} (`--json` lists them)"));
     }
     writeln!(out, "Each of these changes alone gives the other answer (found by trying):")?;
     match found.is_empty() {

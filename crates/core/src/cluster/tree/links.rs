@@ -217,7 +217,7 @@ impl Padded {
         let reach = reach as f32;
         let mut steps: [Steps; 8] =
             std::array::from_fn(|own| Steps::new(self.steps_leaving(steps, own as u8)));
-        let mut links = vec![(0.0, 0_u32); steps[0].all.len() + 1];
+        let mut links = vec![(0.0, 0_u32); steps[0].all.len()];
         for (a, (&at, range)) in (0..).zip(self.place.iter().zip(&self.range)) {
             let at = at as usize;
             let Cell { position: p, group } = self.cells[at];

@@ -24,7 +24,7 @@ pub struct ScanParams {
     /// Points at most. 12000: of 52 pairs of labelled scans the second, where nothing came before,
     /// is off by more than 0.15 m in 12 with 3000, in two with 6000, and in none with 12000.
     #[schemars(range(min = 1, max = 1000000))]
-    #[schemars(extend("unit" = "points", "slider" = [500, 10000]))]
+    #[schemars(extend("unit" = "points", "slider" = [1000, 40000]))]
     pub max_points: usize,
     /// Points nearer than this are left out, metres. 2.5: the vehicle that carries the sensor moves
     /// along with it.
