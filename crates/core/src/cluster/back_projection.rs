@@ -15,6 +15,11 @@ pub struct BackProjector<'a> {
     input: &'a MethodInput<'a>,
     /// H x W: the object pixel at each pixel, or [`NO_OBJECT`]; read many times a point.
     object: Vec<u32>,
+    /// H: cosine and sine of the lowest and of the highest direction in which a row has an object
+    /// pixel.
+    edges: Vec<[[f64; 2]; 2]>,
+    /// Squared sine of the angle between two pixels so many columns apart, at the least.
+    squared_sine: Vec<f64>,
 }
 
 const NO_OBJECT: u32 = u32::MAX;
@@ -22,11 +27,18 @@ const NO_OBJECT: u32 = u32::MAX;
 impl<'a> BackProjector<'a> {
     /// Writes down where the object pixels are.
     pub fn new(input: &'a MethodInput<'a>) -> Self {
-        let mut object = vec![NO_OBJECT; input.image.rows() * input.image.columns()];
+        let (rows, columns) = (input.image.rows(), input.image.columns());
+        let mut object = vec![NO_OBJECT; rows * columns];
         for (number, &pixel) in (0..).zip(&input.objects.pixel) {
             object[pixel as usize] = number;
         }
-        BackProjector { input, object }
+        let farthest = input.back_projection.columns.min((columns - 1) / 2);
+        let squared_sine = (0..=farthest).map(|offset| {
+            let between = offset.saturating_sub(1) as f64;
+            (between * std::f64::consts::TAU / columns as f64).min(1.5).sin().powi(2)
+        });
+        let squared_sine = squared_sine.collect();
+        BackProjector { input, object, edges: edges(input), squared_sine }
     }
 
     /// The object pixel whose label a point of an object takes: its own, or if it is shadowed the
@@ -66,12 +78,28 @@ impl<'a> BackProjector<'a> {
         let (row, column) = (own / columns, own % columns);
         let band = image.band_of(own);
         let highest = row.saturating_sub(window.rows).max(band.rows.start);
-        let rows = highest..(row + window.rows + 1).min(band.rows.end);
+        let mut rows = highest..(row + window.rows + 1).min(band.rows.end);
         let position = cloud.position(point);
-        let seen = band.from_sensor(wide(position));
+        let [x, y, z] = band.from_sensor(wide(position));
+        let (squared, in_space) = (x * x + y * y, window.nearest == Nearest::Space);
+        let on_plane = squared.sqrt();
+        let apart = |object: usize| distance(position, objects.position[object], window.nearest);
+        // Mostly near: what shadows the point itself.
+        let mut near = self.at(own).filter(|&object| in_space && is_kin(object)).map(apart);
         let mut best: Option<(f64, usize)> = None;
-        for offset in 0..=window.columns.min((columns - 1) / 2) {
-            let bound = best.map_or(0.0, |_| least_distance(seen, offset, columns, window.nearest));
+        for (offset, sine) in self.squared_sine.iter().enumerate() {
+            // No pixel so many columns away, or farther, is nearer than this, since its ray leaves
+            // in another direction.
+            let bound = if in_space { squared * sine } else { 0.0 };
+            if let Some(least) = near {
+                let is_beyond = |row: usize| self.beyond(row, [on_plane, z]) > least;
+                while rows.start < rows.end && is_beyond(rows.start) {
+                    rows.start += 1;
+                }
+                while rows.start < rows.end && is_beyond(rows.end - 1) {
+                    rows.end -= 1;
+                }
+            }
             for column in sides(column, offset, columns, image.wraps).into_iter().flatten() {
                 if best.is_some_and(|(least, _)| least < bound) {
                     return best.map(|(distance, object)| (object, distance));
@@ -81,19 +109,55 @@ impl<'a> BackProjector<'a> {
                     let Some(object) = object.filter(|&object| is_kin(object)) else {
                         continue;
                     };
-                    let distance = distance(position, objects.position[object], window.nearest);
+                    let distance = apart(object);
                     if best.is_none_or(|(least, _)| distance < least) {
                         best = Some((distance, object));
                     }
                 }
             }
+            if in_space && let Some((least, _)) = best {
+                near = Some(near.map_or(least, |near| near.min(least)));
+            }
         }
         best.map(|(distance, object)| (object, distance))
+    }
+
+    /// The square of a distance in metres: no object pixel of a row is nearer than this to a place
+    /// that is seen so far away on the plane and so high.
+    fn beyond(&self, row: usize, [on_plane, height]: [f64; 2]) -> f64 {
+        /// More than rounding may add up to, metres.
+        const ROUNDING: f64 = 1e-3;
+        let [lowest, highest] = self.edges[row];
+        let over = height * highest[0] - on_plane * highest[1];
+        let under = on_plane * lowest[1] - height * lowest[0];
+        (over.max(under) - ROUNDING).max(0.0).powi(2)
     }
 
     fn at(&self, pixel: usize) -> Option<usize> {
         Some(self.object[pixel]).filter(|&object| object != NO_OBJECT).map(|object| object as usize)
     }
+}
+
+/// Cosine and sine of the lowest and of the highest direction in which each row has an object
+/// pixel, seen from its sensor.
+fn edges(input: &MethodInput) -> Vec<[[f64; 2]; 2]> {
+    let MethodInput { image, objects, .. } = *input;
+    let mut slopes = vec![[f32::MAX, f32::MIN]; image.rows()];
+    let (mut row, mut next) = (0, 0);
+    for (&pixel, &position) in objects.pixel.iter().zip(&objects.position) {
+        while pixel as usize >= next {
+            row = next / image.columns();
+            next += image.columns();
+        }
+        let [x, y, z] = image.bands[image.band_of_row(row)].from_sensor(wide(position));
+        let slope = (z / (x * x + y * y).sqrt()) as f32;
+        slopes[row] = [slopes[row][0].min(slope), slopes[row][1].max(slope)];
+    }
+    let direction = |slope: f32| {
+        let cosine = (1.0 + f64::from(slope).powi(2)).sqrt().recip();
+        [cosine, f64::from(slope) * cosine]
+    };
+    slopes.into_iter().map(|slopes| slopes.map(direction)).collect()
 }
 
 /// The columns `offset` to the left and to the right of a column; 0 to the left is the column
@@ -109,18 +173,6 @@ fn sides(column: usize, offset: usize, columns: usize, wraps: bool) -> [Option<u
         ],
         _ => [left, right],
     }
-}
-
-/// No point so many columns away, or farther, is nearer than this: its ray leaves in another
-/// direction than that of the point `seen` from where the sensor stands.
-fn least_distance(seen: [f64; 3], offset: usize, columns: usize, nearest: Nearest) -> f64 {
-    if nearest == Nearest::Range {
-        return 0.0;
-    }
-    let between = offset.saturating_sub(1) as f64;
-    let angle = (between * std::f64::consts::TAU / columns as f64).min(1.5);
-    let [x, y, _] = seen;
-    (x * x + y * y) * angle.sin().powi(2)
 }
 
 /// Anything that orders as the distance of two positions (metres) does; in space its square.

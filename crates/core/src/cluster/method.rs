@@ -14,6 +14,7 @@ use crate::cloud::point_cloud::PointCloud;
 use crate::cloud::{Detection, Reason};
 use crate::range_image::RangeImage;
 use crate::semantics::ObjectMask;
+use crate::semantics::ground::GroundHeights;
 
 /// A method that segments objects into instances.
 pub trait Method: Debug + Send + Sync {
@@ -101,6 +102,8 @@ pub struct Segmentation {
     pub of_point: Option<Vec<u32>>,
     /// Why a pixel without a component has none.
     pub unlabelled: Reason,
+    /// How high the ground lies, where the method asked for it.
+    pub ground: Option<GroundHeights>,
     /// When the components were complete, if a merge follows.
     pub divided_at: Option<Instant>,
 }
@@ -115,6 +118,7 @@ impl Default for Segmentation {
             post_merge: PostMerge::default(),
             of_point: None,
             unlabelled: Reason::Unreached,
+            ground: None,
             divided_at: None,
         }
     }

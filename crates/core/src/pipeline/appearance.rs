@@ -2,28 +2,32 @@
 
 use crate::cloud::point_cloud::{PointCloud, wide};
 use crate::cloud::shape::ShapeMeasures;
-use crate::cloud::{Reason, UprightBox};
+use crate::cloud::UprightBox;
 use crate::cluster::{MethodInput, ObjectPixels};
 use crate::range_image::{NO_NEIGHBOUR, RangeImage};
 use crate::semantics::ground::GroundHeights;
 
 /// What [`ShapeMeasures`] need beyond an instance's own points.
-pub(super) struct Appearance {
-    ground: GroundHeights,
+pub(super) struct Appearance<'a> {
+    ground: &'a GroundHeights,
     /// Departures of ranges, metres; those of instance k at k - 1.
     departures: Vec<Vec<f32>>,
 }
 
-impl Appearance {
-    /// Of a cloud of N points with a reason each, and M object pixels with one of `count` instances
-    /// each. An instance need not have a pixel: all its points may be shadowed.
-    pub fn new(input: &MethodInput, reason: &[Reason], (instance, count): (&[u32], usize)) -> Self {
-        let MethodInput { cloud, image, objects, .. } = *input;
+impl<'a> Appearance<'a> {
+    /// Of M object pixels with one of `count` instances each, on some ground. An instance need not
+    /// have a pixel: all its points may be shadowed.
+    pub fn new(
+        input: &MethodInput,
+        (instance, count): (&[u32], usize),
+        ground: &'a GroundHeights,
+    ) -> Self {
+        let MethodInput { image, objects, .. } = *input;
         let mut departures = vec![Vec::new(); count];
         for (object, &own) in instance.iter().enumerate().filter(|&(_, &own)| own != 0) {
             departures[own as usize - 1].extend(departure(image, objects, instance, object));
         }
-        Appearance { ground: GroundHeights::new(cloud, reason, image.sensor_place()), departures }
+        Appearance { ground, departures }
     }
 
     /// The measures of an instance, given its points and its box.
@@ -55,11 +59,15 @@ fn departure(
         return None;
     }
     let [left, right] = [left, right].map(|neighbour| neighbour as usize);
-    let columns = image.columns();
-    let column = |object: usize| objects.pixel[object] as usize % columns;
-    let apart = |from: usize, to: usize| (column(to) + columns - column(from)) % columns;
-    let is_even = apart(left, object) == apart(object, right);
-    if !is_even || [left, right].iter().any(|&n| instance[n] != instance[object]) {
+    if [left, right].iter().any(|&n| instance[n] != instance[object]) {
+        return None;
+    }
+    // All three lie in one row, which may be joined at its ends.
+    let apart = |from: usize, to: usize| match (objects.pixel[from], objects.pixel[to]) {
+        (from, to) if from < to => to - from,
+        (from, to) => to + image.columns() as u32 - from,
+    };
+    if apart(left, object) != apart(object, right) {
         return None;
     }
     let range = |object: usize| {

@@ -6,16 +6,17 @@ use super::class_votes::{class_weights, majority};
 use super::labels::InstancePixels;
 use crate::cloud::shape::{ShapeMeasures, classify_background, classify_shape};
 use crate::cloud::{Classification, CoarseClass, Instance, PointLabels, UprightBox};
-use crate::cluster::MethodInput;
+use crate::cluster::{MethodInput, Segmentation};
 use crate::cluster::tree::MergeTree;
 use crate::cluster::tree::calibration::probability;
 use crate::semantics::MaskSource;
+use crate::semantics::ground::GroundHeights;
 
-/// Describes the instances, given where the mask came from and the tree that they are cut from, if
-/// they are; the points of an instance take its class.
+/// Describes the instances of a segmentation, given where the mask came from; the points of an
+/// instance take its class.
 pub(super) fn describe(
     input: &MethodInput,
-    (source, tree): (MaskSource, Option<&MergeTree>),
+    (source, segmentation): (MaskSource, &Segmentation),
     pixels: &InstancePixels,
     labels: &mut PointLabels,
 ) -> Vec<Instance> {
@@ -49,8 +50,18 @@ pub(super) fn describe(
         });
     }
     if !mask.has_classes() {
+        let measured;
+        let ground = match &segmentation.ground {
+            Some(known) => known,
+            None => {
+                let sensor = input.image.sensor_place();
+                measured = GroundHeights::new(cloud, &mask.reason, sensor);
+                &measured
+            }
+        };
+        let tree = segmentation.post_merge.tree.as_ref();
         let of_pixels = (&*pixels.instance, pixels.pixels.len());
-        let mut appearance = Appearance::new(input, &labels.reason, of_pixels);
+        let mut appearance = Appearance::new(input, of_pixels, ground);
         for instance in &mut instances {
             let (id, points) = (instance.id, members.of(instance.id));
             let measures = appearance.measures(cloud, id, points, &instance.bounds);

@@ -96,30 +96,37 @@ pub(super) fn label_points(
     segmentation: &Segmentation,
     pixels: &InstancePixels,
 ) -> PointLabels {
-    let MethodInput { cloud, mask, objects, .. } = *input;
+    let MethodInput { cloud, image, mask, objects, .. } = *input;
     let mut labels = PointLabels {
         instance: vec![0; cloud.len()],
         component: vec![0; cloud.len()],
         semantic: mask.raw_ids(cloud),
         reason: mask.reason.clone(),
     };
-    let label = &segmentation.components.label;
-    let pixels_of_points = LazyCell::new(|| BackProjector::new(input));
-    for point in objects.points.iter().map(|&point| point as usize) {
-        let component = match &segmentation.of_point {
-            Some(of_point) => Some(of_point[point]),
-            None => pixels_of_points.source(point).map(|object| label[object]),
-        };
-        let Some(component) = component else {
-            labels.reason[point] = Reason::Shadowed;
-            continue;
-        };
-        let instance = pixels.of_component[component as usize];
-        labels.instance[point] = instance;
-        labels.reason[point] = pixels.reason(component);
-        if instance != 0 {
-            labels.component[point] = component;
+    let mut set = |point: usize, component: Option<u32>| match component {
+        None => labels.reason[point] = Reason::Shadowed,
+        Some(component) => {
+            let instance = pixels.of_component[component as usize];
+            labels.instance[point] = instance;
+            labels.reason[point] = pixels.reason(component);
+            if instance != 0 {
+                labels.component[point] = component;
+            }
         }
+    };
+    let points = objects.points.iter().map(|&point| point as usize);
+    if let Some(of_point) = &segmentation.of_point {
+        points.for_each(|point| set(point, Some(of_point[point])));
+        return labels;
+    }
+    let label = &segmentation.components.label;
+    let seen = objects.pixel.iter().map(|&pixel| image.point_of_pixel.values()[pixel as usize]);
+    for (point, &component) in seen.zip(label) {
+        set(point as usize, Some(component));
+    }
+    let pixels_of_points = LazyCell::new(|| BackProjector::new(input));
+    for point in points.filter(|&point| image.is_shadowed(point)) {
+        set(point, pixels_of_points.source(point).map(|object| label[object]));
     }
     labels
 }

@@ -57,8 +57,8 @@ pub fn run_with(
     let labels_ms = &mut times.labels_ms;
     let pixels = timed(labels_ms, || InstancePixels::new(&segmentation, params.min_pixels));
     let mut labels = timed(labels_ms, || label_points(&input, &segmentation, &pixels));
-    let tree = segmentation.post_merge.tree.as_ref();
-    let instances = timed(labels_ms, || describe(&input, (source, tree), &pixels, &mut labels));
+    let described = (source, &segmentation);
+    let instances = timed(labels_ms, || describe(&input, described, &pixels, &mut labels));
 
     let Segmentation { seeds, components, votes, merge, post_merge, .. } = segmentation;
     let merged_pixels = pixels.before_drop;

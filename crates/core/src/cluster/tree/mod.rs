@@ -100,6 +100,7 @@ impl Method for CutTree<'_> {
                 ..PostMerge::default()
             },
             unlabelled: Reason::Scattered,
+            ground: Some(ground),
             divided_at,
             ..Segmentation::default()
         }

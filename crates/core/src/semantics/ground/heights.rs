@@ -7,7 +7,7 @@ use crate::cloud::point_cloud::{PointCloud, wide};
 use crate::geometry::grid::Grid;
 
 /// The height of the ground by cells of the plane.
-#[derive(Debug)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct GroundHeights {
     /// Of each cell the sum of heights and the number of points: those around the sensor.
     near: Grid<(f64, u32)>,
