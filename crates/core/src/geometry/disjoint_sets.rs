@@ -22,6 +22,16 @@ impl DisjointSets {
         element
     }
 
+    /// The least elements of the sets of two elements, if they are in two.
+    pub fn apart(&mut self, a: usize, b: usize) -> Option<[usize; 2]> {
+        // Most of those in one set have one parent: no need to look farther.
+        if self.parent[a] == self.parent[b] {
+            return None;
+        }
+        let [a, b] = [self.root(a), self.root(b)];
+        (a != b).then_some([a, b])
+    }
+
     /// Whether an element is the least of its set.
     pub fn is_root(&self, element: usize) -> bool {
         self.parent[element] as usize == element

@@ -1,8 +1,8 @@
 //! What is measured on instances without a class.
 
+use crate::cloud::UprightBox;
 use crate::cloud::point_cloud::{PointCloud, wide};
 use crate::cloud::shape::ShapeMeasures;
-use crate::cloud::UprightBox;
 use crate::cluster::{MethodInput, ObjectPixels};
 use crate::range_image::{NO_NEIGHBOUR, RangeImage};
 use crate::semantics::ground::GroundHeights;

@@ -6,9 +6,9 @@ use super::class_votes::{class_weights, majority};
 use super::labels::InstancePixels;
 use crate::cloud::shape::{ShapeMeasures, classify_background, classify_shape};
 use crate::cloud::{Classification, CoarseClass, Instance, PointLabels, UprightBox};
-use crate::cluster::{MethodInput, Segmentation};
 use crate::cluster::tree::MergeTree;
 use crate::cluster::tree::calibration::probability;
+use crate::cluster::{MethodInput, Segmentation};
 use crate::semantics::MaskSource;
 use crate::semantics::ground::GroundHeights;
 

@@ -3,7 +3,7 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::links::{Link, sorted};
+use super::links::{Link, Linker, places};
 use crate::cloud::point_cloud::wide;
 use crate::cluster::method::MethodInput;
 use crate::cluster::objects::ObjectPixels;
@@ -16,34 +16,35 @@ const FINER: f32 = 12.0;
 
 type Cell = [i32; 3];
 
-/// Links up to [`TreeMerge::farthest`], ascending by distance: all those but between pixels that
-/// shorter ones join already, and but for pixels that others of their group stand for.
+/// Links in space, for pixels that others of their group do not stand for: one of each group and
+/// small cell does.
 ///
-/// Reach by reach, the shortest first: one pixel of each group and small cell is linked with those
-/// of other groups within reach. A link is longer than the gap by a sixth of its reach at most in
-/// each axis. Time O(M log M), whatever the density.
-pub(super) fn links(objects: &ObjectPixels, params: &TreeMerge) -> Vec<Link> {
-    /// Reaches between the shortest and the farthest, metres: few links are left at each.
-    const BETWEEN: [f32; 2] = [0.25, 0.7];
-    let weight = params.height_weight as f32;
-    let place: Vec<[f32; 3]> =
-        objects.position.iter().map(|&[x, y, z]| [x, y, weight * z]).collect();
-    let (nearest, farthest) = (params.nearest as f32, params.farthest as f32);
-    let mut sets = DisjointSets::new(place.len());
-    let mut links = within_cells(&place, nearest / FINER);
-    join(&mut sets, &links);
-    for reach in [nearest, BETWEEN[0].min(farthest), BETWEEN[1].min(farthest), farthest] {
-        let group: Vec<u32> = (0..place.len()).map(|a| sets.root(a) as u32).collect();
-        let found = between_groups(&place, &group, reach);
-        join(&mut sets, &found);
-        links.extend(found);
-    }
-    sorted(&links, params)
+/// A link is longer than the gap by a sixth of the reach at most in each axis. Time O(M log M),
+/// whatever the density.
+pub(super) struct SpaceLinker {
+    place: Vec<[f32; 3]>,
 }
 
-fn join(sets: &mut DisjointSets, links: &[Link]) {
-    for link in links {
-        sets.join(link.a as usize, link.b as usize);
+impl SpaceLinker {
+    /// Of object pixels in space.
+    pub fn new(objects: &ObjectPixels, params: &TreeMerge) -> Self {
+        SpaceLinker { place: places(objects, params) }
+    }
+}
+
+impl Linker for SpaceLinker {
+    fn nearest(&mut self, reach: f32, mut visit: impl FnMut(Link)) {
+        let mut sets = DisjointSets::new(self.place.len());
+        for link in within_cells(&self.place, reach / FINER) {
+            sets.join(link.a as usize, link.b as usize);
+            visit(link);
+        }
+        let group: Vec<u32> = (0..self.place.len()).map(|a| sets.root(a) as u32).collect();
+        self.between(&group, reach, visit);
+    }
+
+    fn between(&mut self, group: &[u32], reach: f32, visit: impl FnMut(Link)) {
+        between_groups(&self.place, group, reach).into_iter().for_each(visit);
     }
 }
 

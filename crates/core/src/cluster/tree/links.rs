@@ -1,4 +1,4 @@
-//! Links between object pixels that lie near each other, the shortest first.
+//! Links between object pixels that lie near each other.
 //!
 //! A link joins two pixels of one window of the range image. The window need not reach farther than
 //! the gap from which on things count as apart ([`TreeMerge::window`]), and is sampled: every
@@ -6,9 +6,9 @@
 //! are linked in space, each to its nearest ones of every other sensor. Where nobody knows where a
 //! sensor stands, all are (`in_space`).
 
+use crate::cloud::point_cloud::wide;
 use crate::cluster::objects::ObjectPixels;
 use crate::cluster::params::TreeMerge;
-use crate::geometry::disjoint_sets::DisjointSets;
 use crate::geometry::kd_tree::KdTree;
 use crate::range_image::RangeImage;
 
@@ -23,43 +23,66 @@ pub struct Link {
     pub b: u32,
 }
 
-/// Links up to [`TreeMerge::farthest`], ascending by distance to half a millimetre: all those
-/// within the window but those between pixels that shorter ones join already.
-///
-/// `row_step` is the usual angle between two rows, radians. Time O(M) for a window of a given size;
-/// O(M log M) where there are several sensors.
-pub fn links(
-    objects: &ObjectPixels,
-    image: &RangeImage,
-    row_step: f64,
-    params: &TreeMerge,
-) -> Vec<Link> {
-    /// Pixels so near each other are joined first, metres: few links are left between the rest.
-    const NEAR: f64 = 0.25;
-    let weight = params.height_weight as f32;
-    let place: Vec<[f32; 3]> =
-        objects.position.iter().map(|&[x, y, z]| [x, y, weight * z]).collect();
-    let column_step = image.bands[0].column_step;
-    let window = Window::new(row_step * params.height_weight, column_step, params.window);
-    let mut padded = Padded::new(objects, &place, image, &window);
-    let mut links = Vec::new();
-    let mut sets = DisjointSets::new(objects.len());
-    // Up to the nearest gap only what hangs together matters.
-    padded.visit(&window.steps, params.nearest, |link| {
-        if sets.join(link.a as usize, link.b as usize) {
-            links.push(link);
+/// Finds the links between object pixels.
+pub(super) trait Linker {
+    /// Visits links of up to `reach` metres that join all pixels so near each other.
+    fn nearest(&mut self, reach: f32, visit: impl FnMut(Link));
+
+    /// Visits the links of up to `reach` metres between pixels of different groups, given the group
+    /// of each of M object pixels.
+    fn between(&mut self, group: &[u32], reach: f32, visit: impl FnMut(Link));
+}
+
+/// Links within a window of the range image, and in space between pixels of different sensors. Time
+/// O(M) for a window of a given size; O(M log M) where there are several sensors.
+pub(super) struct WindowLinker {
+    steps: Vec<Step>,
+    padded: Padded,
+    /// Links between pixels of different sensors.
+    between_sensors: Vec<Link>,
+}
+
+impl WindowLinker {
+    /// Of the object pixels of an image, in whose rows the usual angle from one to the next is
+    /// `row_step`, radians.
+    pub fn new(
+        objects: &ObjectPixels,
+        image: &RangeImage,
+        row_step: f64,
+        params: &TreeMerge,
+    ) -> Self {
+        let place = places(objects, params);
+        let column_step = image.bands[0].column_step;
+        let window = Window::new(row_step * params.height_weight, column_step, params.window);
+        WindowLinker {
+            padded: Padded::new(objects, &place, image, &window),
+            between_sensors: between_sensors(objects, image, &place, params),
+            steps: window.steps,
         }
-    });
-    padded.regroup(&mut sets);
-    let first = links.len();
-    padded.visit(&window.steps, NEAR.min(params.farthest), |link| links.push(link));
-    for link in &links[first..] {
-        sets.join(link.a as usize, link.b as usize);
     }
-    padded.regroup(&mut sets);
-    padded.visit(&window.steps, params.farthest, |link| links.push(link));
-    link_sensors(objects, image, &place, params, &mut links);
-    sorted(&links, params)
+
+    fn visit(&self, reach: f32, mut visit: impl FnMut(Link)) {
+        self.padded.visit(&self.steps, reach, &mut visit);
+        let is_near = |link: &&Link| link.distance <= reach;
+        self.between_sensors.iter().filter(is_near).for_each(|link| visit(*link));
+    }
+}
+
+impl Linker for WindowLinker {
+    fn nearest(&mut self, reach: f32, visit: impl FnMut(Link)) {
+        self.visit(reach, visit);
+    }
+
+    fn between(&mut self, group: &[u32], reach: f32, visit: impl FnMut(Link)) {
+        self.padded.regroup(group);
+        self.visit(reach, visit);
+    }
+}
+
+/// M: the positions of the object pixels, metres, heights weighed.
+pub(super) fn places(objects: &ObjectPixels, params: &TreeMerge) -> Vec<[f32; 3]> {
+    let weight = params.height_weight as f32;
+    objects.position.iter().map(|&[x, y, z]| [x, y, weight * z]).collect()
 }
 
 /// A step down and to the right, and the angle that it leads across, radians.
@@ -109,7 +132,8 @@ fn sampled(most: usize, share: usize) -> Vec<usize> {
 const NO_OBJECT: u32 = u32::MAX;
 
 /// What a place of the padded image holds: position of its object pixel, metres, heights weighed,
-/// and the set that the pixel is in, or [`NO_OBJECT`]. In one piece, as both are read together.
+/// and the group of that, if there is one; else not a number, which is near nothing. In one piece,
+/// as both are read together.
 #[derive(Debug, Clone, Copy)]
 struct Cell {
     position: [f32; 3],
@@ -159,16 +183,21 @@ impl Padded {
         let (columns, margin) = (image.columns(), window.columns);
         let stride = columns + 2 * margin;
         let rows = image.rows() + image.bands.len() * window.rows;
-        let mut cells = vec![Cell { position: [0.0; 3], group: NO_OBJECT }; rows * stride];
+        let mut cells = vec![Cell { position: [f32::NAN; 3], group: NO_OBJECT }; rows * stride];
         let mut object = vec![NO_OBJECT; rows * stride];
         let mut repeated = Vec::new();
         let mut place = Vec::with_capacity(objects.len());
         let mut range = Vec::with_capacity(objects.len());
+        let (mut band, mut begin, mut end, mut start) = (0, 0, 0, 0);
         for (number, &pixel) in (0..).zip(&objects.pixel) {
-            let (row, column) = (pixel as usize / columns, pixel as usize % columns);
-            let band = image.band_of_row(row);
-            let start = (row + band * window.rows) * stride;
-            let at = start + margin + column;
+            let pixel = pixel as usize;
+            if pixel >= end {
+                let row = pixel / columns;
+                (begin, end) = (row * columns, (row + 1) * columns);
+                band = image.band_of_row(row);
+                start = (row + band * window.rows) * stride + margin;
+            }
+            let (column, at) = (pixel - begin, start + pixel - begin);
             let beyond = [
                 (image.wraps && column < margin).then_some(at + columns),
                 (image.wraps && column + margin >= columns).then(|| at - columns),
@@ -180,7 +209,7 @@ impl Padded {
                 cells[at] = Cell { position: positions[number as usize], group: number };
             }
             place.push(at as u32);
-            let position = objects.position[number as usize].map(f64::from);
+            let position = wide(objects.position[number as usize]);
             let from_sensor = image.bands[band].from_sensor(position);
             range.push(from_sensor.iter().map(|x| x * x).sum::<f64>().sqrt() as f32);
         }
@@ -188,16 +217,15 @@ impl Padded {
         Padded { stride, cells, object, repeated, place, range, own }
     }
 
-    /// Each pixel's group becomes the set that it is in.
-    fn regroup(&mut self, sets: &mut DisjointSets) {
-        let set: Vec<u32> = (0..self.place.len()).map(|object| sets.root(object) as u32).collect();
-        for ((&at, &own), sides) in self.place.iter().zip(&set).zip(&mut self.own) {
+    /// Gives each pixel another group.
+    fn regroup(&mut self, group: &[u32]) {
+        for ((&at, &own), sides) in self.place.iter().zip(group).zip(&mut self.own) {
             let at = at as usize;
             let around = [(RIGHT, at + 1), (LEFT, at - 1), (BELOW, at + self.stride)];
             *sides = 0;
             for (side, at) in around {
                 let object = self.object[at];
-                if object != NO_OBJECT && set[object as usize] == own {
+                if object != NO_OBJECT && group[object as usize] == own {
                     *sides |= side;
                 }
             }
@@ -213,38 +241,39 @@ impl Padded {
     ///
     /// Whether a step leads to another group, and near enough, follows no pattern that a processor
     /// could foresee, so that it is found without a branch.
-    fn visit(&self, steps: &[Step], reach: f64, mut visit: impl FnMut(Link)) {
-        let reach = reach as f32;
+    fn visit(&self, steps: &[Step], reach: f32, mut visit: impl FnMut(Link)) {
         let mut steps: [Steps; 8] =
             std::array::from_fn(|own| Steps::new(self.steps_leaving(steps, own as u8)));
-        let mut links = vec![(0.0, 0_u32); steps[0].all.len()];
+        let most = reach * reach;
+        let mut links = vec![(0.0, 0_u32); steps[0].ahead.len()];
         for (a, (&at, range)) in (0..).zip(self.place.iter().zip(&self.range)) {
             let at = at as usize;
             let Cell { position: p, group } = self.cells[at];
+            let cells = &self.cells[at..];
             let mut found = 0;
-            for &(ahead, _) in steps[usize::from(self.own[a as usize])].within(reach / range) {
-                let other = self.cells[at + ahead];
-                let q = other.position;
-                let squared: f32 = (0..3).map(|axis| (p[axis] - q[axis]).powi(2)).sum();
-                links[found] = (squared, (at + ahead) as u32);
-                let is_other = (other.group != group) & (other.group != NO_OBJECT);
-                found += usize::from(is_other & (squared <= reach * reach));
+            for &ahead in steps[usize::from(self.own[a as usize])].within(reach / range) {
+                let Cell { position: q, group: other } = cells[ahead as usize];
+                let [x, y, z] = [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+                let squared = x * x + y * y + z * z;
+                links[found] = (squared, ahead);
+                found += usize::from((squared <= most) & (other != group));
             }
-            for &(squared, other) in &links[..found] {
-                visit(Link { distance: squared.sqrt(), a, b: self.object[other as usize] });
+            for &(squared, ahead) in &links[..found] {
+                let b = self.object[at + ahead as usize];
+                visit(Link { distance: squared.sqrt(), a, b });
             }
         }
     }
 
     /// The steps that leave a pixel not only on sides where the next one is of its own group: how
     /// far ahead they lead, and the least angle across which they may lead, radians.
-    fn steps_leaving(&self, steps: &[Step], own: u8) -> Vec<(usize, f32)> {
+    fn steps_leaving(&self, steps: &[Step], own: u8) -> Vec<(u32, f32)> {
         /// By how much less a step may lead across than the steps between columns and rows say: the
         /// rows of a sensor need not be even.
         const UNEVEN: f32 = 0.7;
         let leaving = steps.iter().filter(|step| sides(step.0, step.1) & !own != 0);
         let ahead = |&(down, right, across): &Step| {
-            ((down * self.stride).wrapping_add_signed(right), UNEVEN * across)
+            ((down * self.stride).wrapping_add_signed(right) as u32, UNEVEN * across)
         };
         leaving.map(ahead).collect()
     }
@@ -252,41 +281,44 @@ impl Padded {
 
 /// Steps by the angle that they lead across, ascending.
 struct Steps {
-    /// How far ahead each leads, and the angle, radians.
-    all: Vec<(usize, f32)>,
+    /// How far ahead each leads.
+    ahead: Vec<u32>,
+    /// The angle, radians.
+    across: Vec<f32>,
     /// How many of them were within the last angle.
     near: usize,
 }
 
 impl Steps {
-    fn new(all: Vec<(usize, f32)>) -> Self {
-        Steps { all, near: 0 }
+    fn new(steps: Vec<(u32, f32)>) -> Self {
+        let (ahead, across) = steps.into_iter().unzip();
+        Steps { ahead, across, near: 0 }
     }
 
     /// Those up to an angle. Pixels next to each other mostly have as many.
-    fn within(&mut self, angle: f32) -> &[(usize, f32)] {
-        while self.all.get(self.near).is_some_and(|&(_, across)| across <= angle) {
+    fn within(&mut self, angle: f32) -> &[u32] {
+        while self.across.get(self.near).is_some_and(|&across| across <= angle) {
             self.near += 1;
         }
-        while self.near > 0 && self.all[self.near - 1].1 > angle {
+        while self.near > 0 && self.across[self.near - 1] > angle {
             self.near -= 1;
         }
-        &self.all[..self.near]
+        &self.ahead[..self.near]
     }
 }
 
-/// Links each pixel to its nearest ones of every other sensor.
-fn link_sensors(
+/// Links from each pixel to its nearest ones of every other sensor.
+fn between_sensors(
     objects: &ObjectPixels,
     image: &RangeImage,
     place: &[[f32; 3]],
     params: &TreeMerge,
-    links: &mut Vec<Link>,
-) {
+) -> Vec<Link> {
     /// So many that one which leads to another thing does not hide all others.
     const NEIGHBOURS: usize = 4;
+    let mut links = Vec::new();
     if image.bands.len() < 2 {
-        return;
+        return links;
     }
     let band =
         |object: u32| image.band_of_row(objects.pixel[object as usize] as usize / image.columns());
@@ -304,27 +336,29 @@ fn link_sensors(
             }
         }
     }
+    links
 }
 
-/// Links by distance: a counting sort by half millimetres, which keeps the order of equal ones.
-pub(super) fn sorted(links: &[Link], params: &TreeMerge) -> Vec<Link> {
-    const PER_METRE: f32 = 2000.0;
+/// Puts links in the order of their distances, none of them beyond `reach` metres: a counting sort
+/// by a 512th of that, which keeps the order of equal ones.
+pub(super) fn sort(links: &[Link], reach: f32, sorted: &mut Vec<Link>) {
+    const STEPS: usize = 512;
+    let per_metre = STEPS as f32 / reach;
     // Signed, as processors have an instruction for it.
-    let keys: Vec<i32> = links.iter().map(|link| (link.distance * PER_METRE) as i32).collect();
-    let mut start = vec![0_u32; (params.farthest as f32 * PER_METRE) as usize + 2];
-    for &key in &keys {
-        start[key as usize + 1] += 1;
+    let key = |link: &Link| ((link.distance * per_metre) as i32 as usize).min(STEPS);
+    let mut start = [0_u32; STEPS + 2];
+    for link in links {
+        start[key(link) + 1] += 1;
     }
     for place in 1..start.len() {
         start[place] += start[place - 1];
     }
-    let mut sorted = vec![Link { distance: 0.0, a: 0, b: 0 }; links.len()];
-    for (link, &key) in links.iter().zip(&keys) {
-        let place = &mut start[key as usize];
+    sorted.resize(links.len(), Link { distance: 0.0, a: 0, b: 0 });
+    for link in links {
+        let place = &mut start[key(link)];
         sorted[*place as usize] = *link;
         *place += 1;
     }
-    sorted
 }
 
 #[cfg(test)]
@@ -346,9 +380,9 @@ mod tests {
 
     #[test]
     fn the_shortest_come_first_and_equal_ones_stay_in_order() {
-        let params = crate::cluster::ClusterParams::best().tree.expect("best cuts a tree");
         let link = |distance: f32, a: u32| Link { distance, a, b: 9 };
-        let found = sorted(&[link(2.0, 0), link(0.5, 1), link(0.0, 2), link(0.5, 3)], &params);
+        let mut found = Vec::new();
+        sort(&[link(2.0, 0), link(0.5, 1), link(0.0, 2), link(0.5, 3)], 2.0, &mut found);
         assert_eq!(found.iter().map(|link| link.a).collect::<Vec<_>>(), [2, 1, 3, 0]);
     }
 }

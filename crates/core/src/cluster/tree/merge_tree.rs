@@ -108,7 +108,7 @@ impl MergeTree {
     pub(super) fn instances(
         &self,
         (label, count): (&[u32], u32),
-        links: &[Link],
+        (fine, links): (&[u32], &[Link]),
         params: &TreeMerge,
     ) -> Vec<u32> {
         let mut instance = vec![0; count as usize];
@@ -118,13 +118,14 @@ impl MergeTree {
             }
         }
         let mut sets = DisjointSets::new(count as usize);
-        let near = links.partition_point(|link| f64::from(link.distance) <= params.background);
         let left = |object: u32| {
             let label = label[object as usize];
             (label != 0 && instance[label as usize - 1] == 0).then(|| label as usize - 1)
         };
-        for link in &links[..near] {
-            if let (Some(a), Some(b)) = (left(link.a), left(link.b)) {
+        let near = links.iter().filter(|link| f64::from(link.distance) <= params.background);
+        let links = near.map(|link| (link.a, link.b));
+        for (a, b) in (0..).zip(fine.iter().copied()).chain(links) {
+            if let (Some(a), Some(b)) = (left(a), left(b)) {
                 sets.join(a, b);
             }
         }

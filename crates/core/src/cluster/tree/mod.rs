@@ -43,9 +43,10 @@ use super::post_merge::PostMerge;
 use crate::cloud::Reason;
 use crate::geometry::statistics::median;
 use crate::semantics::ground::GroundHeights;
-use links::links;
+use in_space::SpaceLinker;
+use links::WindowLinker;
 use measures::measures;
-use nodes::Tree;
+use nodes::{Grown, Tree};
 
 pub use merge_tree::{MergeTree, NodeFacts};
 
@@ -71,12 +72,16 @@ impl Method for CutTree<'_> {
         let row_steps = input.image.row_steps(input.cloud);
         let row_step = median(&mut row_steps.clone()).unwrap_or(0.0);
         let is_in_space = input.image.is_from_assumed_place();
-        let links = match is_in_space {
-            true => in_space::links(input.objects, self.tree),
-            false => links(input.objects, input.image, row_step, self.tree),
+        let count = input.objects.len();
+        let Grown { tree, fine, links } = match is_in_space {
+            true => Tree::grow(count, &mut SpaceLinker::new(input.objects, self.tree), self.tree),
+            false => {
+                let (objects, image) = (input.objects, input.image);
+                let mut linker = WindowLinker::new(objects, image, row_step, self.tree);
+                Tree::grow(count, &mut linker, self.tree)
+            }
         };
         let divided_at = Some(Instant::now());
-        let tree = Tree::new(input.objects.len(), &links, self.tree);
         let sensor = input.image.sensor_place();
         let ground = GroundHeights::new(input.cloud, &input.mask.reason, sensor);
         let up = if input.mask.ground_is_overhead { -1.0 } else { 1.0 };
@@ -84,7 +89,7 @@ impl Method for CutTree<'_> {
         let measures = measures(&tree, of, &row_steps, (&ground, up));
         let tree = MergeTree::new(tree, measures, self.tree);
         let (mut label, count) = tree.components();
-        let instance = tree.instances((&label, count), &links, self.tree);
+        let instance = tree.instances((&label, count), (&fine, &links), self.tree);
         let components = keep(&mut label, &instance);
         let count = components.len() as u32;
         let of_point =

@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use super::links::Link;
+use super::links::{Link, Linker, sort};
 use crate::cluster::params::TreeMerge;
 use crate::geometry::disjoint_sets::DisjointSets;
 
@@ -39,26 +39,36 @@ pub struct Tree {
 const NONE: u32 = u32::MAX;
 
 impl Tree {
-    /// The tree of M object pixels, given their links, ascending. Groups of fewer than
+    /// The tree of M object pixels, given what finds their links. Groups of fewer than
     /// [`TreeMerge::least_points`] pixels are no nodes: what they join absorbs them.
-    pub fn new(count: usize, links: &[Link], params: &TreeMerge) -> Tree {
+    ///
+    /// Reach by reach, so that only links between the groups of the last reach are looked for; those
+    /// of a reach join from the shortest to the longest, to half a millimetre.
+    pub(super) fn grow(count: usize, linker: &mut impl Linker, params: &TreeMerge) -> Grown {
         let nearest = params.nearest as f32;
         let mut growth = Growth::new(count, params);
-        let fine = links.partition_point(|link| link.distance <= nearest);
-        for link in &links[..fine] {
-            let (a, b) = growth.sets_of(link);
-            if a != b {
+        linker.nearest(nearest, |link| {
+            if let Some((a, b)) = growth.apart(&link) {
                 growth.join(a, b);
             }
-        }
+        });
         growth.open_leaves(nearest);
-        for link in &links[fine..] {
-            let (a, b) = growth.sets_of(link);
-            if a != b {
-                growth.merge(a, b, link.distance);
+        let fine = growth.groups();
+        let (mut links, mut in_order) = (Vec::new(), Vec::new());
+        let mut least = nearest;
+        for reach in reaches(params) {
+            let first = links.len();
+            linker.between(&growth.groups(), reach, |link| links.push(link));
+            sort(&links[first..], reach, &mut in_order);
+            for link in &in_order {
+                if let Some((a, b)) = growth.apart(link) {
+                    // An uneven image may hide a short link until the window is wide.
+                    growth.merge(a, b, link.distance.max(least));
+                }
             }
+            least = reach;
         }
-        growth.finish()
+        Grown { tree: growth.finish(), fine, links }
     }
 
     /// The object pixels of a node.
@@ -88,6 +98,25 @@ impl Tree {
     pub fn path(&self, node: u32) -> impl Iterator<Item = u32> {
         std::iter::successors(Some(node), |&node| self.nodes[node as usize].parent)
     }
+}
+
+/// A tree and what was found on the way.
+pub(super) struct Grown {
+    /// The tree.
+    pub tree: Tree,
+    /// M: the first of the pixels that [`TreeMerge::nearest`] joined with each.
+    pub fine: Vec<u32>,
+    /// Links between those.
+    pub links: Vec<Link>,
+}
+
+/// How far apart pixels are joined, reach by reach beyond [`TreeMerge::nearest`], metres.
+fn reaches(params: &TreeMerge) -> impl Iterator<Item = f32> {
+    /// Few links are left between what is joined so far.
+    const NEAR: f64 = 0.25;
+    let [nearest, farthest] = [params.nearest, params.farthest];
+    let within = move |&reach: &f64| nearest < reach && reach < farthest;
+    [NEAR].into_iter().filter(within).chain([farthest]).map(|reach| reach as f32)
 }
 
 /// Sets of pixels while they grow, each a list that the other's is put behind.
@@ -121,10 +150,16 @@ impl Growth {
         }
     }
 
-    /// The sets that a link joins, the larger first: what is absorbed follows what absorbs it.
-    fn sets_of(&mut self, link: &Link) -> (usize, usize) {
-        let [a, b] = [link.a, link.b].map(|pixel| self.sets.root(pixel as usize));
-        if self.size[a] >= self.size[b] { (a, b) } else { (b, a) }
+    /// The sets that a link joins, if they are two, the larger first: what is absorbed follows what
+    /// absorbs it.
+    fn apart(&mut self, link: &Link) -> Option<(usize, usize)> {
+        let [a, b] = self.sets.apart(link.a as usize, link.b as usize)?;
+        Some(if self.size[a] >= self.size[b] { (a, b) } else { (b, a) })
+    }
+
+    /// M: the first pixel of the set that each is in.
+    fn groups(&mut self) -> Vec<u32> {
+        (0..self.size.len()).map(|pixel| self.sets.root(pixel) as u32).collect()
     }
 
     /// Makes one set of two, the pixels of the second behind those of the first.
