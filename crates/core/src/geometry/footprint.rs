@@ -141,8 +141,22 @@ fn rectangle([cos, sin]: [f64; 2], u: (f64, f64), v: (f64, f64)) -> Rectangle {
 
 /// Least and greatest coordinate along an axis.
 fn span(points: &[PlanePoint], axis: [f64; 2]) -> (f64, f64) {
-    let along = points.iter().map(|p| p[0] * axis[0] + p[1] * axis[1]);
-    along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), t| (low.min(t), high.max(t)))
+    /// So many at a time, since each comparison waits for the one before.
+    const LANES: usize = 4;
+    let along = |p: &PlanePoint| p[0] * axis[0] + p[1] * axis[1];
+    let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
+    let (whole, rest) = points.as_chunks::<LANES>();
+    for chunk in whole {
+        let at = chunk.each_ref().map(along);
+        for lane in 0..LANES {
+            low[lane] = if at[lane] < low[lane] { at[lane] } else { low[lane] };
+            high[lane] = if at[lane] > high[lane] { at[lane] } else { high[lane] };
+        }
+    }
+    for (lane, point) in rest.iter().enumerate() {
+        (low[lane], high[lane]) = (low[lane].min(along(point)), high[lane].max(along(point)));
+    }
+    (low.into_iter().fold(low[0], f64::min), high.into_iter().fold(high[0], f64::max))
 }
 
 /// Whether two convex regions touch or overlap (separating axes). Points and segments count as

@@ -68,16 +68,18 @@ impl<'a> Assembly<'a> {
             else {
                 continue;
             };
-            let group = &self.groups[number];
+            let (layer, group) = (self.layer(number), &self.groups[number]);
             let reach = self.params.touching_gap(size);
-            for other in self.cells.near(self.layer(number), group.low, group.high, reach) {
-                let (one, two) = (self.sets.root(number), self.sets.root(other));
-                if self.fragments[number].class.family != self.fragments[other].class.family {
+            let mut others = self.cells.near(layer, group.low, group.high, reach);
+            others.retain(|&other| {
+                self.fragments[number].class.family == self.fragments[other].class.family
+                    && group.least_squared_distance(&self.groups[other]) <= reach * reach
+            });
+            others.sort_unstable();
+            for other in others {
+                let Some([one, two]) = self.sets.apart(number, other) else {
                     continue;
-                }
-                if one == two || self.groups[number].least_distance(&self.groups[other]) > reach {
-                    continue;
-                }
+                };
                 let gap = distance(&self.groups[number].hull, &self.groups[other].hull);
                 if gap <= reach && !self.are_side_by_side(number, other, size) {
                     let (a, b) = (one.min(two), one.max(two));
@@ -87,7 +89,7 @@ impl<'a> Assembly<'a> {
                 }
             }
             let group = &self.groups[number];
-            self.cells.insert(self.layer(number), number, group.low, group.high);
+            self.cells.insert(layer, number, group.low, group.high);
         }
         self.outline_groups();
     }
@@ -181,13 +183,13 @@ impl<'a> Assembly<'a> {
             return;
         };
         let reach = self.params.bridged_gap(size);
-        let group = &self.groups[number];
-        for other in self.cells.near(self.layer(number), group.low, group.high, reach) {
+        let (layer, group) = (self.layer(number), &self.groups[number]);
+        for other in self.cells.near(layer, group.low, group.high, reach) {
             if other == number || !self.sets.is_root(other) {
                 continue;
             }
             let (a, b) = (number.min(other), number.max(other));
-            let least = group.least_distance(&self.groups[other]);
+            let least = group.least_squared_distance(&self.groups[other]).sqrt();
             let may_touch = least <= self.params.touching_gap(size);
             if least <= reach && (may_touch || !self.is_too_large(a, b, size)) {
                 self.queue.push(Candidate {

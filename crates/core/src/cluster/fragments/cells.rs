@@ -9,6 +9,9 @@ use crate::geometry::footprint::PlanePoint;
 #[derive(Debug, Default)]
 pub(super) struct Cells {
     boxes: FxHashMap<(u16, i64, i64), Vec<usize>>,
+    /// The last search that found each number.
+    found_by: Vec<u32>,
+    searches: u32,
 }
 
 /// A layer of its own with square cells.
@@ -22,6 +25,9 @@ pub(super) struct Layer {
 impl Cells {
     /// Adds a box under a number, which may be there already.
     pub fn insert(&mut self, layer: Layer, number: usize, low: PlanePoint, high: PlanePoint) {
+        if number >= self.found_by.len() {
+            self.found_by.resize(number + 1, 0);
+        }
         for (x, y) in covered(layer, low, high) {
             let numbers = self.boxes.entry((layer.number, x, y)).or_default();
             if !numbers.contains(&number) {
@@ -30,13 +36,24 @@ impl Cells {
         }
     }
 
-    /// Numbers of the boxes in the cells of a layer within `reach` metres of a box, ascending.
-    pub fn near(&self, layer: Layer, low: PlanePoint, high: PlanePoint, reach: f64) -> Vec<usize> {
-        let cells = covered(layer, low.map(|x| x - reach), high.map(|x| x + reach));
-        let lists = cells.filter_map(|(x, y)| self.boxes.get(&(layer.number, x, y)));
-        let mut found: Vec<usize> = lists.flatten().copied().collect();
-        found.sort_unstable();
-        found.dedup();
+    /// Numbers of the boxes in the cells of a layer within `reach` metres of a box, in any order.
+    pub fn near(
+        &mut self,
+        layer: Layer,
+        low: PlanePoint,
+        high: PlanePoint,
+        reach: f64,
+    ) -> Vec<usize> {
+        self.searches += 1;
+        let mut found = Vec::new();
+        for (x, y) in covered(layer, low.map(|x| x - reach), high.map(|x| x + reach)) {
+            for &number in self.boxes.get(&(layer.number, x, y)).into_iter().flatten() {
+                if self.found_by[number] != self.searches {
+                    self.found_by[number] = self.searches;
+                    found.push(number);
+                }
+            }
+        }
         found
     }
 }

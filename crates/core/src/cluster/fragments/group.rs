@@ -75,12 +75,13 @@ impl Group {
         Group { hull, low, high, area, pixels, class, version: 0 }
     }
 
-    /// Distance between the boxes around two groups, metres: they are no nearer to each other.
-    pub(super) fn least_distance(&self, other: &Group) -> f64 {
+    /// Squared distance between the boxes around two groups, square metres: they are no nearer to
+    /// each other.
+    pub(super) fn least_squared_distance(&self, other: &Group) -> f64 {
         let [x, y] = [0, 1].map(|axis: usize| {
             (self.low[axis].max(other.low[axis]) - self.high[axis].min(other.high[axis])).max(0.0)
         });
-        x.hypot(y)
+        x * x + y * y
     }
 
     /// Class of the larger of two groups, and so of their union.
