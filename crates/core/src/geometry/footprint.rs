@@ -159,8 +159,8 @@ fn span(points: &[PlanePoint], axis: [f64; 2]) -> (f64, f64) {
     (low.into_iter().fold(low[0], f64::min), high.into_iter().fold(high[0], f64::max))
 }
 
-/// Whether two convex regions touch or overlap (separating axes). Points and segments count as
-/// regions.
+/// Whether two convex regions touch or overlap (separating axes), their corners in counter-clockwise
+/// order. Points and segments count as regions.
 pub fn overlap(a: &[PlanePoint], b: &[PlanePoint]) -> bool {
     !a.is_empty() && !b.is_empty() && !separated_by_a_side(a, b) && !separated_by_a_side(b, a)
 }
@@ -207,7 +207,8 @@ fn separated_by_a_side(a: &[PlanePoint], b: &[PlanePoint]) -> bool {
     (0..a.len()).any(|i| {
         let (from, to) = (a[i], a[(i + 1) % a.len()]);
         let side = [to[0] - from[0], to[1] - from[1]];
-        side != [0.0, 0.0] && (apart([-side[1], side[0]]) || (a.len() == 2 && apart(side)))
+        side != [0.0, 0.0]
+            && (b.iter().all(|&p| cross(from, to, p) < 0.0) || (a.len() == 2 && apart(side)))
     })
 }
 
