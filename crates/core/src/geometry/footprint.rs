@@ -140,7 +140,7 @@ fn rectangle([cos, sin]: [f64; 2], u: (f64, f64), v: (f64, f64)) -> Rectangle {
 }
 
 /// Least and greatest coordinate along an axis.
-fn span(points: &[PlanePoint], axis: [f64; 2]) -> (f64, f64) {
+pub fn span(points: &[PlanePoint], axis: [f64; 2]) -> (f64, f64) {
     /// So many at a time, since each comparison waits for the one before.
     const LANES: usize = 4;
     let along = |p: &PlanePoint| p[0] * axis[0] + p[1] * axis[1];

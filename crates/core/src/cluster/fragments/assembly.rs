@@ -71,12 +71,10 @@ impl<'a> Assembly<'a> {
             let (layer, group) = (self.layer(number), &self.groups[number]);
             let reach = self.params.touching_gap(size);
             let mut others = self.cells.near(layer, group.low, group.high, reach);
-            others.retain(|&other| {
-                self.fragments[number].class.family == self.fragments[other].class.family
-                    && group.least_squared_distance(&self.groups[other]) <= reach * reach
-            });
-            others.sort_unstable();
-            for other in others {
+            let family = |number: usize| self.fragments[number].class.family;
+            others.retain(|&(other, _)| family(number) == family(other));
+            others.sort_unstable_by_key(|&(other, _)| other);
+            for (other, _) in others {
                 let Some([one, two]) = self.sets.apart(number, other) else {
                     continue;
                 };
@@ -125,7 +123,9 @@ impl<'a> Assembly<'a> {
             one.high[axis].max(two.high[axis]) - one.low[axis].min(two.low[axis])
         });
         let widest = self.params.widest(size);
-        x.hypot(y) > widest && one.rectangle_with(two).is_some_and(|union| union.size[1] > widest)
+        x.hypot(y) > widest
+            && !one.is_narrow_with(two, widest)
+            && one.rectangle_with(two).is_some_and(|union| union.size[1] > widest)
     }
 
     /// Joins the groups that belong together, the cheapest pair first, until there are none.
@@ -184,14 +184,14 @@ impl<'a> Assembly<'a> {
         };
         let reach = self.params.bridged_gap(size);
         let (layer, group) = (self.layer(number), &self.groups[number]);
-        for other in self.cells.near(layer, group.low, group.high, reach) {
+        for (other, squared) in self.cells.near(layer, group.low, group.high, reach) {
             if other == number || !self.sets.is_root(other) {
                 continue;
             }
             let (a, b) = (number.min(other), number.max(other));
-            let least = group.least_squared_distance(&self.groups[other]).sqrt();
+            let least = squared.sqrt();
             let may_touch = least <= self.params.touching_gap(size);
-            if least <= reach && (may_touch || !self.is_too_large(a, b, size)) {
+            if may_touch || !self.is_too_large(a, b, size) {
                 self.queue.push(Candidate {
                     cost: least + self.delay(a, b),
                     groups: [a, b],

@@ -8,10 +8,18 @@ use crate::geometry::footprint::PlanePoint;
 /// Numbered boxes by layer and cell.
 #[derive(Debug, Default)]
 pub(super) struct Cells {
-    boxes: FxHashMap<(u16, i64, i64), Vec<usize>>,
-    /// The last search that found each number.
-    found_by: Vec<u32>,
+    numbers: FxHashMap<(u16, i64, i64), Vec<usize>>,
+    /// The box of each number.
+    boxes: Vec<Box>,
     searches: u32,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Box {
+    low: PlanePoint,
+    high: PlanePoint,
+    /// The last search that looked at it.
+    search: u32,
 }
 
 /// A layer of its own with square cells.
@@ -23,34 +31,43 @@ pub(super) struct Layer {
 }
 
 impl Cells {
-    /// Adds a box under a number, which may be there already.
+    /// Adds a box under a number, or a larger one in place of the one that is there.
     pub fn insert(&mut self, layer: Layer, number: usize, low: PlanePoint, high: PlanePoint) {
-        if number >= self.found_by.len() {
-            self.found_by.resize(number + 1, 0);
+        if number >= self.boxes.len() {
+            self.boxes.resize(number + 1, Box::default());
         }
+        self.boxes[number] = Box { low, high, search: self.searches };
         for (x, y) in covered(layer, low, high) {
-            let numbers = self.boxes.entry((layer.number, x, y)).or_default();
+            let numbers = self.numbers.entry((layer.number, x, y)).or_default();
             if !numbers.contains(&number) {
                 numbers.push(number);
             }
         }
     }
 
-    /// Numbers of the boxes in the cells of a layer within `reach` metres of a box, in any order.
+    /// Numbers of the boxes of a layer within `reach` metres of a box, in any order, and their
+    /// squared distances.
     pub fn near(
         &mut self,
         layer: Layer,
         low: PlanePoint,
         high: PlanePoint,
         reach: f64,
-    ) -> Vec<usize> {
+    ) -> Vec<(usize, f64)> {
         self.searches += 1;
         let mut found = Vec::new();
         for (x, y) in covered(layer, low.map(|x| x - reach), high.map(|x| x + reach)) {
-            for &number in self.boxes.get(&(layer.number, x, y)).into_iter().flatten() {
-                if self.found_by[number] != self.searches {
-                    self.found_by[number] = self.searches;
-                    found.push(number);
+            for &number in self.numbers.get(&(layer.number, x, y)).into_iter().flatten() {
+                let other = &mut self.boxes[number];
+                if std::mem::replace(&mut other.search, self.searches) == self.searches {
+                    continue;
+                }
+                let apart = |axis: usize| {
+                    (low[axis].max(other.low[axis]) - high[axis].min(other.high[axis])).max(0.0)
+                };
+                let squared = apart(0).powi(2) + apart(1).powi(2);
+                if squared <= reach * reach {
+                    found.push((number, squared));
                 }
             }
         }

@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::cloud::taxonomy::ClassSize;
 use crate::cluster::params::FragmentMerge;
 use crate::geometry::footprint::{
-    PlanePoint, Rectangle, area, convex_hull, minimum_area_rectangle,
+    PlanePoint, Rectangle, area, convex_hull, minimum_area_rectangle, span,
 };
 
 /// One piece of an object: its class and its outline on the bird's-eye plane.
@@ -75,18 +75,35 @@ impl Group {
         Group { hull, low, high, area, pixels, class, version: 0 }
     }
 
-    /// Squared distance between the boxes around two groups, square metres: they are no nearer to
-    /// each other.
-    pub(super) fn least_squared_distance(&self, other: &Group) -> f64 {
-        let [x, y] = [0, 1].map(|axis: usize| {
-            (self.low[axis].max(other.low[axis]) - self.high[axis].min(other.high[axis])).max(0.0)
-        });
-        x * x + y * y
-    }
-
     /// Class of the larger of two groups, and so of their union.
     pub(super) fn class_of_larger(&self, other: &Group) -> FragmentClass {
         if other.pixels > self.pixels { other.class } else { self.class }
+    }
+
+    /// Whether the rectangle of least area around two groups is surely no wider than that, metres.
+    ///
+    /// A wider one, of a length L and a width over `widest`, has an area over L times that, and
+    /// reaches as far as the groups do: L^2 + widest^2 is at least the square of their length. So
+    /// there is none if any rectangle around both has a smaller area; here one along their longest
+    /// side.
+    pub(super) fn is_narrow_with(&self, other: &Group, widest: f64) -> bool {
+        let hulls = [&self.hull[..], &other.hull];
+        let sides = hulls.iter().flat_map(|hull| hull.iter().zip(hull.iter().cycle().skip(1)));
+        let squared = |[x, y]: PlanePoint| x * x + y * y;
+        let sides = sides.map(|(from, to)| [to[0] - from[0], to[1] - from[1]]);
+        let longest = sides.reduce(|a, b| if squared(a) < squared(b) { b } else { a });
+        let Some([x, y]) = longest.filter(|&side| side != [0.0; 2]) else {
+            return false;
+        };
+        let extent = |axis: PlanePoint| {
+            let [one, two] = hulls.map(|hull| span(hull, axis));
+            one.1.max(two.1) - one.0.min(two.0)
+        };
+        // Both are longer than they are by the length of the side.
+        let scale = squared([x, y]);
+        let (along, across) = (extent([x, y]), extent([-y, x]));
+        let shortest = (along * along / scale - widest * widest).max(widest * widest).sqrt();
+        along * across / scale < widest * shortest
     }
 
     /// The rectangle of least area around two groups.
