@@ -230,6 +230,40 @@ mod tests {
     }
 
     proptest::proptest! {
+        /// Against the extents along the sides of both, to all sides.
+        #[test]
+        fn regions_apart_are_told_by_their_outer_sides(
+            corners in proptest::collection::vec((-8..8_i8, -8..8_i8), 2..12),
+            split in 1..11_usize,
+        ) {
+            let points: Vec<PlanePoint> =
+                corners.iter().map(|&(x, y)| [f64::from(x), f64::from(y)]).collect();
+            let (one, other) = points.split_at(split.min(points.len() - 1));
+            let (one, other) = (convex_hull(one), convex_hull(other));
+            let mut axes = vec![[1.0, 0.0], [0.0, 1.0]];
+            for hull in [&one, &other] {
+                for (from, to) in hull.iter().zip(hull.iter().cycle().skip(1)) {
+                    let [x, y] = [to[0] - from[0], to[1] - from[1]];
+                    axes.extend([[-y, x], [x, y]]);
+                }
+            }
+            let is_apart = axes.into_iter().any(|axis| {
+                let (a, b) = (span(&one, axis), span(&other, axis));
+                a.1 < b.0 || b.1 < a.0
+            });
+            proptest::prop_assert_eq!(overlap(&one, &other), !is_apart);
+        }
+
+        #[test]
+        fn a_span_is_from_the_least_to_the_greatest(
+            values in proptest::collection::vec(-50..50_i8, 1..15),
+        ) {
+            let points: Vec<PlanePoint> = values.iter().map(|&v| [f64::from(v), 7.0]).collect();
+            let [least, greatest] = [values.iter().min(), values.iter().max()]
+                .map(|value| f64::from(*value.expect("there are values")));
+            proptest::prop_assert_eq!(span(&points, [1.0, 0.0]), (least, greatest));
+        }
+
         /// Few distinct coordinates, so that many points coincide or lie on a line.
         #[test]
         fn discarding_inner_points_changes_no_hull(

@@ -87,20 +87,21 @@ pub(in crate::cluster) fn points(
     merge: &Merge,
     grown_pixels_only: bool,
 ) -> Vec<Vec<PlanePoint>> {
-    let mut points: Vec<Vec<PlanePoint>> = vec![Vec::new(); merge.count as usize];
-    let mut add = |object: usize, label: u32| {
-        let instance = merge.instance_of_component[label as usize - 1];
-        let [x, y, _] = objects.position[object];
-        points[instance as usize - 1].push([f64::from(x), f64::from(y)]);
+    let instance = |label: u32| merge.instance_of_component[label as usize - 1] as usize - 1;
+    let labelled = || {
+        let all = components.label.iter().copied().enumerate();
+        all.filter(|&(_, label)| !grown_pixels_only && label != 0)
     };
-    if grown_pixels_only {
-        for &(object, label) in &components.grown {
-            add(object as usize, label);
-        }
-    } else {
-        for (object, &label) in components.label.iter().enumerate().filter(|&(_, &l)| l != 0) {
-            add(object, label);
-        }
+    let grown = || {
+        let grown = components.grown.iter().filter(|_| grown_pixels_only);
+        grown.map(|&(object, label)| (object as usize, label))
+    };
+    let mut counts = vec![0; merge.count as usize];
+    labelled().chain(grown()).for_each(|(_, label)| counts[instance(label)] += 1);
+    let mut points: Vec<Vec<PlanePoint>> = counts.into_iter().map(Vec::with_capacity).collect();
+    for (object, label) in labelled().chain(grown()) {
+        let [x, y, _] = objects.position[object];
+        points[instance(label)].push([f64::from(x), f64::from(y)]);
     }
     points
 }
@@ -111,15 +112,24 @@ pub(in crate::cluster) fn classes(
     components: &Components,
     merge: &Merge,
 ) -> Vec<u16> {
-    let labelled = components.label.iter().enumerate().filter(|&(_, &label)| label != 0);
-    let mut members: Vec<(u32, u16)> = labelled
-        .map(|(object, &label)| {
+    let labelled = || {
+        let labelled = components.label.iter().enumerate().filter(|&(_, &label)| label != 0);
+        labelled.map(|(object, &label)| {
             let instance = merge.instance_of_component[label as usize - 1];
             (instance - 1, objects.class[object])
         })
-        .collect();
+    };
+    // Nearly all instances have pixels of one class.
+    let mut first = vec![None; merge.count as usize];
+    let mut is_mixed = vec![false; merge.count as usize];
+    for (instance, class) in labelled() {
+        is_mixed[instance as usize] |= *first[instance as usize].get_or_insert(class) != class;
+    }
+    let mut members: Vec<(u32, u16)> =
+        labelled().filter(|&(instance, _)| is_mixed[instance as usize]).collect();
     members.sort_unstable();
-    let mut best = vec![(0, 0); merge.count as usize];
+    let mut best: Vec<(usize, u16)> =
+        first.into_iter().map(|class| (0, class.unwrap_or(0))).collect();
     for run in members.chunk_by(|a, b| a == b) {
         let (instance, class) = run[0];
         if run.len() > best[instance as usize].0 {

@@ -230,16 +230,7 @@ impl<'a> Assembly<'a> {
         if !one.may_be_one_with(two) || is_out_of_reach || (!is_touching && !may_fit()) {
             return None;
         }
-        let test = SizeTest::new([one, two], gap, size, self.params)?;
-        let is_family = one.class.family == two.class.family;
-        let (evidence, against) = if test.is_touching() && is_family && test.is_narrow() {
-            (Evidence::Touching, 0.0)
-        } else if test.fits() {
-            let SizeTest { union, limit, .. } = test;
-            (Evidence::Fits { union, limit }, self.evidence_against(union, size))
-        } else {
-            return None;
-        };
+        let (evidence, against) = self.evidence([one, two], gap, size)?;
         let (target, query) = (a as u32 + 1, b as u32 + 1);
         Some(Candidate {
             cost: gap + against + self.delay(a, b),
@@ -247,6 +238,28 @@ impl<'a> Assembly<'a> {
             versions: [one.version, two.version],
             join: Some(Join { target, query, gap, evidence }),
         })
+    }
+
+    /// Why two groups belong together, and what speaks against it in metres of gap; `None` if they
+    /// do not.
+    fn evidence(
+        &self,
+        [one, two]: [&Group; 2],
+        gap: f64,
+        size: ClassSize,
+    ) -> Option<(Evidence, f64)> {
+        let may_touch =
+            gap <= self.params.touching_gap(size) && one.class.family == two.class.family;
+        if may_touch && one.is_narrow_with(two, self.params.widest(size)) {
+            return Some((Evidence::Touching, 0.0));
+        }
+        let test = SizeTest::new([one, two], gap, size, self.params)?;
+        if may_touch && test.is_narrow() {
+            return Some((Evidence::Touching, 0.0));
+        }
+        let SizeTest { union, limit, .. } = test;
+        let against = || self.evidence_against(union, size);
+        test.fits().then(|| (Evidence::Fits { union, limit }, against()))
     }
 
     /// Metres of gap that the rectangle around two groups weighs in the order of joins: the more,

@@ -160,11 +160,6 @@ impl SizeTest {
         })
     }
 
-    /// Whether the outlines all but touch.
-    pub(super) fn is_touching(&self) -> bool {
-        self.gap <= self.touching
-    }
-
     /// Whether the rectangle is no wider than one object may be.
     pub(super) fn is_narrow(&self) -> bool {
         self.union[1] <= self.widest
@@ -173,5 +168,47 @@ impl SizeTest {
     /// Whether the rectangle is no longer and no wider than an object of the class across that gap.
     pub(super) fn fits(&self) -> bool {
         self.union[0] <= self.limit[0] && self.union[1] <= self.limit[1]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::footprint::PlanePoint;
+
+    fn group(points: &[PlanePoint]) -> Group {
+        let class = FragmentClass { number: 1, family: 1, lookalikes: 0, size: None };
+        Group::new(convex_hull(points), points.len() as u32, class)
+    }
+
+    #[test]
+    fn a_car_is_narrow_and_two_side_by_side_are_not() {
+        let car = |turn: f64, beside: f64| {
+            let corners = Rectangle::new([0.0, beside], [4.5, 1.9], 0.0).corners();
+            let (sin, cos) = turn.sin_cos();
+            group(&corners.map(|[x, y]| [x * cos - y * sin, x * sin + y * cos]))
+        };
+        for turn in [0.0, 0.3, 1.0, 2.5] {
+            assert!(car(turn, 0.0).is_narrow_with(&car(turn, 0.1), 2.85));
+            assert!(!car(turn, 0.0).is_narrow_with(&car(turn, 2.0), 2.85));
+        }
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn what_is_surely_narrow_is_narrow(
+            points in proptest::collection::vec((-40..40_i8, -40..40_i8), 2..14),
+            widest in 1..60_u8,
+        ) {
+            let points: Vec<PlanePoint> =
+                points.into_iter().map(|(x, y)| [f64::from(x) / 8.0, f64::from(y) / 8.0]).collect();
+            let (one, other) = points.split_at(points.len() / 2);
+            let (one, other) = (group(one), group(other));
+            let widest = f64::from(widest) / 8.0;
+            if one.is_narrow_with(&other, widest) {
+                let rectangle = one.rectangle_with(&other).expect("there are points");
+                proptest::prop_assert!(rectangle.size[1] <= widest, "{:?}", rectangle);
+            }
+        }
     }
 }

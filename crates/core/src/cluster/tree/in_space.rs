@@ -33,6 +33,10 @@ impl SpaceLinker {
 }
 
 impl Linker for SpaceLinker {
+    fn reaches(&self) -> &'static [f32] {
+        &[0.25, 0.7]
+    }
+
     fn nearest(&mut self, reach: f32, mut visit: impl FnMut(Link)) {
         let mut sets = DisjointSets::new(self.place.len());
         for link in within_cells(&self.place, reach / FINER) {
@@ -123,13 +127,14 @@ pub(super) fn labels_of_points(input: &MethodInput, label: &[u32], reach: f64) -
 mod tests {
     use super::*;
     use crate::cluster::ClusterParams;
+    use crate::cluster::tree::nodes::Tree;
 
     fn objects(position: Vec<[f32; 3]>) -> ObjectPixels {
         ObjectPixels { pixel: (0..position.len() as u32).collect(), position, ..Default::default() }
     }
 
-    /// By the shortest link that joins it, every pair of groups is as near as its points are, but
-    /// for what one pixel stands for.
+    /// The gaps across which groups become one are those between them, but for what one pixel
+    /// stands for.
     #[test]
     fn gaps_between_groups_are_found_whatever_the_order() {
         let params = ClusterParams::best().tree.expect("best cuts a tree");
@@ -143,17 +148,12 @@ mod tests {
         }
         for turn in [0, 1, 333] {
             all.rotate_left(turn);
-            let links = links(&objects(all.clone()), &params);
-            assert!(links.is_sorted_by(|a, b| a.distance <= b.distance + 1e-3));
-            let mut sets = DisjointSets::new(all.len());
-            let mut joins = Vec::new();
-            for link in links {
-                if sets.join(link.a as usize, link.b as usize) && link.distance > 0.1 {
-                    joins.push(link.distance);
-                }
-            }
-            assert_eq!(joins.len(), gaps.len(), "{joins:?}");
-            for (found, gap) in joins.iter().zip(gaps) {
+            let mut linker = SpaceLinker::new(&objects(all.clone()), &params);
+            let tree = Tree::grow(all.len(), &mut linker, &params).tree;
+            let joined = tree.nodes.iter().filter(|node| node.children.is_some());
+            let births: Vec<f32> = joined.map(|node| node.birth).collect();
+            assert_eq!(births.len(), gaps.len(), "{births:?}");
+            for (found, gap) in births.iter().zip(gaps) {
                 assert!((gap - 1e-3..1.2 * gap).contains(found), "{found} for {gap}");
             }
         }
@@ -163,7 +163,9 @@ mod tests {
     fn many_pixels_at_one_place_take_linear_time() {
         let params = ClusterParams::best().tree.expect("best cuts a tree");
         let crowd = |i: usize| [3.0, 1.0 + 1e-6 * (i % 100) as f32, 0.5];
-        let links = links(&objects((0..100_000).map(crowd).collect()), &params);
-        assert_eq!(links.len(), 99_999);
+        let objects = objects((0..100_000).map(crowd).collect());
+        let mut links = 0;
+        SpaceLinker::new(&objects, &params).nearest(params.nearest as f32, |_| links += 1);
+        assert_eq!(links, 99_999);
     }
 }

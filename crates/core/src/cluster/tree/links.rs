@@ -25,6 +25,10 @@ pub struct Link {
 
 /// Finds the links between object pixels.
 pub(super) trait Linker {
+    /// Reaches between the nearest and the farthest, metres, ascending: few links are left between
+    /// what is joined so far.
+    fn reaches(&self) -> &'static [f32];
+
     /// Visits links of up to `reach` metres that join all pixels so near each other.
     fn nearest(&mut self, reach: f32, visit: impl FnMut(Link));
 
@@ -69,6 +73,10 @@ impl WindowLinker {
 }
 
 impl Linker for WindowLinker {
+    fn reaches(&self) -> &'static [f32] {
+        &[0.25]
+    }
+
     fn nearest(&mut self, reach: f32, visit: impl FnMut(Link)) {
         self.visit(reach, visit);
     }

@@ -43,7 +43,7 @@ impl Tree {
     /// [`TreeMerge::least_points`] pixels are no nodes: what they join absorbs them.
     ///
     /// Reach by reach, so that only links between the groups of the last reach are looked for; those
-    /// of a reach join from the shortest to the longest, to half a millimetre.
+    /// of a reach join from the shortest to the longest, to a few millimetres ([`sort`]).
     pub(super) fn grow(count: usize, linker: &mut impl Linker, params: &TreeMerge) -> Grown {
         let nearest = params.nearest as f32;
         let mut growth = Growth::new(count, params);
@@ -55,18 +55,22 @@ impl Tree {
         growth.open_leaves(nearest);
         let fine = growth.groups();
         let (mut links, mut in_order) = (Vec::new(), Vec::new());
-        let mut least = nearest;
-        for reach in reaches(params) {
+        let mut gap = nearest;
+        let farthest = params.farthest as f32;
+        let between = |&reach: &f32| nearest < reach && reach < farthest;
+        let reaches = linker.reaches().iter().copied().filter(between).chain([farthest]);
+        for reach in reaches {
             let first = links.len();
             linker.between(&growth.groups(), reach, |link| links.push(link));
             sort(&links[first..], reach, &mut in_order);
             for link in &in_order {
                 if let Some((a, b)) = growth.apart(link) {
-                    // An uneven image may hide a short link until the window is wide.
-                    growth.merge(a, b, link.distance.max(least));
+                    // Gaps grow, though an uneven image may hide a short link until the window is
+                    // wide, and the order of the links is not exact.
+                    gap = link.distance.max(gap);
+                    growth.merge(a, b, gap);
                 }
             }
-            least = reach;
         }
         Grown { tree: growth.finish(), fine, links }
     }
@@ -108,15 +112,6 @@ pub(super) struct Grown {
     pub fine: Vec<u32>,
     /// Links between those.
     pub links: Vec<Link>,
-}
-
-/// How far apart pixels are joined, reach by reach beyond [`TreeMerge::nearest`], metres.
-fn reaches(params: &TreeMerge) -> impl Iterator<Item = f32> {
-    /// Few links are left between what is joined so far.
-    const NEAR: f64 = 0.25;
-    let [nearest, farthest] = [params.nearest, params.farthest];
-    let within = move |&reach: &f64| nearest < reach && reach < farthest;
-    [NEAR].into_iter().filter(within).chain([farthest]).map(|reach| reach as f32)
 }
 
 /// Sets of pixels while they grow, each a list that the other's is put behind.
@@ -229,5 +224,65 @@ impl Growth {
             node.start = place[head as usize];
         }
         Tree { nodes: self.nodes, pixels }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cluster::ClusterParams;
+
+    /// All pairs of places on a line.
+    struct Line(Vec<f32>);
+
+    impl Linker for Line {
+        fn reaches(&self) -> &'static [f32] {
+            &[0.5, 0.9]
+        }
+
+        fn nearest(&mut self, reach: f32, visit: impl FnMut(Link)) {
+            let each: Vec<u32> = (0..self.0.len() as u32).collect();
+            self.between(&each, reach, visit);
+        }
+
+        fn between(&mut self, group: &[u32], reach: f32, mut visit: impl FnMut(Link)) {
+            for a in 0..self.0.len() {
+                for b in 0..a {
+                    let distance = (self.0[a] - self.0[b]).abs();
+                    if group[a] != group[b] && distance <= reach {
+                        visit(Link { distance, a: a as u32, b: b as u32 });
+                    }
+                }
+            }
+        }
+    }
+
+    proptest::proptest! {
+        /// Groups become one across the gaps between neighbours on the line, whatever the reaches.
+        #[test]
+        fn gaps_on_a_line(gaps in proptest::collection::vec(1..180_u8, 1..12)) {
+            let params = ClusterParams::best().tree.expect("best cuts a tree");
+            let mut places = Vec::new();
+            let mut at = 0.0;
+            let gaps: Vec<f32> = gaps.into_iter().map(|gap| 0.1 + 0.01 * f32::from(gap)).collect();
+            for gap in std::iter::once(&0.0).chain(&gaps) {
+                at += gap;
+                places.extend([at; 6]);
+            }
+            let count = places.len();
+            let grown = Tree::grow(count, &mut Line(places), &params);
+            let joined = grown.tree.nodes.iter().filter(|node| node.children.is_some());
+            let mut births: Vec<f32> = joined.map(|node| node.birth).collect();
+            let mut near: Vec<f32> = gaps.into_iter().filter(|&gap| gap < 1.999).collect();
+            births.sort_by(f32::total_cmp);
+            near.sort_by(f32::total_cmp);
+            proptest::prop_assert_eq!(births.len(), near.len());
+            for (birth, gap) in births.iter().zip(near) {
+                proptest::prop_assert!((birth - gap).abs() < 5e-3, "{} for {}", birth, gap);
+            }
+            for node in &grown.tree.nodes {
+                proptest::prop_assert!(node.birth <= node.death);
+            }
+        }
     }
 }
