@@ -1,5 +1,6 @@
 //! What a drive promises, checked on few frames.
 
+mod back_projection;
 mod placement;
 mod registration;
 mod traffic;
