@@ -97,6 +97,9 @@ class _Parameters(TypedDict, total=False):
     segment_vote: bool | str | None
     segment_vote_points: float | str | None
     segment_vote_body: float | str | None
+    vehicle_strips: bool | str | None
+    vehicle_strips_height: float | str | None
+    vehicle_strips_ratio: float | str | None
     ground_max_slope: float | str | None
     ground_baseline: float | str | None
     ground_step: float | str | None

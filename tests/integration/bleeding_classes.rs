@@ -1,4 +1,5 @@
-//! Classes of a network that blurs objects: segments vote on what their points are.
+//! Classes of a network that blurs objects: segments vote on what their points are, and strips are
+//! no vehicles.
 
 use std::collections::{BTreeMap, HashSet};
 
@@ -61,4 +62,47 @@ fn patches_go_and_ends_of_cars_come_back() {
     assert!(before.iter().all(|&count| count > 500), "{before:?}");
     assert!(after[0] * 2 < before[0], "{after:?} of {before:?}");
     assert!(after[1] * 5 < before[1], "{after:?} of {before:?}");
+}
+
+/// A street as a network may see it: a strip of each wall is called car. It is taken for one unless
+/// strips are none, and stays where classes do not bleed onto the ground.
+#[test]
+fn strips_of_walls_go_where_classes_bleed() {
+    let frame = Drive::new(Sensor::Hdl64e, Scene::Street, 3).frame(0);
+    let truth = frame.cloud.class.clone().unwrap();
+    let cell = |point: usize| {
+        let [x, y, _] = frame.cloud.position(point);
+        [x, y].map(|along| (along / 0.4).floor() as i64)
+    };
+    let returns = || (0..frame.cloud.len()).filter(|&point| frame.cloud.is_return(point));
+    let near_cars: HashSet<_> = returns().filter(|&p| truth[p] == CAR).map(cell).collect();
+    let is_strip = |point: usize| {
+        truth[point] == BUILDING && (-0.6..-0.3).contains(&frame.cloud.position(point)[2])
+    };
+    let taxonomy = Taxonomy::semantic_kitti();
+    let ground = GroundParams::default();
+    let called_cars = |bleeds: bool, config: &Config| {
+        let mut class = truth.clone();
+        for point in returns() {
+            let [x, y] = cell(point);
+            let beside = (-1..=1).any(|i| (-1..=1).any(|j| near_cars.contains(&[x + i, y + j])));
+            if is_strip(point) || (bleeds && GROUND.contains(&truth[point]) && beside) {
+                class[point] = CAR;
+            }
+        }
+        let cloud = frame.cloud.clone().with_class(class).unwrap();
+        let stages = run(&cloud, MaskSource::NetworkClasses(&taxonomy, &ground), config);
+        assert_eq!(stages.mask.bleeds, bleeds);
+        let called = &stages.labels.semantic;
+        let walls = returns().filter(|&p| is_strip(p) && called[p] == CAR).count();
+        let cars = returns().filter(|&p| truth[p] == CAR && called[p] == CAR).count();
+        [walls, cars]
+    };
+    let without_votes = Config { segment_vote: None, ..Config::best() };
+    let kept = Config { vehicle_strips: None, ..without_votes.clone() };
+    let [before, after] = [&kept, &without_votes].map(|config| called_cars(true, config));
+    assert!(before[0] > 100, "{before:?}");
+    assert!(after[0] * 2 < before[0], "{after:?} of {before:?}");
+    assert_eq!(after[1], before[1], "cars stay");
+    assert_eq!(called_cars(false, &without_votes)[0], called_cars(false, &kept)[0]);
 }

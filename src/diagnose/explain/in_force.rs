@@ -6,7 +6,8 @@ use super::subject::ClusteredCloud;
 pub(crate) const OVER_TIME: [&str; 3] = ["tracks", "registration", "ego_motion"];
 /// What acts whatever the method.
 const OF_ALL: [&str; 2] = ["cluster.back_projection", "cluster.min_pixels"];
-const CORRECTIONS_OF_CLASSES: [&str; 3] = ["smoothing", "bleed", "segment_vote"];
+pub(super) const CORRECTIONS_OF_CLASSES: [&str; 4] =
+    ["smoothing", "bleed", "segment_vote", "vehicle_strips"];
 
 /// Why a parameter changes nothing of a run, whatever its value; `None` if it may.
 pub(crate) fn why_idle(frame: &ClusteredCloud, path: &str) -> Option<&'static str> {

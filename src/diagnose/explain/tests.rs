@@ -5,6 +5,7 @@
 //! between `a` and `b` is 6.6 degrees along a row (against) and 13 degrees along a column (in
 //! favour). A voxel is as large as the world: a seed for each side of the axes.
 
+use super::in_force::CORRECTIONS_OF_CLASSES;
 use super::*;
 use divmerge_core::cloud::taxonomy::Taxonomy;
 use divmerge_core::cloud::{PointCloud, PointColumns};
@@ -207,7 +208,7 @@ fn points_without_an_instance_say_why() {
         let WhatIf::Choice(Choice { path, flips, .. }) = found else {
             panic!("a number of a part that is off: {found:?}");
         };
-        assert!(["smoothing", "bleed", "segment_vote"].contains(&path.expect("a parameter")));
+        assert!(CORRECTIONS_OF_CLASSES.contains(&path.expect("a parameter")));
         assert!(flips.is_empty(), "{flips:?}");
     }
     let small = scene.point((0, 0));

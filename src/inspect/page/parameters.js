@@ -144,9 +144,16 @@ function groups() {
   }
   // What the clustering goes by comes first; what seldom helps is folded.
   const place = (group) =>
-    ["cluster", "method", "smoothing", "bleed", "segment_vote", "ground", "projection"].indexOf(
-      group.split(".")[0],
-    );
+    [
+      "cluster",
+      "method",
+      "smoothing",
+      "bleed",
+      "segment_vote",
+      "vehicle_strips",
+      "ground",
+      "projection",
+    ].indexOf(group.split(".")[0]);
   const sorted = [...byGroup].sort(([a], [b]) => place(a) - place(b));
   const isOpen = (group) => folded.get(group) ?? /^(cluster|method)/.test(group);
   return [...sorted.map(groupOf), overTime(state.session.parameters_over_time)];

@@ -16,7 +16,7 @@ use crate::cluster::params::{ClusterParams, Region};
 use crate::over_time::TrackParams;
 use crate::over_time::ego_motion::{EgoMotionParams, ScanParams};
 use crate::pipeline::overrides::limits;
-use crate::pipeline::{Config, Preset, SegmentVote};
+use crate::pipeline::{Config, Preset, SegmentVote, VehicleStrips};
 use crate::range_image::ProjectionParams;
 use crate::semantics::{GroundBleed, GroundParams, Smoothing};
 
@@ -35,6 +35,9 @@ pub struct ParameterSet {
     /// How segments decide on the classes of their points where a network's bleed onto the ground;
     /// off: not at all.
     pub segment_vote: Option<SegmentVote>,
+    /// Which long, low strips are no vehicles where a network's classes bleed onto the ground; off:
+    /// all are.
+    pub vehicle_strips: Option<VehicleStrips>,
     /// Ground removal, where there are no classes or a network's.
     pub ground: GroundParams,
     /// Divide, merge and what follows.
@@ -78,6 +81,7 @@ impl ParameterSet {
             smoothing: config.smoothing,
             bleed: config.bleed,
             segment_vote: config.segment_vote,
+            vehicle_strips: config.vehicle_strips,
             ground: ground.clone(),
             cluster: config.cluster.clone(),
             tracks: TrackParams::default(),
@@ -95,6 +99,7 @@ impl ParameterSet {
             smoothing: self.smoothing,
             bleed: self.bleed,
             segment_vote: self.segment_vote,
+            vehicle_strips: self.vehicle_strips,
             cluster: self.cluster.clone(),
             other_method: self.other_method.clone(),
         }

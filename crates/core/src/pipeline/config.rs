@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde::{Serialize, Serializer};
 
 use super::segment_vote::SegmentVote;
+use super::vehicle_strips::VehicleStrips;
 use crate::cluster::{ClusterParams, Method};
 use crate::range_image::{ProjectionParams, RowsFrom, Wrap};
 use crate::semantics::{GroundBleed, Smoothing};
@@ -23,6 +24,8 @@ pub struct Config {
     /// How segments decide on the classes of their points where a network's bleed; `None`: not at
     /// all.
     pub segment_vote: Option<SegmentVote>,
+    /// Which long, low strips are no vehicles where a network's classes bleed; `None`: all are.
+    pub vehicle_strips: Option<VehicleStrips>,
     /// Divide, merge and what follows.
     pub cluster: ClusterParams,
     /// Another method in place of ours. Projection, mask, back-projection and minimum size stay.
@@ -39,6 +42,7 @@ impl Config {
             smoothing: None,
             bleed: None,
             segment_vote: None,
+            vehicle_strips: None,
             cluster: ClusterParams::paper(),
             other_method: None,
         }
@@ -59,6 +63,7 @@ impl Config {
             smoothing: None,
             bleed: None,
             segment_vote: None,
+            vehicle_strips: None,
             cluster: ClusterParams::authors(),
             other_method: None,
         }
@@ -88,6 +93,7 @@ impl Config {
             smoothing: Some(Smoothing::default()),
             bleed: Some(GroundBleed::default()),
             segment_vote: Some(SegmentVote::default()),
+            vehicle_strips: Some(VehicleStrips::default()),
             cluster: ClusterParams::best(),
             other_method: None,
         }

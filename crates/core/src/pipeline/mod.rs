@@ -8,6 +8,7 @@ mod labels;
 pub mod overrides;
 mod segment_vote;
 mod stages;
+mod vehicle_strips;
 
 use std::time::{Duration, Instant};
 
@@ -26,6 +27,7 @@ pub use config::Config;
 pub use overrides::{BirdsEyeMerge, Overrides, Preset};
 pub use segment_vote::SegmentVote;
 pub use stages::{StageTimes, Stages};
+pub use vehicle_strips::VehicleStrips;
 
 /// Clusters one cloud.
 pub fn run(cloud: &PointCloud, mask: MaskSource, config: &Config) -> Stages {
@@ -92,7 +94,28 @@ fn corrected_mask(
     {
         vote.correct((cloud, image), taxonomy, &config.cluster, &mut mask);
     }
+    if let (Some(strips), Some(taxonomy)) = (&config.vehicle_strips, source.taxonomy())
+        && mask.bleeds
+    {
+        let instances = instances_of(cloud, image, &mask, config);
+        strips.correct((cloud, image), taxonomy, &instances, &mut mask);
+    }
     mask
+}
+
+/// N: the instances that the objects of a mask are cut into.
+fn instances_of(
+    cloud: &PointCloud,
+    image: &RangeImage,
+    mask: &ObjectMask,
+    config: &Config,
+) -> Vec<u32> {
+    let params = &config.cluster;
+    let objects = ObjectPixels::new(cloud, image, mask, params);
+    let input = MethodInput::new(cloud, image, mask, &objects, params);
+    let segmentation = segment(&input, config, &mut StageTimes::default());
+    let pixels = InstancePixels::new(&segmentation, params.min_pixels);
+    label_points(&input, &segmentation, &pixels).instance
 }
 
 /// Segments the objects by the method that the parameters ask for, and adds the times.
