@@ -44,6 +44,8 @@ pub struct Agreement {
     pub nearness: f64,
     /// Share of the cells of both that lie on each other, 0 to 1.
     pub overlap: f64,
+    /// Weight of the overlap beside the nearness, 0 to 1: less where few cells are seen.
+    pub overlap_weight: f64,
     /// How alike both are in class, length and height, 0 to 1.
     pub likeness: f64,
     /// Less than 1 for a track that is young or was out of sight.
@@ -171,6 +173,7 @@ impl<'a> Expected<'a> {
         Some(Agreement {
             nearness: near.value,
             overlap,
+            overlap_weight: share,
             likeness,
             trust: self.most,
             away_m: near.away_m,
