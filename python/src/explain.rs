@@ -6,6 +6,7 @@ use divmerge::diagnose::explain::{
     ClusteredCloud, ExplanationReport, ExplanationText, Subject, distances, nearest_points,
     return_at, what_if_while,
 };
+use divmerge::diagnose::frame_links::FrameExplanation;
 use divmerge::diagnose::track::{TrackExplanation, TrackText};
 use divmerge::view::explanation_report;
 use divmerge::{Error as LibraryError, PointCloud};
@@ -222,7 +223,7 @@ pub fn report(
 ///
 /// track: explain an object over time instead, by its number in `annotate`: the dict that `divmerge
 /// explain --track --json` prints, and its `text`; link: the frame that the text explains in
-/// detail. cloud is then the path of a recording. start, stop: numbers of the first cloud that is
+/// detail, without `track` why each instance of that frame is of its track. cloud is then the path of a recording. start, stop: numbers of the first cloud that is
 /// followed and of the one behind the last, from 0; lag, ego_motion: as for `annotate`.
 ///
 /// Of the dict: `answer` ("one_instance", "apart", "has_instance", "no_instance"), `decided_by`,
@@ -238,7 +239,7 @@ pub fn explain<'py>(
     b: Option<&Bound<'py, PyAny>>,
     parameters: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    if given(parameters, "track")?.is_some() {
+    if given(parameters, "track")?.is_some() || given(parameters, "link")?.is_some() {
         return explain_track(cloud, (a.is_some(), b.is_some()), parameters);
     }
     let mut question = Question::default();
@@ -249,7 +250,7 @@ pub fn explain<'py>(
     let made_of = cloud_run("explain", cloud, parameters, &own, &mut |name, value| {
         match name {
             "what_if" => searches = flag(name, value)?,
-            _ if !POINTS.contains(&name) => return Err(needs(name, "track")),
+            _ if !POINTS.contains(&name) => return Err(needs(name, "track or link")),
             _ => question.set(name, value)?,
         }
         Ok(())
@@ -287,16 +288,27 @@ fn explain_track<'py>(
     parameters: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     if points != (false, false) {
-        return Err(wrong("track", "not together with a and b"));
+        let name = if given(parameters, "track")?.is_some() { "track" } else { "link" };
+        return Err(wrong(name, "not together with a and b"));
     }
-    let (mut track, mut link) = (0, None);
+    let (mut track, mut link) = (None, None);
     let (drive, options) = followed("explain", cloud, parameters, TRACK, &mut |name, value| {
         match name {
-            "track" => track = within(name, value, u32::MAX as usize)? as u32,
+            "track" => track = Some(within(name, value, u32::MAX as usize)? as u32),
             _ => link = Some(within(name, value, u32::MAX as usize)? as u64),
         }
         Ok(())
     })?;
+    let Some(track) = track else {
+        let frame = link.unwrap_or(0);
+        let explanation = FrameExplanation::of(&drive, frame, &options.params);
+        let explanation = explanation.ok_or_else(|| {
+            Error::new_err(format!("frame {frame} of {} was not followed", drive.topic))
+        })?;
+        let dict = plain(cloud.py(), &explanation)?;
+        dict.set_item("text", explanation.to_string())?;
+        return Ok(dict);
+    };
     let explanation = TrackExplanation::of(&drive, track, &options.params).ok_or_else(|| {
         let last = drive.tracks.last().map_or(0, |last| last.track);
         let topic = &drive.topic;

@@ -146,12 +146,18 @@ def test_objects_over_time_are_drawn_and_explained_as_by_the_command(drives, com
     assert ours.pop("text") == command_line(*words, "--link", link)
     assert ours == explained
 
+    words = ["explain", drive, "--link", link, *options]
+    ours = divmerge.explain(drive, link=link, **over_time)
+    assert ours.pop("text") == command_line(*words)
+    assert ours == json.loads(command_line(*words, "--json"))
+    assert {2} <= {each["track"] for each in ours["links"]}
+
 
 def test_what_cannot_be_said_about_objects_over_time(drives, frame):
     drive = drives("small")
     for call, problem in [
         (lambda: divmerge.figure(drive, lag=1), "lag: only with tracks=True"),
-        (lambda: divmerge.explain(drive, 1, start=2), "start: only with track"),
+        (lambda: divmerge.explain(drive, 1, start=2), "start: only with track or link"),
         (lambda: divmerge.explain(drive, 1, track=2), "track: not together with a and b"),
         (lambda: divmerge.figure(drive, tracks=True, stop=0), "stop: must be above start"),
         (lambda: divmerge.figure(drive, tracks=True, ego_motion="/odom"), "ego_motion: "),

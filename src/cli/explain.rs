@@ -4,10 +4,10 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
-use clap::Args;
 use clap::error::ErrorKind;
+use clap::{ArgGroup, Args};
 
-use crate::annotate::AnnotateConfig;
+use crate::annotate::{AnnotateConfig, FollowedDrive, TrackOptions};
 use crate::cli::arguments::method::MethodArguments;
 use crate::cli::arguments::tracks::FollowArguments;
 use crate::cli::arguments::values::{THEMES, one_of, position, positive, range};
@@ -19,6 +19,7 @@ use crate::diagnose::explain::{
     ClusteredCloud, ExplanationReport, ExplanationText, Subject, distances, nearest_points,
     return_at, what_if,
 };
+use crate::diagnose::frame_links::FrameExplanation;
 use crate::diagnose::track::{TrackExplanation, TrackText};
 use crate::frames::{CloudAt, EncodedCloud, encoded_cloud_at};
 use crate::pipeline;
@@ -32,6 +33,7 @@ use crate::view::{self, FrameScene, Target, Theme, explained_scene, explanation_
 /// nodes of the tree of merges that hold the points, the terms of their scores, and what was
 /// chosen.
 #[derive(Args)]
+#[command(group = ArgGroup::new("over_time").args(["track", "link"]).multiple(true))]
 pub struct Arguments {
     /// The recording (MCAP)
     input: PathBuf,
@@ -57,13 +59,14 @@ pub struct Arguments {
     #[arg(long, value_name = "ID", conflicts_with_all = ["at", "instance", "output", "rerun"])]
     track: Option<u32>,
 
-    /// The frame of the track that is explained in detail, with its alternatives
-    #[arg(long, value_name = "N", requires = "track")]
+    /// The frame of the track that is explained in detail, with its alternatives; without --track
+    /// why each instance of that frame is of its track
+    #[arg(long, value_name = "N", conflicts_with_all = ["at", "instance", "output", "rerun"])]
     link: Option<u64>,
 
-    /// Frames that are followed for --track, as in 0..50 (without 50); ids are those of `annotate`
-    /// if the frames begin at 0 [default: all]
-    #[arg(long, value_name = "A..B", value_parser = range::<u64>, requires = "track")]
+    /// Frames that are followed for --track and --link, as in 0..50 (without 50); ids are those of
+    /// `annotate` if the frames begin at 0 [default: all]
+    #[arg(long, value_name = "A..B", value_parser = range::<u64>, requires = "over_time")]
     frames: Option<Range<u64>>,
 
     #[command(flatten)]
@@ -118,8 +121,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     outputs.optional(arguments.rerun.as_deref())?;
     let method =
         arguments.method.config_with_warnings(&arguments.input, arguments.topic.as_slice())?;
-    if let Some(track) = arguments.track {
-        return explain_track(arguments, &method, track);
+    match (arguments.track, arguments.link) {
+        (Some(track), _) => return explain_track(arguments, &method, track),
+        (None, Some(frame)) => return explain_links(arguments, &method, frame),
+        (None, None) => {}
     }
     if let Some(other) = &method.pipeline.other_method {
         contradict!(
@@ -134,14 +139,36 @@ pub fn run(arguments: &Arguments) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
+/// The drive whose objects are explained, and how they were followed.
+fn drive(arguments: &Arguments, method: &AnnotateConfig) -> Result<(FollowedDrive, TrackOptions)> {
+    let options = arguments.following.options(&arguments.method.parameters_over_time()?);
+    let clouds = (arguments.topic.as_deref(), arguments.frames.clone());
+    let drive = followed_drive(&arguments.input, clouds, (method, &options))?;
+    Ok((drive, options))
+}
+
+/// Explains all instances of a frame over time.
+fn explain_links(arguments: &Arguments, method: &AnnotateConfig, frame: u64) -> Result<Outcome> {
+    let (drive, options) = drive(arguments, method)?;
+    let Some(explanation) = FrameExplanation::of(&drive, frame, &options.params) else {
+        let numbers = drive.clouds.iter().map(|cloud| cloud.number);
+        let (first, last) = (numbers.clone().min().unwrap_or(0), numbers.max().unwrap_or(0));
+        return Err(NotThere(format!(
+            "frame {frame} of {} was not followed; frames {first} to {last} were",
+            drive.topic
+        ))
+        .into());
+    };
+    match arguments.json {
+        true => println!("{}", serde_json::to_string_pretty(&explanation)?),
+        false => print!("{explanation}"),
+    }
+    Ok(Outcome::of(drive.unreadable == 0))
+}
+
 /// Explains an object over time.
 fn explain_track(arguments: &Arguments, method: &AnnotateConfig, track: u32) -> Result<Outcome> {
-    let options = arguments.following.options(&arguments.method.parameters_over_time()?);
-    let drive = followed_drive(
-        &arguments.input,
-        (arguments.topic.as_deref(), arguments.frames.clone()),
-        (method, &options),
-    )?;
+    let (drive, options) = drive(arguments, method)?;
     let Some(explanation) = TrackExplanation::of(&drive, track, &options.params) else {
         let last = drive.tracks.last().map_or(0, |last| last.track);
         return Err(NotThere(format!(
@@ -239,9 +266,10 @@ fn requested(
 fn check_usage(arguments: &Arguments) -> Result<(), WrongUsage> {
     let problem = match (arguments.at.len(), arguments.instance.len()) {
         (1 | 2, 0) | (0, 2) => return Ok(()),
-        (0, 0) if arguments.track.is_some() => return Ok(()),
+        (0, 0) if arguments.track.is_some() || arguments.link.is_some() => return Ok(()),
         (0, 0) => {
-            "say what to explain: --at X,Y,Z once or twice, --instance ID twice, or --track ID"
+            "say what to explain: --at X,Y,Z once or twice, --instance ID twice, --track ID, \
+                   or --link N"
                 .into()
         }
         (points, 0) => format!("--at is given {points} times; give it once or twice"),

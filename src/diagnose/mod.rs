@@ -3,5 +3,6 @@
 
 pub mod explain;
 pub mod failures;
+pub mod frame_links;
 pub mod track;
 pub mod triage;

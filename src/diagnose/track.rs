@@ -58,6 +58,8 @@ pub enum LinkReason {
         nearness: f64,
         /// Share of the cells of both that lie on each other, 0 to 1.
         overlap: f64,
+        /// Weight of the overlap beside the nearness, 0 to 1.
+        overlap_weight: f64,
         /// Likeness of class, length and height, 0 to 1.
         likeness: f64,
         /// Less than 1 for a track that is young or was out of sight.
@@ -96,7 +98,7 @@ impl TrackExplanation {
 }
 
 /// The instances of a cloud that are of a track.
-fn links_of(cloud: &FollowedCloud, track: u32) -> Vec<ExplainedLink> {
+pub(super) fn links_of(cloud: &FollowedCloud, track: u32) -> Vec<ExplainedLink> {
     let of_instance = |instance: &FollowedInstance| {
         let share = match &instance.track {
             InstanceTrack::Whole(of) => f64::from(u8::from(*of == track)),
@@ -124,8 +126,18 @@ fn reason(instance: &FollowedInstance, track: u32) -> LinkReason {
     }
     match (link.agreement, link.since_s) {
         (Some(agreement), Some(since_s)) => {
-            let Agreement { nearness, overlap, likeness, trust, away_m, affinity } = agreement;
-            LinkReason::Follows { since_s, away_m, nearness, overlap, likeness, trust, affinity }
+            let Agreement { away_m, nearness, overlap, overlap_weight, .. } = agreement;
+            let Agreement { likeness, trust, affinity, .. } = agreement;
+            LinkReason::Follows {
+                since_s,
+                away_m,
+                nearness,
+                overlap,
+                overlap_weight,
+                likeness,
+                trust,
+                affinity,
+            }
         }
         _ if link.is_continuation => LinkReason::ComesBack,
         _ => LinkReason::Begins,
@@ -181,13 +193,20 @@ impl TrackText<'_> {
                 "\nframe {cloud}, instance {instance} ({points} points): {}",
                 in_short(link)
             )?;
-            if let LinkReason::Follows { nearness, overlap, likeness, trust, affinity, .. } =
-                link.reason
+            if let LinkReason::Follows {
+                nearness,
+                overlap,
+                overlap_weight,
+                likeness,
+                trust,
+                affinity,
+                ..
+            } = link.reason
             {
                 writeln!(
                     f,
                     "    affinity {affinity:.2} = mean of nearness {nearness:.2} and overlap \
-                     {overlap:.2}, times likeness {likeness:.2}, times trust {trust:.2}"
+                     {overlap:.2} (weight {overlap_weight:.2}), times likeness {likeness:.2}, times trust {trust:.2}"
                 )?;
                 writeln!(
                     f,
@@ -213,7 +232,7 @@ impl TrackText<'_> {
 }
 
 /// Why an instance is of a track, in a line.
-fn in_short(link: &ExplainedLink) -> String {
+pub(super) fn in_short(link: &ExplainedLink) -> String {
     let why = match &link.reason {
         LinkReason::Begins => "begins".to_owned(),
         LinkReason::ComesBack => {

@@ -10,6 +10,7 @@ pub mod classes;
 pub mod clouds;
 pub mod definitions;
 pub mod diagnostics;
+pub(crate) mod fixes;
 pub mod objects;
 pub mod palette;
 pub(crate) mod poses;

@@ -176,7 +176,7 @@ fn take_transform(transform: &FrameTransform, take: &mut impl FnMut(RecordedPose
     pose.into_iter().for_each(|pose| take(RecordedPose { stamp_ns, parent, child, pose }));
 }
 
-fn foxglove_stamp(stamp: Option<Timestamp>) -> i64 {
+pub(crate) fn foxglove_stamp(stamp: Option<Timestamp>) -> i64 {
     stamp.map_or(0, |stamp| stamp_ns(i64::from(stamp.sec()), stamp.nsec()))
 }
 

@@ -14,7 +14,9 @@ use divmerge::messages::clouds::CloudFormat;
 use divmerge::messages::ros::{ByteOrder, Layout, RosWriter};
 use divmerge::recording::{MessageHeader, RecordingWriter, WriteOptions};
 use divmerge::simulate::{Drive, Scene, Sensor};
-use nalgebra::Isometry3;
+use foxglove::Encode;
+use foxglove::messages::{LocationFix, Timestamp};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use tempfile::TempDir;
 
 const FRAMES: usize = 16;
@@ -43,8 +45,9 @@ fn jumping(number: usize, mut pose: Isometry3<f64>) -> Option<Isometry3<f64>> {
     Some(pose)
 }
 
-/// A drive with poses on some topics: `/tf` has them as transforms, the others as odometry. They
-/// are logged behind the clouds, as those who compute them do.
+/// A drive with poses on some topics: `/tf` has them as transforms, `/fix` as places on the earth,
+/// `/location` as those of Foxglove, the others as odometry. They are logged behind the clouds, as
+/// those who compute them do.
 fn recorded(topics: &[Poses]) -> (TempDir, PathBuf) {
     let drive = Drive::new(Sensor::Vlp16, Scene::Street, 5);
     let folder = tempfile::tempdir().expect("a folder");
@@ -52,7 +55,8 @@ fn recorded(topics: &[Poses]) -> (TempDir, PathBuf) {
     let mut writer = RecordingWriter::create(&path, &WriteOptions::default()).expect("begun");
     let mut channel = |topic: &str, definition: (&str, &str, &[u8])| {
         let none = BTreeMap::new();
-        writer.declare_channel(topic, definition, "cdr", &none).expect("declared")
+        let encoding = if definition.1 == "protobuf" { "protobuf" } else { "cdr" };
+        writer.declare_channel(topic, definition, encoding, &none).expect("declared")
     };
     let schema = CloudFormat::Ros2.schema();
     let clouds = channel(CLOUD_TOPIC, (schema.name, schema.encoding, &*schema.data));
@@ -60,6 +64,8 @@ fn recorded(topics: &[Poses]) -> (TempDir, PathBuf) {
         .iter()
         .map(|(topic, _)| match *topic {
             "/tf" => channel(topic, ("tf2_msgs/msg/TFMessage", "ros2msg", b"")),
+            "/fix" => channel(topic, ("sensor_msgs/msg/NavSatFix", "ros2msg", b"")),
+            "/location" => channel(topic, ("foxglove.LocationFix", "protobuf", b"")),
             _ => channel(topic, ("nav_msgs/msg/Odometry", "ros2msg", b"")),
         })
         .collect();
@@ -75,7 +81,11 @@ fn recorded(topics: &[Poses]) -> (TempDir, PathBuf) {
         write(clouds, frame.stamp_ns, &message);
         for (&id, (topic, says)) in channels.iter().zip(topics) {
             if let Some(pose) = says(number, frame.pose) {
-                pose_message(*topic == "/tf", frame.stamp_ns, &pose, &mut message);
+                match *topic {
+                    "/fix" => fix_message(frame.stamp_ns, &pose, &mut message),
+                    "/location" => location_message(frame.stamp_ns, &pose, &mut message),
+                    _ => pose_message(*topic == "/tf", frame.stamp_ns, &pose, &mut message),
+                }
                 write(id, frame.stamp_ns + 50_000_000, &message);
             }
         }
@@ -93,6 +103,45 @@ fn pose_message(is_tf: bool, stamp_ns: u64, pose: &Isometry3<f64>, out: &mut Vec
     writer.string("lidar");
     let Isometry3 { rotation, translation } = pose;
     writer.f64s(translation.vector.iter().chain(rotation.coords.iter()).copied());
+}
+
+/// Latitude, longitude and altitude of a pose, degrees and metres: the world of the drive lies at
+/// 48 degrees north and 9 degrees east, its x axis 0.7 rad north of east.
+fn on_the_earth(pose: &Isometry3<f64>) -> [f64; 3] {
+    /// Radii of the ellipsoid there, metres: along a meridian, and across.
+    const RADII: [f64; 2] = [6_370_944.0, 6_389_944.0];
+    let world = Vector3::z_axis();
+    let place = UnitQuaternion::from_axis_angle(&world, 0.7) * pose.translation.vector;
+    let north = (place.y / RADII[0]).to_degrees();
+    let east = (place.x / (RADII[1] * 48.0_f64.to_radians().cos())).to_degrees();
+    [48.0 + north, 9.0 + east, 300.0 + place.z]
+}
+
+fn fix_message(stamp_ns: u64, pose: &Isometry3<f64>, out: &mut Vec<u8>) {
+    let mut writer = RosWriter::new(Layout::Cdr(ByteOrder::Little), out);
+    writer.header(((stamp_ns / 1_000_000_000) as i32, (stamp_ns % 1_000_000_000) as u32, "gps"));
+    writer.i8(2);
+    writer.u16(1);
+    writer.f64s(on_the_earth(pose));
+    writer.f64s([1e-4, 0.0, 0.0, 0.0, 1e-4, 0.0, 0.0, 0.0, 1e-3]);
+    writer.u8(2);
+}
+
+fn location_message(stamp_ns: u64, pose: &Isometry3<f64>, out: &mut Vec<u8>) {
+    let [latitude, longitude, altitude] = on_the_earth(pose);
+    let seconds = (stamp_ns / 1_000_000_000) as u32;
+    let timestamp = Some(Timestamp::new(seconds, (stamp_ns % 1_000_000_000) as u32));
+    let frame_id = "gps".to_owned();
+    let fix = LocationFix {
+        timestamp,
+        frame_id,
+        latitude,
+        longitude,
+        altitude,
+        ..LocationFix::default()
+    };
+    out.clear();
+    fix.encode(out).expect("encoded");
 }
 
 fn options(ego_motion: EgoMotionSource) -> AnnotateOptions {
@@ -153,6 +202,31 @@ fn what_is_asked_for_is_taken_and_nothing_else() {
     let (config, tracks) = (&wrong.config, &wrong.tracks);
     let followed = follow_drive(&input, (None, ..), (config, tracks), &mut |_| Ok(()));
     assert_eq!(followed.expect_err("there is no such topic").to_string(), error);
+}
+
+/// Places on the earth come last, and head where they lead.
+#[test]
+fn places_on_the_earth_are_used_where_nothing_better_is_recorded() {
+    for topic in ["/fix", "/location"] {
+        let (_folder, input) = recorded(&[(topic, true_pose)]);
+        let (report, warnings) = motion(&input, EgoMotionSource::Auto);
+        assert!(from(&report, topic) >= 4, "{report:?}");
+        assert!(warnings.is_empty() && report.breaks.is_empty(), "{warnings:?}");
+        let source = EgoMotionSource::Topic(topic.to_owned());
+        let (report, warnings) = motion(&input, source);
+        // Before the first two metres nothing says where it heads.
+        let said = from(&report, topic);
+        assert!((10..FRAMES as u64).contains(&said), "{report:?}");
+        assert_eq!(from(&report, "nothing"), FRAMES as u64 - said);
+        assert!(warnings.is_empty(), "{warnings:?}");
+    }
+    let (_folder, input) = recorded(&[("/fix", true_pose), ("/odom", true_pose)]);
+    let (report, _) = motion(&input, EgoMotionSource::Auto);
+    assert!(from(&report, "/odom") >= 4 && from(&report, "/fix") == 0, "{report:?}");
+    let (_folder, input) = recorded(&[("/fix", half_as_far)]);
+    let (report, warnings) = motion(&input, EgoMotionSource::Auto);
+    assert_eq!(from(&report, "the clouds"), FRAMES as u64, "{report:?}");
+    assert!(warnings.iter().any(|warning| warning.contains("/fix")), "{warnings:?}");
 }
 
 #[test]

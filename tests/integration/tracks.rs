@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 use divmerge::Taxonomy;
 use divmerge::annotate::{
     AnnotateConfig, AnnotateOptions, Semantics, TRACKS_METADATA_NAME, TrackMode, TrackOptions,
-    annotate,
+    annotate, follow_drive,
 };
 use divmerge::datasets::cloud_recording::CloudRecording;
 use divmerge::datasets::drive::{CLOUD_TOPIC, cloud_message, write_drive};
+use divmerge::diagnose::frame_links::{FrameExplanation, FrameLink};
 use divmerge::frames::EncodedClouds;
 use divmerge::messages::boxes::marker_boxes;
 use divmerge::messages::clouds::CloudFormat;
@@ -89,6 +90,34 @@ fn objects_keep_their_number_from_frame_to_frame() {
     assert!(kept * 10 >= tracks.len() * 9, "{kept} of {}: {tracks:?}", tracks.len());
     let different: BTreeSet<u32> = tracks.values().map(|tracks| tracks[0]).collect();
     assert!(different.len() * 10 >= tracks.len() * 9, "{tracks:?}");
+}
+
+#[test]
+fn each_instance_of_a_frame_is_explained() {
+    let (_folder, input) = recorded(FRAMES);
+    let (config, tracks) = (AnnotateConfig::default(), TrackOptions::default());
+    let drive = follow_drive(&input, (None, ..), (&config, &tracks), &mut |_| Ok(()));
+    let drive = drive.expect("followed");
+    let explained = |number| FrameExplanation::of(&drive, number, &tracks.params);
+    assert_eq!(explained(FRAMES as u64), None);
+    // In the first frame all begin; later most were in the frame before.
+    let first = explained(0).expect("a frame");
+    assert!(first.links.iter().all(|link| link.before.is_none()), "{first:?}");
+    let later = explained(9).expect("a frame");
+    let ids: BTreeSet<u32> = later.links.iter().map(|link| link.link.instance).collect();
+    assert_eq!(ids, drive.clouds[9].instances.iter().map(|instance| instance.id).collect());
+    let was_before = |link: &&FrameLink| link.before.is_some_and(|seen| seen.cloud == 8);
+    let followed: Vec<&FrameLink> = later.links.iter().filter(was_before).collect();
+    assert!(followed.len() * 2 > later.links.len(), "{later:?}");
+    for FrameLink { track, before, .. } in followed {
+        let seen = before.expect("in frame 8");
+        let of_eight = explained(8).expect("a frame").links.into_iter();
+        let mut of_track = of_eight.filter(|link| link.track == *track);
+        assert!(of_track.any(|link| link.link.instance == seen.instance), "{track}");
+    }
+    let text = later.to_string();
+    let lines = text.lines().filter(|line| line.contains("affinity")).count();
+    assert!(text.starts_with("frame 9 of ") && lines * 2 > later.links.len(), "{text}");
 }
 
 #[test]

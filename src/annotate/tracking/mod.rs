@@ -6,6 +6,7 @@
 //! that are joined keep those, and come to the same tracks.
 
 mod drive;
+mod driven_way;
 mod follower;
 mod frame_follower;
 mod observation;

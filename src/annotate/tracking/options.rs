@@ -40,15 +40,16 @@ pub enum TrackMode {
 /// Where the motion of the sensor comes from.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum EgoMotionSource {
-    /// As it is recorded, in transforms or on a topic of odometry or poses, once that is seen to
-    /// agree with the clouds; else it is estimated from the clouds.
+    /// As it is recorded, in transforms, on a topic of odometry or poses or by satellites, once
+    /// that is seen to agree with the clouds; else it is estimated from the clouds.
     #[default]
     Auto,
     /// Transforms alone: of the frame of the clouds in `odom`, `map`, `world` or `earth`, else in
     /// the farthest frame that it moves in.
     Transforms,
     /// A topic alone: `nav_msgs/Odometry`, `geometry_msgs/PoseStamped`,
-    /// `geometry_msgs/PoseWithCovarianceStamped` or `foxglove.PoseInFrame`.
+    /// `geometry_msgs/PoseWithCovarianceStamped`, `foxglove.PoseInFrame`, `sensor_msgs/NavSatFix`
+    /// or `foxglove.LocationFix`.
     Topic(String),
     /// It is estimated from the clouds.
     Estimate,

@@ -1,15 +1,18 @@
-//! Where a recording says that the sensor is: on `/tf`, and on topics of odometry and of poses.
+//! Where a recording says that the sensor is: on `/tf`, on topics of odometry and of poses, and by
+//! satellites.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use nalgebra::Isometry3;
 
+use super::driven_way::DrivenWay;
 use super::options::EgoMotionSource;
 use crate::error::{Conflict, Error, Result};
 use crate::frames::Selection;
 use crate::frames::topics::type_name;
 use crate::frames::walk::Walk;
+use crate::messages::fixes::FixMessage;
 use crate::messages::poses::{PoseMessage, RecordedPose};
 use divmerge_core::cloud::transforms::{Trajectory, Transforms};
 use divmerge_recording::{Channel, Overview, Record};
@@ -32,8 +35,27 @@ pub(in crate::annotate) struct RecordedMotion {
 
 struct PoseChannel {
     topic: String,
-    messages: PoseMessage,
+    messages: MotionMessages,
     is_static: bool,
+}
+
+/// What the messages of a channel say.
+enum MotionMessages {
+    Poses(PoseMessage),
+    Fixes(FixMessage, DrivenWay),
+}
+
+impl MotionMessages {
+    fn named(type_name: &str, encoding: &str) -> Option<Self> {
+        let fixes = || FixMessage::named(type_name, encoding);
+        let of_fixes = || fixes().map(|fixes| MotionMessages::Fixes(fixes, DrivenWay::default()));
+        PoseMessage::named(type_name, encoding).map(MotionMessages::Poses).or_else(of_fixes)
+    }
+
+    /// Whether they are about any frames, as those of `/tf` are.
+    fn are_of_transforms(&self) -> bool {
+        matches!(self, MotionMessages::Poses(poses) if poses.is_of_transforms())
+    }
 }
 
 /// Who says where the sensor is; in the order in which they are preferred.
@@ -43,6 +65,24 @@ pub(in crate::annotate) enum RecordedSource {
     Transforms { world: String },
     /// A topic of odometry or poses: its frame, and the frame whose pose it gives, if it says so.
     Topic { topic: String, parent: String, child: Option<String> },
+    /// A topic of places on the earth: the frame of the antenna, x ahead.
+    Fixes { topic: String, child: String },
+}
+
+impl RecordedSource {
+    /// Whether its turns are those of the way driven.
+    pub(super) fn heads_where_it_drives(&self) -> bool {
+        matches!(self, RecordedSource::Fixes { .. })
+    }
+
+    /// The frame whose pose a topic gives, if it says so.
+    fn child(&self) -> Option<&String> {
+        match self {
+            RecordedSource::Transforms { .. } => None,
+            RecordedSource::Topic { child, .. } => child.as_ref(),
+            RecordedSource::Fixes { child, .. } => Some(child),
+        }
+    }
 }
 
 impl fmt::Display for RecordedSource {
@@ -54,6 +94,9 @@ impl fmt::Display for RecordedSource {
             }
             RecordedSource::Topic { topic, parent, child: None } => {
                 write!(f, "{topic} (in {parent})")
+            }
+            RecordedSource::Fixes { topic, child } => {
+                write!(f, "{topic} ({child} on the earth, heading where it drives)")
             }
         }
     }
@@ -126,11 +169,12 @@ impl RecordedMotion {
         wanted: &EgoMotionSource,
     ) {
         let name = type_name(overview, channel);
-        let Some(messages) = PoseMessage::named(name, &channel.message_encoding) else { return };
+        let found = MotionMessages::named(name, &channel.message_encoding);
+        let Some(messages) = found else { return };
         let is_static = channel.topic.ends_with("tf_static");
         let is_wanted = match wanted {
             EgoMotionSource::Auto => true,
-            EgoMotionSource::Transforms => messages.is_of_transforms(),
+            EgoMotionSource::Transforms => messages.are_of_transforms(),
             EgoMotionSource::Topic(topic) => *topic == channel.topic || is_static,
             EgoMotionSource::Estimate | EgoMotionSource::None => false,
         };
@@ -158,8 +202,21 @@ impl RecordedMotion {
     /// Takes a message; one that cannot be read says nothing.
     pub(in crate::annotate) fn take(&mut self, channel: u16, message: &[u8]) {
         let RecordedMotion { channels, transforms, odometry, newest_ns, .. } = self;
-        let Some(PoseChannel { topic, messages, is_static }) = channels.get(&channel) else {
+        let Some(PoseChannel { topic, messages, is_static }) = channels.get_mut(&channel) else {
             return;
+        };
+        let messages = match messages {
+            MotionMessages::Poses(messages) => *messages,
+            MotionMessages::Fixes(messages, way) => {
+                let Ok(Some(fix)) = messages.read(message) else { return };
+                *newest_ns = (*newest_ns).max(fix.stamp_ns);
+                if let Some(pose) = way.push(&fix) {
+                    let source =
+                        RecordedSource::Fixes { topic: topic.clone(), child: fix.frame_id };
+                    odometry.entry(source).or_default().insert(fix.stamp_ns, pose);
+                }
+                return;
+            }
         };
         let is_of_transforms = messages.is_of_transforms();
         let _ = messages.read(message, |RecordedPose { stamp_ns, parent, child, pose }| {
@@ -174,7 +231,7 @@ impl RecordedMotion {
                     odometry.entry(source).or_default().insert(stamp_ns, pose);
                 }
             }
-            if !is_static {
+            if !*is_static {
                 *newest_ns = (*newest_ns).max(stamp_ns);
             }
         });
@@ -196,7 +253,7 @@ impl RecordedMotion {
         frame_id: &str,
         stamp_ns: i64,
     ) -> BTreeMap<RecordedSource, Isometry3<f64>> {
-        let has_transforms = self.channels.values().any(|of| of.messages.is_of_transforms());
+        let has_transforms = self.channels.values().any(|of| of.messages.are_of_transforms());
         let of_transforms = match has_transforms {
             true => self.transforms.pose_in_world(frame_id, stamp_ns),
             false => None,
@@ -204,11 +261,10 @@ impl RecordedMotion {
         let of_transforms =
             of_transforms.map(|(world, pose)| (RecordedSource::Transforms { world }, pose));
         let of_topics = self.odometry.iter().filter_map(|(source, poses)| {
-            let RecordedSource::Topic { child, .. } = source else { return None };
             let pose = poses.at(stamp_ns)?;
             // Where nothing says how the sensor stands to the frame whose pose it is, they are one.
             let at_rest = |child: &String| self.transforms.pose_at_rest(frame_id, child);
-            let of_sensor = child.as_ref().and_then(at_rest).unwrap_or_default();
+            let of_sensor = source.child().and_then(at_rest).unwrap_or_default();
             Some((source.clone(), pose * of_sensor))
         });
         of_transforms.into_iter().chain(of_topics).collect()

@@ -23,6 +23,11 @@ const MAY_DIFFER: f64 = 0.05;
 /// The same at rest, metres and radians.
 const MAY_DIFFER_AT_REST: (f64, f64) = (0.1, 0.02);
 
+/// The part of the way by which one may differ that heads where it drives, and at rest by so many
+/// radians: its heading is that of a chord of two metres, between places of centimetres, and all of
+/// the way is laid along the first.
+const MAY_DIFFER_DRIVEN: (f64, f64) = (0.15, 0.1);
+
 /// Most comparisons that are reported.
 const MOST_COMPARISONS: usize = 8;
 
@@ -85,6 +90,8 @@ struct Step {
 struct Comparison {
     /// The first pose of both: recorded, and estimated.
     first: [Isometry3<f64>; 2],
+    /// Whether the recorded one heads where it drives.
+    is_driven: bool,
     /// The way of both, metres.
     ways: [f64; 2],
     last: [Isometry3<f64>; 2],
@@ -93,8 +100,8 @@ struct Comparison {
 }
 
 impl Comparison {
-    fn new(poses: [Isometry3<f64>; 2]) -> Self {
-        Comparison { first: poses, ways: [0.0; 2], last: poses, agrees: None }
+    fn new(poses: [Isometry3<f64>; 2], is_driven: bool) -> Self {
+        Comparison { first: poses, is_driven, ways: [0.0; 2], last: poses, agrees: None }
     }
 
     /// Takes the next poses; what is found out, in words, once the sensor has moved enough.
@@ -115,8 +122,12 @@ impl Comparison {
         let error = recorded.inv_mul(&shown);
         let (shift, turn) = (error.translation.vector.norm(), error.rotation.angle());
         let (way, turned) = (self.ways[1], turns[1]);
-        let agrees = shift <= MAY_DIFFER_AT_REST.0 + MAY_DIFFER * way
-            && turn <= MAY_DIFFER_AT_REST.1 + MAY_DIFFER * turned;
+        let (of_way, at_rest) = match self.is_driven {
+            true => MAY_DIFFER_DRIVEN,
+            false => (MAY_DIFFER, MAY_DIFFER_AT_REST.1),
+        };
+        let agrees =
+            shift <= MAY_DIFFER_AT_REST.0 + of_way * way && turn <= at_rest + MAY_DIFFER * turned;
         self.agrees = Some(agrees);
         let (shift, turn, turned) = (shift, turn.to_degrees(), turned.to_degrees());
         let verdict = if agrees { "agrees with" } else { "contradicts" };
@@ -211,7 +222,8 @@ impl SensorMotion {
         };
         self.count(&source.to_string());
         let is_other = self.used.as_ref().is_none_or(|(used, _)| used != *source);
-        let jumps = self.jumps_to(pose, step);
+        // The first pose leads on from none.
+        let jumps = self.used.is_some() && self.jumps_to(pose, step);
         if jumps {
             self.note_break(format!("{source} jumps"));
         }
@@ -274,7 +286,9 @@ impl SensorMotion {
         for (&source, pose) in recorded {
             match self.compared.get_mut(source) {
                 None => {
-                    self.compared.insert(source.clone(), Comparison::new([*pose, *shown]));
+                    let comparison =
+                        Comparison::new([*pose, *shown], source.heads_where_it_drives());
+                    self.compared.insert(source.clone(), comparison);
                 }
                 Some(comparison) => {
                     let Some(found) = comparison.push([*pose, *shown]) else { continue };

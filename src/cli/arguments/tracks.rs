@@ -28,10 +28,10 @@ pub struct FollowArguments {
     #[arg(long, help_heading = TIME, value_name = "SECONDS", value_parser = lag)]
     lag: Option<f64>,
 
-    /// Where the motion of the sensor comes from: `auto` takes it from /tf, odometry or poses
-    /// once these are seen to agree with the clouds, and until then from the clouds; `tf` from /tf
-    /// alone; `topic:T` from nav_msgs/Odometry or geometry_msgs/PoseStamped on T alone; `estimate`
-    /// from the clouds alone; `none`: the frame of the clouds stands still
+    /// Where the motion of the sensor comes from: `auto` takes it from /tf, odometry, poses or
+    /// satellites once these are seen to agree with the clouds, and until then from the clouds;
+    /// `tf` from /tf alone; `topic:T` from nav_msgs/Odometry, geometry_msgs/PoseStamped or
+    /// sensor_msgs/NavSatFix on T alone; `estimate` from the clouds alone; `none`: the frame of the clouds stands still
     #[arg(long, help_heading = TIME, value_name = "SOURCE", default_value = "auto")]
     ego_motion: EgoMotionSource,
 }

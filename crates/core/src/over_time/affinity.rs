@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nalgebra::Vector2;
 
 use super::params::TrackParams;
-use super::sighting::{Cells, Sighting};
+use super::sighting::{Cells, Sighting, sampling_variance};
 use super::track::Track;
 
 /// Standard deviation of the place of a track beyond which nothing near is expected any more,
@@ -20,6 +20,19 @@ const FARTHEST: f64 = 3.0;
 /// their shrinking: a part that is hidden is usual, one that is added is not.
 const GROWTH: (f64, f64) = (0.3, 0.09);
 
+/// Points of a track's fullest sighting from which a growth counts half: what is seen of fewer is
+/// no size.
+const SIZED_POINTS: f64 = 10.0;
+
+/// Cells of the smaller of two sightings from which the overlap counts half of what it may: one
+/// cell of a far object is seen on its roof, the next on its door.
+const OVERLAPPING_CELLS: f64 = 1.0;
+
+/// A place that is expected within a smaller error is worth more: nearness falls with this power of
+/// the share of the variance that is not of the expectation. 1 would be a density on the plane; the
+/// velocity of a track that begins is not known, and with 1 it would find no second sighting.
+const CERTAINTY: f64 = 0.15;
+
 /// Seconds between frames from which the affinity of a track falls.
 const USUAL_STEP: f64 = 0.1;
 
@@ -31,6 +44,8 @@ pub struct Agreement {
     pub nearness: f64,
     /// Share of the cells of both that lie on each other, 0 to 1.
     pub overlap: f64,
+    /// Weight of the overlap beside the nearness, 0 to 1: less where few cells are seen.
+    pub overlap_weight: f64,
     /// How alike both are in class, length and height, 0 to 1.
     pub likeness: f64,
     /// Less than 1 for a track that is young or was out of sight.
@@ -108,7 +123,9 @@ impl<'a> Expected<'a> {
         let young = if track.sightings < 3 { params.young } else { 1.0 };
         let variance = expected.place_variance().min(WIDEST * WIDEST);
         let length = f64::from(fullest.0.size[0]);
-        let error = ((params.place_error + 0.1 * length).powi(2) + variance).sqrt();
+        let sampled = fullest.0.sampling_variance().max(last.0.sampling_variance())
+            + sampling_variance(fullest.0.body, 1);
+        let error = ((params.place_error + 0.1 * length).powi(2) + sampled + variance).sqrt();
         let far = (FARTHEST * error) as f32;
         let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
         for (seen, shift) in &sightings {
@@ -138,30 +155,61 @@ impl<'a> Expected<'a> {
 
     /// `None` where neither place nor overlap speaks for it.
     fn agreement(&self, sighting: &Sighting, params: &TrackParams) -> Option<Agreement> {
-        let length = f64::from(self.usual.size[0].min(sighting.size[0]));
-        let variance = (params.place_error + 0.1 * length).powi(2) + self.variance;
-        let away = |(seen, shift): &(&Sighting, Vector2<f64>)| {
-            (sighting.middle - seen.middle - shift).norm_squared()
+        let nearest = |best: Nearness, next: Nearness| match next.variances < best.variances {
+            true => next,
+            false => best,
         };
-        let squared = self.sightings.iter().map(away).fold(f64::INFINITY, f64::min);
-        let is_far = squared > FARTHEST * FARTHEST * variance;
-        let nearness = if is_far { 0.0 } else { (-0.5 * squared / variance).exp() };
+        let of_each = self.sightings.iter().map(|seen| self.nearness(*seen, sighting, params));
+        let near = of_each.reduce(nearest)?;
         let overlaps = self.sightings.iter().map(|(seen, shift)| overlap(seen, sighting, *shift));
         let overlap = overlaps.fold(0.0, f64::max);
-        if nearness == 0.0 && overlap == 0.0 {
+        if near.value == 0.0 && overlap == 0.0 {
             return None;
         }
-        let share = params.distance_weight;
-        let agreed = share * nearness + (1.0 - share) * overlap;
+        let cells = self.usual.cells.len().min(sighting.cells.len()) as f64;
+        let share = (1.0 - params.distance_weight) * cells / (cells + OVERLAPPING_CELLS);
+        let agreed = (1.0 - share) * near.value + share * overlap;
         let likeness = likeness(self.usual, sighting, params);
         Some(Agreement {
-            nearness,
+            nearness: near.value,
             overlap,
+            overlap_weight: share,
             likeness,
             trust: self.most,
-            away_m: squared.sqrt(),
+            away_m: near.away_m,
             affinity: agreed * likeness * self.most,
         })
+    }
+}
+
+/// How near an instance lies to where a sighting of a track is expected.
+#[derive(Clone, Copy)]
+struct Nearness {
+    away_m: f64,
+    /// The square of the distance in variances.
+    variances: f64,
+    /// 0 to 1.
+    value: f64,
+}
+
+impl Expected<'_> {
+    fn nearness(
+        &self,
+        (seen, shift): (&Sighting, Vector2<f64>),
+        sighting: &Sighting,
+        params: &TrackParams,
+    ) -> Nearness {
+        let length = f64::from(self.usual.size[0].min(sighting.size[0]));
+        let of_places = (params.place_error + 0.1 * length).powi(2)
+            + seen.sampling_variance()
+            + sighting.sampling_variance();
+        let variance = of_places + self.variance;
+        let squared = (sighting.middle - seen.middle - shift).norm_squared();
+        let variances = squared / variance;
+        let is_far = variances > FARTHEST * FARTHEST;
+        let certain = (of_places / variance).powf(CERTAINTY);
+        let value = if is_far { 0.0 } else { certain * (-0.5 * variances).exp() };
+        Nearness { away_m: squared.sqrt(), variances, value }
     }
 }
 
@@ -174,9 +222,11 @@ pub(super) fn likeness(was: &Sighting, is: &Sighting, params: &TrackParams) -> f
         (false, true) if was.semantic == 0 => params.other_class.sqrt(),
         (false, _) => params.other_class,
     };
+    let points = f64::from(was.points);
+    let sized = points / (points + SIZED_POINTS);
     let change = |axis: usize| {
         let growth = f64::from((is.size[axis].max(0.2) / was.size[axis].max(0.2)).ln());
-        if growth > 0.0 { GROWTH.0 * growth } else { -GROWTH.1 * growth }
+        if growth > 0.0 { sized * GROWTH.0 * growth } else { -GROWTH.1 * growth }
     };
     class * (-change(0) - change(2)).exp()
 }

@@ -11,6 +11,11 @@ const SIGHTINGS: (u32, u32) = (4, 2);
 /// Variance of a change of velocity while an object is hidden, (m/s)² in a second.
 const UNSEEN_CHANGE: f64 = 1.0;
 
+/// The less certain the place is in which a track is expected again, the less it says that one
+/// begins there: its likelihood falls with this power of the share of the variance that is not of
+/// the way in between.
+const CERTAINTY: f64 = 0.25;
+
 /// A track that continues another one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Continuation {
@@ -67,7 +72,11 @@ fn likelihood(earlier: &Track, later: &Track, params: &TrackParams) -> f64 {
     let apart = (before - after).norm_squared();
     let first = later.latest.back().map_or(later.last(), |(sighting, _)| sighting);
     let length = f64::from(last.size[0].max(first.size[0]));
-    let place = (params.place_error + 0.2 * length).powi(2) + gap * gap / (weights[0] + weights[1]);
+    let of_places = (params.place_error + 0.2 * length).powi(2)
+        + first.sampling_variance()
+        + last.sampling_variance();
+    let place = of_places + gap * gap / (weights[0] + weights[1]);
+    let certain = (of_places / place).powf(CERTAINTY);
     let change = variances[0] + variances[1] + 0.25;
-    (-0.5 * (missed / place + apart / change)).exp() * likeness(last, first, params)
+    certain * (-0.5 * (missed / place + apart / change)).exp() * likeness(last, first, params)
 }

@@ -30,8 +30,8 @@ pub struct TrackParams {
     #[schemars(range(max = 100.0))]
     #[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "m", "slider" = [0.05, 2.0]))]
     pub displacement_error: f64,
-    /// Affinity of a track that was last seen a second ago, as a share. Default 0.75: with much
-    /// less, none would come back from behind a lorry.
+    /// Affinity of a track that was last seen a second ago, as a share. Default 0.9: how uncertain
+    /// its place has become is counted already.
     #[schemars(range(min = 0.0, max = 1.0), extend("slider" = [0.0, 1.0]))]
     pub kept_after_second: f64,
     /// Affinity of a track and an instance of another class, as a share; its root where bodies are
@@ -62,7 +62,7 @@ impl Default for TrackParams {
             distance_weight: 0.5,
             place_error: 0.3,
             displacement_error: 0.15,
-            kept_after_second: 0.75,
+            kept_after_second: 0.9,
             other_class: 0.3,
             young: 0.7,
             least_continuation: 0.1,

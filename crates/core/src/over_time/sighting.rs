@@ -24,6 +24,20 @@ pub(super) struct Sighting {
     pub reach: f32,
 }
 
+/// Variance of the mean of so many points that lie anywhere along a body of usual length, square
+/// metres: two points of a far car can be of its nose in one frame and of its tail in the next. A
+/// uniform distribution of width L has a variance of L²/12. Background has no usual length.
+pub(super) fn sampling_variance(body: Option<Body>, points: u32) -> f64 {
+    let length: f64 = match body {
+        Some(Body::Person) => 0.6,
+        Some(Body::TwoWheeler) => 1.8,
+        Some(Body::Car) => 4.5,
+        Some(Body::LargeVehicle) => 8.0,
+        None => 0.0,
+    };
+    length.powi(2) / (12.0 * f64::from(points.max(1)))
+}
+
 /// The direction of a pose's x axis on the plane, radians.
 pub(super) fn heading_of(pose: &Isometry3<f64>) -> f64 {
     let ahead = pose.rotation * Vector3::x();
@@ -68,6 +82,11 @@ impl Sighting {
             cells,
             reach: (0.15 + 0.6 * side).clamp(0.2, 0.5),
         }
+    }
+
+    /// Variance of the middle of its points along the object, square metres.
+    pub fn sampling_variance(&self) -> f64 {
+        sampling_variance(self.body, self.points)
     }
 
     /// Moves the world's origin.

@@ -191,3 +191,35 @@ fn what_stands_is_not_moving_seen_from_a_sensor_that_drives() {
         assert!(!velocity.is_moving && velocity.speed() == 0.0, "{velocity:?}");
     }
 }
+
+/// Two points of a far car: of its nose in one frame, of its tail in the next.
+fn far_car(id: u32, nose: f32, shown: usize) -> ObservedInstance {
+    let at = nose + [0.2, 3.6, 1.1, 4.1, 0.3, 2.6][shown % 6];
+    let height = [0.4, 1.3, 0.9][shown % 3];
+    let cells = [0.0, 0.3].map(|y: f32| [at, y, height].map(|at| (at * 100.0).round() as i16));
+    ObservedInstance {
+        points: 2,
+        size: [0.3, 0.0, 0.0],
+        cells: cells.into(),
+        ..car(id, [0.0; 2], 0.0)
+    }
+}
+
+#[test]
+fn a_far_car_of_two_points_keeps_its_track() {
+    let frame = |number: usize| vec![far_car(1, 60.0, number), far_car(2, 75.0, number + 1)];
+    let found = tracks(&(0..30).map(frame).collect::<Vec<_>>(), still);
+    for (number, found) in found.iter().enumerate() {
+        assert_eq!(*found, [whole(1), whole(2)], "{number}");
+    }
+}
+
+#[test]
+fn the_middle_of_many_points_is_certain_and_that_of_few_is_not() {
+    use super::sighting::sampling_variance;
+    let error = |points| sampling_variance(Some(Body::Car), points).sqrt();
+    // A uniform distribution of 4.5 m has a standard deviation of 1.3 m.
+    assert!((error(1) - 1.299).abs() < 1e-3, "{}", error(1));
+    assert!((error(100) - 0.13).abs() < 1e-3, "{}", error(100));
+    assert_eq!(sampling_variance(None, 1), 0.0);
+}

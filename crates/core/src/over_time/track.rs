@@ -35,7 +35,8 @@ pub(super) struct Track {
 
 impl Track {
     pub fn new(key: u32, first: Arc<Sighting>, params: &TrackParams) -> Self {
-        let (place, error) = (first.middle, params.displacement_error);
+        let place = first.middle;
+        let error = params.displacement_error.hypot(first.sampling_variance().sqrt());
         Track {
             key,
             born: (first.time, place),
@@ -70,6 +71,8 @@ impl Track {
         let cells = next.cells.len().min(reference.cells.len()).max(1) as f64;
         let error =
             params.displacement_error * (1.0 + RESIZED * resized) * (1.0 + FEW_CELLS / cells);
+        let sampled = next.sampling_variance() + reference.sampling_variance();
+        let error = error.hypot(sampled.sqrt());
         self.kinematics = expected.corrected(was_at + moved, error, next.body);
         self.sightings += 1;
         self.latest.push_front((next, self.kinematics.place));
