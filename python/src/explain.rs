@@ -223,8 +223,9 @@ pub fn report(
 ///
 /// track: explain an object over time instead, by its number in `annotate`: the dict that `divmerge
 /// explain --track --json` prints, and its `text`; link: the frame that the text explains in
-/// detail, without `track` why each instance of that frame is of its track. cloud is then the path of a recording. start, stop: numbers of the first cloud that is
-/// followed and of the one behind the last, from 0; lag, ego_motion: as for `annotate`.
+/// detail, without `track` why each instance of that frame is of its track. cloud is then the path
+/// of a recording. start, stop: numbers of the first cloud that is followed and of the one behind
+/// the last, from 0; lag, ego_motion: as for `annotate`.
 ///
 /// Of the dict: `answer` ("one_instance", "apart", "has_instance", "no_instance"), `decided_by`,
 /// `points` (what is known of each: `index`, `position` in metres in the frame of `Frame.points`,

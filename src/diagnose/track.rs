@@ -206,7 +206,8 @@ impl TrackText<'_> {
                 writeln!(
                     f,
                     "    affinity {affinity:.2} = mean of nearness {nearness:.2} and overlap \
-                     {overlap:.2} (weight {overlap_weight:.2}), times likeness {likeness:.2}, times trust {trust:.2}"
+                     {overlap:.2} (weight {overlap_weight:.2}), times likeness {likeness:.2}, \
+                     times trust {trust:.2}"
                 )?;
                 writeln!(
                     f,

@@ -31,7 +31,8 @@ pub struct FollowArguments {
     /// Where the motion of the sensor comes from: `auto` takes it from /tf, odometry, poses or
     /// satellites once these are seen to agree with the clouds, and until then from the clouds;
     /// `tf` from /tf alone; `topic:T` from nav_msgs/Odometry, geometry_msgs/PoseStamped or
-    /// sensor_msgs/NavSatFix on T alone; `estimate` from the clouds alone; `none`: the frame of the clouds stands still
+    /// sensor_msgs/NavSatFix on T alone; `estimate` from the clouds alone; `none`: the frame of
+    /// the clouds stands still
     #[arg(long, help_heading = TIME, value_name = "SOURCE", default_value = "auto")]
     ego_motion: EgoMotionSource,
 }

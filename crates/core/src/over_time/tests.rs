@@ -192,9 +192,9 @@ fn what_stands_is_not_moving_seen_from_a_sensor_that_drives() {
     }
 }
 
-/// Two points of a far car: of its nose in one frame, of its tail in the next.
+/// Two points of a far car, nearer to its nose in one frame and to its tail in the next.
 fn far_car(id: u32, nose: f32, shown: usize) -> ObservedInstance {
-    let at = nose + [0.2, 3.6, 1.1, 4.1, 0.3, 2.6][shown % 6];
+    let at = nose + [0.8, 2.4, 1.5, 2.9, 0.9, 2.2][shown % 6];
     let height = [0.4, 1.3, 0.9][shown % 3];
     let cells = [0.0, 0.3].map(|y: f32| [at, y, height].map(|at| (at * 100.0).round() as i16));
     ObservedInstance {
