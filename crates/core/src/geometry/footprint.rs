@@ -159,8 +159,8 @@ pub fn span(points: &[PlanePoint], axis: [f64; 2]) -> (f64, f64) {
     (low.into_iter().fold(low[0], f64::min), high.into_iter().fold(high[0], f64::max))
 }
 
-/// Whether two convex regions touch or overlap (separating axes), their corners in counter-clockwise
-/// order. Points and segments count as regions.
+/// Whether two convex regions touch or overlap (separating axes), their corners in
+/// counter-clockwise order. Points and segments count as regions.
 pub fn overlap(a: &[PlanePoint], b: &[PlanePoint]) -> bool {
     !a.is_empty() && !b.is_empty() && !separated_by_a_side(a, b) && !separated_by_a_side(b, a)
 }

@@ -10,12 +10,12 @@ use crate::geometry::footprint::PlanePoint;
 pub(super) struct Cells {
     numbers: FxHashMap<(u16, i64, i64), Vec<usize>>,
     /// The box of each number.
-    boxes: Vec<Box>,
+    boxes: Vec<Bounds>,
     searches: u32,
 }
 
 #[derive(Debug, Clone, Copy, Default)]
-struct Box {
+struct Bounds {
     low: PlanePoint,
     high: PlanePoint,
     /// The last search that looked at it.
@@ -34,9 +34,9 @@ impl Cells {
     /// Adds a box under a number, or a larger one in place of the one that is there.
     pub fn insert(&mut self, layer: Layer, number: usize, low: PlanePoint, high: PlanePoint) {
         if number >= self.boxes.len() {
-            self.boxes.resize(number + 1, Box::default());
+            self.boxes.resize(number + 1, Bounds::default());
         }
-        self.boxes[number] = Box { low, high, search: self.searches };
+        self.boxes[number] = Bounds { low, high, search: self.searches };
         for (x, y) in covered(layer, low, high) {
             let numbers = self.numbers.entry((layer.number, x, y)).or_default();
             if !numbers.contains(&number) {

@@ -27,11 +27,11 @@ pub fn evidence(score: &Score, smoothness: f64) -> f64 {
 /// Logarithm of the odds without evidence and with full evidence; between them it is linear.
 fn log_odds(body: Body) -> [f64; 2] {
     match body {
-        Body::Car => [-4.411, 2.211],
-        Body::Person => [-5.056, -0.483],
-        // One of 472 nodes was a two-wheeler: no slope can be told from that.
-        Body::TwoWheeler => [-6.155, -6.155],
-        Body::LargeVehicle => [-4.627, -0.740],
+        Body::Car => [-4.410, 2.207],
+        Body::Person => [-5.060, -0.484],
+        // One of 474 nodes was a two-wheeler: no slope can be told from that.
+        Body::TwoWheeler => [-6.159, -6.159],
+        Body::LargeVehicle => [-4.535, -0.765],
     }
 }
 

@@ -42,8 +42,8 @@ impl Tree {
     /// The tree of M object pixels, given what finds their links. Groups of fewer than
     /// [`TreeMerge::least_points`] pixels are no nodes: what they join absorbs them.
     ///
-    /// Reach by reach, so that only links between the groups of the last reach are looked for; those
-    /// of a reach join from the shortest to the longest, to a few millimetres ([`sort`]).
+    /// Reach by reach, so that only links between the groups of the last reach are looked for;
+    /// those of a reach join from the shortest to the longest, to a few millimetres ([`sort`]).
     pub(super) fn grow(count: usize, linker: &mut impl Linker, params: &TreeMerge) -> Grown {
         let nearest = params.nearest as f32;
         let mut growth = Growth::new(count, params);
