@@ -16,7 +16,7 @@ pub struct BackProjector<'a> {
     /// H x W: the object pixel at each pixel, or [`NO_OBJECT`]; read many times a point.
     object: Vec<u32>,
     /// H: cosine and sine of the lowest and of the highest direction in which a row has an object
-    /// pixel.
+    /// pixel; empty where the nearest is not looked for in space.
     edges: Vec<[[f64; 2]; 2]>,
     /// Squared sine of the angle between two pixels so many columns apart, at the least.
     squared_sine: Vec<f64>,
@@ -32,13 +32,17 @@ impl<'a> BackProjector<'a> {
         for (number, &pixel) in (0..).zip(&input.objects.pixel) {
             object[pixel as usize] = number;
         }
-        let farthest = input.back_projection.columns.min((columns - 1) / 2);
+        let farthest = input.back_projection.columns.min(columns.saturating_sub(1) / 2);
         let squared_sine = (0..=farthest).map(|offset| {
             let between = offset.saturating_sub(1) as f64;
             (between * std::f64::consts::TAU / columns as f64).min(1.5).sin().powi(2)
         });
         let squared_sine = squared_sine.collect();
-        BackProjector { input, object, edges: edges(input), squared_sine }
+        let edges = match input.back_projection.nearest {
+            Nearest::Space => edges(input),
+            Nearest::Range => Vec::new(),
+        };
+        BackProjector { input, object, edges, squared_sine }
     }
 
     /// The object pixel whose label a point of an object takes: its own, or if it is shadowed the
@@ -85,13 +89,14 @@ impl<'a> BackProjector<'a> {
         let on_plane = squared.sqrt();
         let apart = |object: usize| distance(position, objects.position[object], window.nearest);
         // Mostly near: what shadows the point itself.
-        let mut near = self.at(own).filter(|&object| in_space && is_kin(object)).map(apart);
+        let shadowing = self.at(own).filter(|&object| is_kin(object)).map_or(f64::INFINITY, apart);
         let mut best: Option<(f64, usize)> = None;
         for (offset, sine) in self.squared_sine.iter().enumerate() {
             // No pixel so many columns away, or farther, is nearer than this, since its ray leaves
             // in another direction.
             let bound = if in_space { squared * sine } else { 0.0 };
-            if let Some(least) = near {
+            if in_space {
+                let least = best.map_or(shadowing, |(least, _)| least.min(shadowing));
                 let is_beyond = |row: usize| self.beyond(row, [on_plane, z]) > least;
                 while rows.start < rows.end && is_beyond(rows.start) {
                     rows.start += 1;
@@ -114,9 +119,6 @@ impl<'a> BackProjector<'a> {
                         best = Some((distance, object));
                     }
                 }
-            }
-            if in_space && let Some((least, _)) = best {
-                near = Some(near.map_or(least, |near| near.min(least)));
             }
         }
         best.map(|(distance, object)| (object, distance))

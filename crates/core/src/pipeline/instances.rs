@@ -87,7 +87,7 @@ fn coarse_class(measures: ShapeMeasures, merged: u32, tree: Option<&MergeTree>) 
 }
 
 /// The points of all instances.
-struct Members {
+pub(super) struct Members {
     /// Instance after instance.
     points: Vec<u32>,
     /// Those of instance k are points\[start\[k - 1\]..start\[k\]\].
@@ -96,7 +96,7 @@ struct Members {
 
 impl Members {
     /// Of the object points those of each instance.
-    fn new(points: &[u32], instance: &[u32], count: usize) -> Self {
+    pub fn new(points: &[u32], instance: &[u32], count: usize) -> Self {
         let labelled = || {
             let ids = points.iter().map(|&p| (p, instance[p as usize] as usize));
             ids.filter(|&(_, id)| id != 0)
@@ -118,7 +118,7 @@ impl Members {
         Members { points, start }
     }
 
-    fn of(&self, id: u32) -> &[u32] {
+    pub fn of(&self, id: u32) -> &[u32] {
         &self.points[self.start[id as usize - 1]..self.start[id as usize]]
     }
 }

@@ -5,12 +5,11 @@
 //! are seen is as low. Over a wall the roof of a car may be all that shows, 0.4 m of 2 m; when 4 m
 //! are seen, they show the bonnet too, half a metre below the roof.
 
-use std::collections::BTreeMap;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::class_votes::{class_weights, majority};
+use super::instances::Members;
 use crate::cloud::point_cloud::{PointCloud, wide};
 use crate::cloud::taxonomy::{Taxonomy, body_of_class};
 use crate::cloud::{Body, Reason, UprightBox};
@@ -51,10 +50,8 @@ impl VehicleStrips {
         instance: &[u32],
         mask: &mut ObjectMask,
     ) {
-        let mut members: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-        for (point, &instance) in (0..).zip(instance).filter(|&(_, &instance)| instance != 0) {
-            members.entry(instance).or_default().push(point);
-        }
+        let count = instance.iter().copied().max().unwrap_or(0);
+        let members = Members::new(&mask.object_points(), instance, count as usize);
         let (weights, raw) = (class_weights(cloud, mask), mask.raw_ids(cloud));
         let row_steps = image.row_steps(cloud);
         let is_vehicle = |points: &[u32]| {
@@ -62,8 +59,8 @@ impl VehicleStrips {
             let body = body_of_class(&taxonomy.classes()[usize::from(class)].name);
             matches!(body, Some(Body::Car | Body::LargeVehicle))
         };
-        let strips: Vec<&Vec<u32>> = members
-            .values()
+        let strips: Vec<&[u32]> = (1..=count)
+            .map(|id| members.of(id))
             .filter(|points| {
                 is_vehicle(points) && self.is_strip((cloud, image), &row_steps, points)
             })

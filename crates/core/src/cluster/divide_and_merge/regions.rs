@@ -88,19 +88,18 @@ pub(in crate::cluster) fn points(
     grown_pixels_only: bool,
 ) -> Vec<Vec<PlanePoint>> {
     let instance = |label: u32| merge.instance_of_component[label as usize - 1] as usize - 1;
-    let labelled = || {
-        let all = components.label.iter().copied().enumerate();
-        all.filter(|&(_, label)| !grown_pixels_only && label != 0)
-    };
-    let grown = || {
-        let grown = components.grown.iter().filter(|_| grown_pixels_only);
-        grown.map(|&(object, label)| (object as usize, label))
+    let members: Vec<(u32, u32)> = match grown_pixels_only {
+        true => components.grown.clone(),
+        false => {
+            let labelled = (0..).zip(components.label.iter().copied());
+            labelled.filter(|&(_, label)| label != 0).collect()
+        }
     };
     let mut counts = vec![0; merge.count as usize];
-    labelled().chain(grown()).for_each(|(_, label)| counts[instance(label)] += 1);
+    members.iter().for_each(|&(_, label)| counts[instance(label)] += 1);
     let mut points: Vec<Vec<PlanePoint>> = counts.into_iter().map(Vec::with_capacity).collect();
-    for (object, label) in labelled().chain(grown()) {
-        let [x, y, _] = objects.position[object];
+    for (object, label) in members {
+        let [x, y, _] = objects.position[object as usize];
         points[instance(label)].push([f64::from(x), f64::from(y)]);
     }
     points
