@@ -52,20 +52,9 @@ pub enum LinkReason {
     Follows {
         /// Seconds since the track was seen before.
         since_s: f64,
-        /// Distance from where it was expected, metres.
-        away_m: f64,
-        /// Nearness to that place, 0 to 1.
-        nearness: f64,
-        /// Share of the cells of both that lie on each other, 0 to 1.
-        overlap: f64,
-        /// Weight of the overlap beside the nearness, 0 to 1.
-        overlap_weight: f64,
-        /// Likeness of class, length and height, 0 to 1.
-        likeness: f64,
-        /// Less than 1 for a track that is young or was out of sight.
-        trust: f64,
-        /// All of that together, 0 to 1.
-        affinity: f64,
+        /// How well both agree.
+        #[serde(flatten)]
+        agreement: Agreement,
     },
     /// By itself it would be of another track, or part of another object; in the clouds around, the
     /// track is where it lies.
@@ -125,20 +114,7 @@ fn reason(instance: &FollowedInstance, track: u32) -> LinkReason {
         return LinkReason::Votes { instead_of: link.associated };
     }
     match (link.agreement, link.since_s) {
-        (Some(agreement), Some(since_s)) => {
-            let Agreement { away_m, nearness, overlap, overlap_weight, .. } = agreement;
-            let Agreement { likeness, trust, affinity, .. } = agreement;
-            LinkReason::Follows {
-                since_s,
-                away_m,
-                nearness,
-                overlap,
-                overlap_weight,
-                likeness,
-                trust,
-                affinity,
-            }
-        }
+        (Some(agreement), Some(since_s)) => LinkReason::Follows { since_s, agreement },
         _ if link.is_continuation => LinkReason::ComesBack,
         _ => LinkReason::Begins,
     }
@@ -193,16 +169,9 @@ impl TrackText<'_> {
                 "\nframe {cloud}, instance {instance} ({points} points): {}",
                 in_short(link)
             )?;
-            if let LinkReason::Follows {
-                nearness,
-                overlap,
-                overlap_weight,
-                likeness,
-                trust,
-                affinity,
-                ..
-            } = link.reason
-            {
+            if let LinkReason::Follows { agreement, .. } = link.reason {
+                let Agreement { nearness, overlap, overlap_weight, .. } = agreement;
+                let Agreement { likeness, trust, affinity, .. } = agreement;
                 writeln!(
                     f,
                     "    affinity {affinity:.2} = mean of nearness {nearness:.2} and overlap \
@@ -240,11 +209,18 @@ pub(super) fn in_short(link: &ExplainedLink) -> String {
             "comes into sight again: its velocity leads there from where it was last seen"
                 .to_owned()
         }
-        LinkReason::Follows { since_s, away_m, overlap, affinity, .. } => format!(
-            "{away_m:.2} m from the prediction, {:.0} % overlap, affinity {affinity:.2}{}",
-            100.0 * overlap,
-            if *since_s > 0.15 { format!(", unseen for {since_s:.1} s") } else { String::new() },
-        ),
+        LinkReason::Follows { since_s, agreement } => {
+            let Agreement { away_m, overlap, affinity, .. } = agreement;
+            let overlap = 100.0 * overlap;
+            let unseen = match *since_s > 0.15 {
+                true => format!(", unseen for {since_s:.1} s"),
+                false => String::new(),
+            };
+            format!(
+                "{away_m:.2} m from the prediction, {overlap:.0} % overlap, affinity \
+                 {affinity:.2}{unseen}"
+            )
+        }
         LinkReason::Votes { instead_of: Some(other) } => format!(
             "the frames around have the track there; by itself it would be of track {other}"
         ),

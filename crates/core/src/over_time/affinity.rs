@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use nalgebra::Vector2;
+use serde::Serialize;
 
 use super::params::TrackParams;
 use super::sighting::{Cells, Sighting, sampling_variance};
@@ -38,8 +39,10 @@ const USUAL_STEP: f64 = 0.1;
 
 /// How well a track and an instance agree. The affinity is the mean of nearness and overlap, as
 /// weighed, times the others.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Agreement {
+    /// Distance of the instance from where the track is expected, metres.
+    pub away_m: f64,
     /// How near the instance lies to where the track is expected, 0 to 1.
     pub nearness: f64,
     /// Share of the cells of both that lie on each other, 0 to 1.
@@ -50,8 +53,6 @@ pub struct Agreement {
     pub likeness: f64,
     /// Less than 1 for a track that is young or was out of sight.
     pub trust: f64,
-    /// Distance of the instance from where the track is expected, metres.
-    pub away_m: f64,
     /// 0 to 1.
     pub affinity: f64,
 }
